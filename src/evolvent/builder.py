@@ -1,0 +1,258 @@
+"""Builder: collects what parts write about themselves and turns it into the Model's flat arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from evolvent import jit
+from evolvent import model as mdl
+from evolvent.errors import InputError, nearest
+from evolvent.flow.impulse import prepare
+from evolvent.kernels import joints, rigid, springs, thread
+
+Array = np.ndarray
+
+#: Fields that hold a place in the state vector's second part, counted from its start while parts are written.
+_VELOCITY_OFFSETS = ("iv", "spool_v")
+
+
+class Pose(NamedTuple):
+    """Where a body is at the start: position (3,), rotation (3, 3), velocity (3,), angular velocity (3,), inertial."""
+
+    x: Array
+    R: Array
+    v: Array
+    w: Array
+
+
+@dataclasses.dataclass
+class Assembly:
+    """An assembled system: its model, initial state and the names of its parts.
+
+    Attributes
+    ----------
+    model : Model
+    y : (ny,) float, initial state [q | v | accounts]
+    s : (ns,) int, initial switches
+    names : dict, name -> (family, index)
+    laws : list, user laws kept alive as long as the model uses their addresses
+    """
+
+    model: mdl.Model
+    y: Array
+    s: Array
+    names: dict[str, tuple[str, int]]
+    laws: list[Any]
+
+    def index(self, name: str, family: str | None = None) -> int:
+        """Index of the part called `name` in its family."""
+        if name not in self.names:
+            raise InputError(f"no part is called {name!r}; {nearest(name, self.names)}")
+        found, index = self.names[name]
+        if family is not None and found != family:
+            raise InputError(f"{name!r} is one of the {found}, not of the {family}")
+        return index
+
+
+class Builder:
+    """What parts write into: rows of families, coordinates with their initial values, parameters, laws."""
+
+    def __init__(self, gravity: Sequence[float]) -> None:
+        self.gravity = np.array(gravity, dtype=float)
+        self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in ("info", "rows")}
+        self.names: dict[str, tuple[str, int]] = {}
+        self.specs: dict[str, Any] = {}
+        self.poses: list[Pose] = []
+        self.q: list[float] = []
+        self.v: list[float] = []
+        self.released: list[int] = []
+        self.values: list[float] = []
+        self.breaks: set[float] = set()
+        self.laws: list[Any] = []
+        self._ground()
+
+    def _ground(self) -> None:
+        """The first body: fixed, at the origin of the inertial frame."""
+        self.poses.append(Pose(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)))
+        index = self.add(
+            "bodies",
+            motion=rigid.DRIVEN,
+            iq=-1,
+            iv=-1,
+            mass=0.0,
+            inertia=np.zeros((3, 3)),
+            axis=np.array([0.0, 0.0, 1.0]),
+            R0=np.eye(3),
+            x0=np.zeros(3),
+            rate=0.0,
+            spin_inertia=0.0,
+        )
+        self.names["ground"] = ("bodies", index)
+
+    def add(self, family: str, **fields: Any) -> int:
+        """Append one row to `family`; returns its index."""
+        self.rows[family].append(fields)
+        return len(self.rows[family]) - 1
+
+    def coordinates(self, q: Sequence[float], v: Sequence[float]) -> tuple[int, int]:
+        """Reserve coordinates with their initial values; returns their offsets (velocities relative to theirs)."""
+        at = len(self.q), len(self.v)
+        self.q.extend(float(x) for x in q)
+        self.v.extend(float(x) for x in v)
+        return at
+
+    def parameters(self, values: Sequence[float]) -> tuple[int, int]:
+        """Store parameters; returns the range of their places."""
+        first = len(self.values)
+        self.values.extend(float(x) for x in values)
+        return first, len(self.values)
+
+    def law(self, law: Any, kind: str) -> int:
+        """Address of a user's law, which is kept alive with the model."""
+        try:
+            address = jit.law_address(law, kind)
+        except TypeError as error:
+            raise InputError(str(error)) from None
+        self.laws.append(law)
+        return address
+
+    def find(self, name: str, family: str) -> int:
+        """Index of an already added part."""
+        known = [n for n, (f, _) in self.names.items() if f == family]
+        if name not in self.names or self.names[name][0] != family:
+            raise InputError(f"no {family} part is called {name!r}; {nearest(name, known)}")
+        return self.names[name][1]
+
+    def marker(self, where: Any) -> int:
+        """Marker of a reference: a point's or body's name, (body, position in its axes) or a position on the ground."""
+        if isinstance(where, str):
+            where = (where, (0.0, 0.0, 0.0))
+        if len(where) == 3 and not isinstance(where[0], str):
+            where = ("ground", where)
+        name, local = where
+        if name not in self.names or self.names[name][0] not in ("bodies", "points"):
+            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points")]
+            raise InputError(f"no body or point is called {name!r}; {nearest(name, known)}")
+        family, index = self.names[name]
+        kind = springs.ON_BODY if family == "bodies" else springs.ON_POINT
+        return self.add("markers", kind=kind, index=index, local=np.array(local, dtype=float))
+
+    def marker_state(self, marker: int) -> tuple[Array, Array]:
+        """Position and velocity of a marker at the start."""
+        row = self.rows["markers"][marker]
+        if row["kind"] == springs.ON_POINT:
+            point = self.rows["points"][row["index"]]
+            return np.array(self.q[point["iq"] :][:3]), np.array(self.v[point["iv"] :][:3])
+        pose = self.poses[row["index"]]
+        d = pose.R @ row["local"]
+        return pose.x + d, pose.v + np.cross(pose.w, d)
+
+    # -------------------------------------------------------------------------------------------- assembly
+
+    def build(self) -> Assembly:
+        """All families as arrays, constraint rows ordered for a narrow band, scratch memory, initial state."""
+        n_q, n_v = len(self.q), len(self.v)
+        families = {name: self._family(name, rows) for name, rows in self.rows.items()}
+        rows, pairs = self._constraints(families)
+        bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
+        n_threads = len(self.rows["threads"])
+        s = np.zeros(2 * n_threads, dtype=np.int64)
+        s[:n_threads] = self.released
+        y = np.array(self.q + self.v + [0.0] * mdl.N_ACCOUNTS)
+        info = mdl.zeros("info", 1)
+        n_events = 2 * n_threads + len(self.rows["events"])
+        for name, value in zip(info.dtype.names or (), (n_q, n_v, y.size, s.size, n_events, bandwidth), strict=False):
+            info[name] = value
+        info["gravity"] = self.gravity
+        model = mdl.Model(
+            info=info,
+            breaks=np.array(sorted(self.breaks), dtype=float),
+            parameters=np.array(self.values, dtype=float),
+            rows=rows,
+            pairs=pairs,
+            A=np.zeros((rows.size, bandwidth + 1)),
+            la=np.zeros(rows.size),
+            scratch=np.zeros((3, 3)),
+            dy=np.zeros(y.size),
+            sums=np.zeros((2, mdl.N_INVENTORY)),
+            **families,
+        )
+        assembly = Assembly(model, y, s, dict(self.names), list(self.laws))
+        _check_constraints(assembly)
+        return assembly
+
+    def _family(self, name: str, rows: list[dict[str, Any]]) -> Array:
+        """One record a row; scratch fields stay zero."""
+        family = mdl.zeros(name, len(rows))
+        for k, row in enumerate(rows):
+            for field, value in row.items():
+                shifted = field in _VELOCITY_OFFSETS and value >= 0
+                family[field][k] = value + len(self.q) if shifted else value
+        return family
+
+    def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:
+        """Constraint rows in reverse Cuthill-McKee order, and their coupled pairs (r, q < r, side, side)."""
+        entries = []  # kind, index, bodies, points
+        threads, links, markers = families["threads"], families["links"], families["markers"]
+        for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
+            entries.append((joints.THREAD, p, (threads["body"][p], -1), (-1, -1)))
+        for k in range(links.size):
+            sides = []
+            for m in (links["a"][k], links["b"][k]):
+                on_body, index = markers["kind"][m] == springs.ON_BODY, markers["index"][m]
+                sides.append((index, -1) if on_body else (-1, index))
+            entries.append((joints.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
+        motion = families["bodies"]["motion"]
+        shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
+        for r, (_, _, bodies, points) in enumerate(entries):
+            for side in range(2):
+                if bodies[side] >= 0 and motion[bodies[side]] != rigid.DRIVEN:
+                    shared.setdefault(("body", int(bodies[side])), []).append((r, side))
+                if points[side] >= 0:
+                    shared.setdefault(("point", int(points[side])), []).append((r, side))
+        pairs = [(*a, *b) for group in shared.values() for a in group for b in group if a[0] != b[0]]
+        n = len(entries)
+        order = np.arange(n)
+        if pairs:
+            p = np.array(pairs)
+            graph = coo_matrix((np.ones(len(p)), (p[:, 0], p[:, 2])), shape=(n, n)).tocsr()
+            order = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
+        place = np.empty(n, dtype=np.int64)
+        place[order] = np.arange(n)
+        coupled = [(place[r], place[q], a, b) for r, a, q, b in pairs if place[q] < place[r]]
+        rows = mdl.zeros("rows", n)
+        for k, entry in enumerate(order):
+            for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
+                rows[field][k] = value
+        return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
+
+
+def _check_constraints(assembly: Assembly) -> None:
+    """Refuse redundant links and links that the start does not meet, by name."""
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
+    if model.links.size == 0:
+        return
+    by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
+    prepare(0.0, y, s, model)
+    for k in range(model.links.size):
+        geometry = joints.link_geometry(y, model.links, model.markers, model.points, model.bodies, k)
+        length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
+        if abs(gap) > 1e-6 * length:
+            raise InputError(
+                f"link {by_index[k]!r}: its ends are {geometry[0]:.9g} m apart at the start, its length is "
+                f"{length:.9g} m"
+            )
+        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
+            raise InputError(
+                f"link {by_index[k]!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
+            )
+    bad = joints.build_rows(y, s, model)
+    if bad >= 0:
+        name = by_index.get(int(model.rows["index"][bad]), "a thread")
+        raise InputError(f"link {name!r} is redundant: the other constraints already imply it")

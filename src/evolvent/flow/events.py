@@ -1,0 +1,195 @@
+"""Events: nodes leave and reach their spools, threads are let go, a user's events."""
+
+import numpy as np
+
+from evolvent.flow.impulse import impulse, prepare
+from evolvent.flow.inventory import inventory
+from evolvent.flow.rhs import rhs
+from evolvent.jit import event_law_at, kernel
+from evolvent.kernels import joints, rigid, thread
+from evolvent.model import (
+    ELASTIC,
+    H_BODY,
+    H_RELEASED,
+    H_WOUND,
+    JUMP_ANGULAR,
+    JUMP_LINEAR,
+    KINETIC,
+    P_ALL,
+    RELEASE,
+)
+
+
+@kernel
+def event_values(t, y, s, model, g):
+    """Values of all events; an event fires where its value is not negative.
+
+    Parameters
+    ----------
+    g : (ne,) float, output: release and capture of every thread, then the user's events
+    """
+    threads = model.threads
+    n = threads.size
+    for p in range(n):
+        phi, rate, acceleration = thread.spool(t, y, threads, model.parameters, p)
+        turn_per_node = threads[p].segment / threads[p].radius
+        g[2 * p] = -1.0
+        g[2 * p + 1] = -1.0
+        if s[n + p] != 0:
+            continue
+        if rate > 0.0 and (s[p] < threads[p].n or threads[p].lets_go):
+            g[2 * p] = phi / turn_per_node - s[p]
+        if rate < 0.0 and s[p] > 0:
+            g[2 * p + 1] = (s[p] - 1) + threads[p].capture - phi / turn_per_node
+    for k in range(model.events.size):
+        parameters = model.parameters[model.events[k].first : model.events[k].last]
+        g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
+
+
+@kernel
+def apply_event(t, y, s, model, k):
+    """Carry out event k on the state; returns 1 if the run is to stop there."""
+    n = model.threads.size
+    if k >= 2 * n:
+        return model.events[k - 2 * n].stops
+    account = model.info[0].nq + model.info[0].nv
+    inventory(t, y, s, model, model.sums[0])
+    energy = model.sums[0][KINETIC] + model.sums[0][ELASTIC]
+    p = k // 2
+    for c in range(3):
+        y[account + JUMP_ANGULAR + c] -= counted_momentum(model, model.sums[0], p, c)
+        y[account + JUMP_LINEAR + c] -= model.sums[0][P_ALL + c]
+    if k % 2 == 1:
+        capture_node(t, y, s, model, p)
+    elif s[p] < model.threads[p].n:
+        release_node(t, y, s, model, p)
+    else:
+        let_go(t, y, s, model, p)
+    inventory(t, y, s, model, model.sums[0])
+    y[account + RELEASE] += model.sums[0][KINETIC] + model.sums[0][ELASTIC] - energy
+    for c in range(3):
+        y[account + JUMP_ANGULAR + c] += counted_momentum(model, model.sums[0], p, c)
+        y[account + JUMP_LINEAR + c] += model.sums[0][P_ALL + c]
+    return 0
+
+
+@kernel
+def counted_momentum(model, out, p, c):
+    """Component c of the angular momentum that the model moves: wound thread counts where it is carried."""
+    value = out[H_BODY + c] + out[H_RELEASED + c]
+    if model.threads[p].carried:
+        value += out[H_WOUND + c]
+    return value
+
+
+@kernel
+def release_node(t, y, s, model, p):
+    """The next node leaves the spool at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set."""
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    i = s[p]
+    q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
+    rigid.kinematics(t, y, bodies)
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    speed = threads[p].b[1]
+    e = model.scratch[0]
+    for c in range(3):
+        e[c] = threads[p].X[c]
+    if i > 0 and (threads[p].turned or threads[p].kind == thread.INEXTENSIBLE):
+        if threads[p].kind == thread.INEXTENSIBLE:
+            for c in range(3):
+                e[c] = y[q - 3 + c]
+        else:
+            length = 0.0
+            for c in range(3):
+                e[c] = y[q - 3 + c] - threads[p].Q[c]
+                length += e[c] * e[c]
+            length = np.sqrt(length)
+            for c in range(3):
+                e[c] /= length
+    m = nodes[threads[p].node + i].mass
+    fx = m * speed * (threads[p].X[0] - e[0])
+    fy = m * speed * (threads[p].X[1] - e[1])
+    fz = m * speed * (threads[p].X[2] - e[2])
+    if threads[p].kind == thread.SPRINGS:
+        for c in range(3):
+            y[q + c] = threads[p].Q[c]
+            y[v + c] = threads[p].Q[3 + c] + speed * e[c]
+        s[p] += 1
+    else:
+        for c in range(3):
+            y[q + c] = e[c]
+            y[v + c] = y[v - 3 + c] if i > 0 else 0.0
+        s[p] += 1
+    if threads[p].carried and i > 0:
+        prepare(t, y, s, model)
+        impulse(y, s, model, p, fx, fy, fz)
+    if threads[p].kind == thread.INEXTENSIBLE:
+        if i > 0 and threads[p].b[0] > 1e-7 * threads[p].segment:
+            return
+        for c in range(3):
+            y[v + c] = 0.0
+        rhs(t, y, s, model, model.dy)
+        thread.regular_rate(y, threads, nodes, bodies, p, i)
+
+
+@kernel
+def capture_node(t, y, s, model, p):
+    """The boundary node goes back onto the spool; where wound thread is carried its momentum goes to the body."""
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    j = s[p]
+    i = j - 1
+    rigid.kinematics(t, y, bodies)
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    inextensible = threads[p].kind == thread.INEXTENSIBLE
+    if inextensible:
+        thread.chain_points(y, s, threads, nodes, p)
+    else:
+        thread.spring_points(y, s, threads, nodes, p)
+    k = threads[p].node + i
+    m = nodes[k].mass
+    speed = threads[p].b[1]
+    fx = m * (nodes[k].v[0] - threads[p].Q[3] - speed * threads[p].X[0])
+    fy = m * (nodes[k].v[1] - threads[p].Q[4] - speed * threads[p].X[1])
+    fz = m * (nodes[k].v[2] - threads[p].Q[5] - speed * threads[p].X[2])
+    if not threads[p].carried:
+        fx = fy = fz = 0.0
+    s[p] = i
+    if inextensible and i > 0:
+        q, v = threads[p].iq + 3 * (i - 1), threads[p].iv + 3 * (i - 1)
+        length = 0.0
+        for c in range(3):
+            y[q + c] = nodes[k - 1].x[c] - threads[p].Q[c]
+            length += y[q + c] * y[q + c]
+        length = np.sqrt(length)
+        b0 = threads[p].b[0] + threads[p].segment
+        along = 0.0
+        for c in range(3):
+            y[q + c] /= length
+            y[v + c] = nodes[k - 1].v[c] - threads[p].Q[3 + c]
+            along += y[v + c] * y[q + c]
+        for c in range(3):
+            y[v + c] = (y[v + c] - along * y[q + c]) / b0
+        prepare(t, y, s, model)
+        for r in range(model.rows.size):
+            if model.rows[r].kind == joints.THREAD and model.rows[r].index == p:
+                model.rows[r].rx = threads[p].copies * (along - speed)
+        impulse(y, s, model, p, fx, fy, fz)
+    elif threads[p].carried:
+        prepare(t, y, s, model)
+        impulse(y, s, model, p, fx, fy, fz)
+
+
+@kernel
+def let_go(t, y, s, model, p):
+    """The thread's end leaves the spool: the last node flies free (separation)."""
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    rigid.kinematics(t, y, bodies)
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    if threads[p].kind == thread.INEXTENSIBLE:
+        thread.chain_points(y, s, threads, nodes, p)
+        last = threads[p].n - 1
+        k = threads[p].node + last
+        for c in range(3):
+            y[threads[p].iq + 3 * last + c] = nodes[k].x[c]
+            y[threads[p].iv + 3 * last + c] = nodes[k].v[c]
+    s[threads.size + p] = 1

@@ -1,0 +1,83 @@
+"""Impulses: what jumps when a force acts for no time, all constraints answering."""
+
+from evolvent.jit import kernel
+from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels.rotations import cross
+
+
+@kernel
+def prepare(t, y, s, model):
+    """Kinematics, masses and factors for an impulse; bodies' jumps and rows' right-hand sides are cleared."""
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    rigid.kinematics(t, y, bodies)
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    thread.carry_wound(s, threads, nodes, bodies, model.info[0].gravity)
+    rigid.factorise(bodies)
+    for b in range(bodies.size):
+        for c in range(6):
+            bodies[b].F[c] = 0.0
+            bodies[b].a[c] = 0.0
+    for i in range(model.points.size):
+        for c in range(3):
+            model.points[i].a[c] = 0.0
+    for k in range(nodes.size):
+        nodes[k].rhs = 0.0
+    if model.rows.size > 0:
+        joints.build_rows(y, s, model)
+        for r in range(model.rows.size):
+            model.rows[r].rx = 0.0
+
+
+@kernel
+def impulse(y, s, model, p, fx, fy, fz):
+    """Apply an impulse (N s) at the departure point of thread p and let every constraint answer it.
+
+    Call after `prepare`. Constraint rows may carry a wanted jump of their rate in rx.
+    """
+    bodies, points, threads = model.bodies, model.points, model.threads
+    if p >= 0:
+        b = threads[p].body
+        k = float(threads[p].copies)
+        rigid.add_wrench(bodies[b].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], k * fx, k * fy, k * fz)
+        rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
+    if model.rows.size > 0:
+        joints.solve_rows(s, model)
+    for b in range(bodies.size):
+        rigid.kick(y, bodies, b, bodies[b].a)
+    for i in range(points.size):
+        for c in range(3):
+            y[points[i].iv + c] += points[i].a[c]
+    for k in range(threads.size):
+        if threads[k].kind == thread.INEXTENSIBLE:
+            kick_chain(y, s, model, k)
+
+
+@kernel
+def kick_chain(y, s, model, p):
+    """Jumps of the tangents' rates of an inextensible thread from the impulsive tensions T."""
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
+    links, bound = thread.chain_links(s, threads, p)
+    first, q, v, j = threads[p].node, threads[p].iq, threads[p].iv, s[p]
+    if threads[p].feed == thread.FREE_SPOOL and bound:
+        y[threads[p].spool_v] += threads[p].radius * nodes[first + links].T / threads[p].spool
+    for c in range(3):
+        outer = pull = 0.0
+        for i in range(j):
+            inner = nodes[first + i].T * y[q + 3 * i + c] if (i < links or bound) else 0.0
+            jump = (pull - inner) / nodes[first + i].mass
+            if i > 0:
+                y[v + 3 * (i - 1) + c] += (outer - jump) / threads[p].segment
+            outer, pull = jump, inner
+        if j > 0 and not bound:
+            y[v + 3 * (j - 1) + c] += outer
+        elif j > 0 and threads[p].b[0] > 1e-7 * threads[p].segment:
+            b = threads[p].body
+            d = threads[p].d
+            a = bodies[b].a
+            spin = cross(a[3], a[4], a[5], d[0], d[1], d[2])
+            y[v + 3 * links + c] += (outer - a[c] - spin[c]) / threads[p].b[0]
+    if bound:  # what the jump of b' left along the tangent does not belong to its turning
+        a, k = q + 3 * links, v + 3 * links
+        along = y[k] * y[a] + y[k + 1] * y[a + 1] + y[k + 2] * y[a + 2]
+        for c in range(3):
+            y[k + c] -= along * y[a + c]

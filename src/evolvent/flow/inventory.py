@@ -1,0 +1,135 @@
+"""Energy and momentum of a state."""
+
+import numpy as np
+
+from evolvent.jit import kernel
+from evolvent.kernels import rigid, springs, thread
+from evolvent.kernels.rotations import cross, turn
+from evolvent.model import ELASTIC, H_BODY, H_RELEASED, H_WOUND, KINETIC, N_INVENTORY, P_ALL
+
+
+@kernel
+def add_momentum(out, at, mass, x, y, z, vx, vy, vz):
+    """Angular momentum of a point mass about the inertial origin into out[at : at + 3]."""
+    hx, hy, hz = cross(x, y, z, mass * vx, mass * vy, mass * vz)
+    out[at] += hx
+    out[at + 1] += hy
+    out[at + 2] += hz
+
+
+@kernel
+def inventory(t, y, s, model, out):
+    """Energies and momenta of a state.
+
+    Parameters
+    ----------
+    out : (N_INVENTORY,) float, output
+        kinetic energy, elastic energy (J); angular momentum about the inertial origin of bodies, released and wound
+        thread (kg m2/s); linear momentum (kg m/s). Wound thread that is not carried is counted in its own
+        angular momentum only. Leaves node positions and velocities in the nodes' x, v.
+    """
+    bodies, points, threads = model.bodies, model.points, model.threads
+    for i in range(out.size):
+        out[i] = 0.0
+    rigid.kinematics(t, y, bodies)
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    for b in range(bodies.size):
+        wx, wy, wz = bodies[b].w[0], bodies[b].w[1], bodies[b].w[2]
+        if bodies[b].motion == rigid.SPIN:
+            rate = y[bodies[b].iv]
+            J = bodies[b].spin_inertia
+            out[KINETIC] += 0.5 * J * rate * rate
+            n = bodies[b].axis
+            nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+            out[H_BODY] += J * rate * nx
+            out[H_BODY + 1] += J * rate * ny
+            out[H_BODY + 2] += J * rate * nz
+        elif bodies[b].motion == rigid.FREE:
+            m, M, v, x = bodies[b].mass, bodies[b].M, bodies[b].v, bodies[b].x
+            out[KINETIC] += 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+            add_momentum(out, H_BODY, m, x[0], x[1], x[2], v[0], v[1], v[2])
+            for i in range(3):
+                out[P_ALL + i] += m * v[i]
+                h = M[3 + i, 3] * wx + M[3 + i, 4] * wy + M[3 + i, 5] * wz
+                out[KINETIC] += 0.5 * h * bodies[b].w[i]
+                out[H_BODY + i] += h
+    for i in range(points.size):
+        q, v, m = points[i].iq, points[i].iv, points[i].mass
+        out[KINETIC] += 0.5 * m * (y[v] * y[v] + y[v + 1] * y[v + 1] + y[v + 2] * y[v + 2])
+        add_momentum(out, H_BODY, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
+        for c in range(3):
+            out[P_ALL + c] += m * y[v + c]
+    for k in range(model.springs.size):
+        if model.springs[k].law == 0:
+            a = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].a)
+            c = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].b)
+            extension = (
+                np.sqrt((a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2 + (a[2] - c[2]) ** 2)
+                - model.springs[k].length
+            )
+            out[ELASTIC] += springs.spring_energy(model.springs[k].stiffness, extension)
+    for p in range(threads.size):
+        thread_inventory(y, s, model, p, out)
+
+
+@kernel
+def thread_inventory(y, s, model, p, out):
+    """Add thread p, released and wound, to `out` (see `inventory`)."""
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    first, j, body = threads[p].node, s[p], threads[p].body
+    copies = float(threads[p].copies)
+    if threads[p].kind == thread.SPRINGS:
+        thread.spring_points(y, s, threads, nodes, p)
+    else:
+        thread.chain_points(y, s, threads, nodes, p)
+    part = model.sums[1]  # momenta of this thread, then summed over its copies
+    for i in range(N_INVENTORY):
+        part[i] = 0.0
+    elastic = 0.0
+    for i in range(j):
+        k = first + i
+        x, v, m = nodes[k].x, nodes[k].v, nodes[k].mass
+        part[KINETIC] += 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        add_momentum(part, H_RELEASED, m, x[0], x[1], x[2], v[0], v[1], v[2])
+        for c in range(3):
+            part[P_ALL + c] += m * v[c]
+        if threads[p].kind == thread.SPRINGS:
+            if i < j - 1:
+                dx, dy, dz = x[0] - nodes[k + 1].x[0], x[1] - nodes[k + 1].x[1], x[2] - nodes[k + 1].x[2]
+                rest = threads[p].segment
+            else:
+                dx, dy, dz = x[0] - threads[p].Q[0], x[1] - threads[p].Q[1], x[2] - threads[p].Q[2]
+                rest = threads[p].b[0]
+            extension = np.sqrt(dx * dx + dy * dy + dz * dz) - rest
+            if i < j - 1 or s[threads.size + p] == 0:
+                elastic += springs.spring_energy(threads[p].stiffness, extension)
+    part[ELASTIC] = elastic
+    for i in range(j, threads[p].n):
+        m = nodes[first + i].mass
+        dx, dy, dz, ux, uy, uz, ax, ay, az = thread.wound_node(threads, bodies, p, i)
+        vx, vy, vz = cross(bodies[body].w[0], bodies[body].w[1], bodies[body].w[2], dx, dy, dz)
+        vx, vy, vz = bodies[body].v[0] + vx + ux, bodies[body].v[1] + vy + uy, bodies[body].v[2] + vz + uz
+        add_momentum(
+            part, H_WOUND, m, bodies[body].x[0] + dx, bodies[body].x[1] + dy, bodies[body].x[2] + dz, vx, vy, vz
+        )
+        if threads[p].carried:
+            part[KINETIC] += 0.5 * m * (vx * vx + vy * vy + vz * vz)
+            part[P_ALL] += m * vx
+            part[P_ALL + 1] += m * vy
+            part[P_ALL + 2] += m * vz
+    if threads[p].feed == thread.FREE_SPOOL:
+        rate = y[threads[p].spool_v]
+        part[KINETIC] += 0.5 * threads[p].spool_inertia * rate * rate
+    if copies == 1.0:
+        for i in range(N_INVENTORY):
+            out[i] += part[i]
+        return
+    n = bodies[body].axis
+    nx, ny, nz = turn(bodies[body].R, n[0], n[1], n[2])
+    out[KINETIC] += copies * part[KINETIC]
+    out[ELASTIC] += copies * part[ELASTIC]
+    for at in (H_RELEASED, H_WOUND, P_ALL):
+        axial = copies * (part[at] * nx + part[at + 1] * ny + part[at + 2] * nz)
+        out[at] += axial * nx
+        out[at + 1] += axial * ny
+        out[at + 2] += axial * nz

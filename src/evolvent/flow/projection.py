@@ -1,0 +1,102 @@
+"""Back onto the constraints after a step."""
+
+import numpy as np
+
+from evolvent.flow.impulse import impulse, prepare
+from evolvent.jit import kernel
+from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels.linalg import banded_ldl_solve
+from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
+
+
+@kernel
+def project(t, y, s, model):
+    """Bring the state back onto its constraints; returns 1 if that changed it more than round-off of a rate.
+
+    Quaternions and tangents are normalised, rates made perpendicular to their tangents; links are drawn to their
+    length and rate along their own directions, weighted by the masses (which keeps momentum).
+    """
+    threads, bodies = model.threads, model.bodies
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            q = bodies[b].iq + 3
+            scale = 1.0 / np.sqrt(
+                y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2] + y[q + 3] * y[q + 3]
+            )
+            for c in range(4):
+                y[q + c] *= scale
+    for p in range(threads.size):
+        if threads[p].kind != thread.INEXTENSIBLE:
+            continue
+        links, bound = thread.chain_links(s, threads, p)
+        if bound:
+            links += 1
+        for i in range(links):
+            q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
+            scale = 1.0 / np.sqrt(y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2])
+            along = (y[q] * y[v] + y[q + 1] * y[v + 1] + y[q + 2] * y[v + 2]) * scale * scale
+            for c in range(3):
+                y[v + c] -= along * y[q + c]
+                y[q + c] *= scale
+    if model.links.size == 0:
+        return 0
+    project_links(t, y, s, model)
+    return 1
+
+
+@kernel
+def project_links(t, y, s, model):
+    """Positions (two Newton iterations), then velocities, of a model with links."""
+    rows, points, bodies = model.rows, model.points, model.bodies
+    n = rows.size
+    for _ in range(2):
+        prepare(t, y, s, model)
+        for r in range(n):
+            model.la[r] = 0.0
+            if rows[r].kind == joints.LINK:
+                k = rows[r].index
+                geometry = joints.link_geometry(y, model.links, model.markers, points, bodies, k)
+                model.la[r] = geometry[0] - model.links[k].length
+        banded_ldl_solve(model.A, n, model.info[0].bandwidth, model.la)
+        for r in range(n):
+            if rows[r].kind != joints.LINK:
+                continue
+            for side in range(2):
+                sign = model.la[r] if side == 0 else -model.la[r]
+                b, i = rows[r].body[side], rows[r].point[side]
+                if b >= 0:
+                    for c in range(6):
+                        bodies[b].a[c] += sign * rows[r].Z[side, c]
+                elif i >= 0:
+                    for c in range(3):
+                        y[points[i].iq + c] += sign * rows[r].e[c] / points[i].mass
+        for b in range(bodies.size):
+            shift_body(y, bodies, b)
+    prepare(t, y, s, model)
+    for r in range(n):
+        if rows[r].kind == joints.LINK:
+            k = rows[r].index
+            rows[r].rx = joints.link_geometry(y, model.links, model.markers, points, bodies, k)[1]
+    impulse(y, s, model, -1, 0.0, 0.0, 0.0)
+
+
+@kernel
+def shift_body(y, bodies, b):
+    """Move body b by the small displacement twist bodies[b].a."""
+    q, a = bodies[b].iq, bodies[b].a
+    if bodies[b].motion == rigid.SPIN:
+        n = bodies[b].axis
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        y[q] += nx * a[3] + ny * a[4] + nz * a[5]
+    elif bodies[b].motion == rigid.FREE:
+        for c in range(3):
+            y[q + c] += a[c]
+        k = q + 3
+        x, z, u = turn_back(bodies[b].R, a[3], a[4], a[5])
+        d = quaternion_rate(y[k], y[k + 1], y[k + 2], y[k + 3], x, z, u)
+        scale = 0.0
+        for c in range(4):
+            y[k + c] += d[c]
+            scale += y[k + c] * y[k + c]
+        for c in range(4):
+            y[k + c] /= np.sqrt(scale)

@@ -1,0 +1,83 @@
+"""Right-hand side of the equations of motion."""
+
+from evolvent.jit import kernel
+from evolvent.kernels import joints, loads, rigid, springs, thread
+from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
+
+
+@kernel
+def rhs(t, y, s, model, dy):
+    """State derivative dy : (ny,) at time t of the state y, s; leaves tensions in nodes' T and in la.
+
+    Raises
+    ------
+    ValueError
+        If constraints are redundant (one of them follows from the others).
+    """
+    bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
+    info = model.info[0]
+    n_v = info.nq + info.nv
+    for i in range(y.size):
+        dy[i] = 0.0
+    rigid.kinematics(t, y, bodies)
+    for i in range(points.size):
+        for c in range(3):
+            points[i].f[c] = 0.0
+    gravity = info.gravity
+    falls = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0
+    load_power = 0.0
+    if falls:
+        load_power += loads.weight(bodies, points, gravity)
+    dissipated, law_power = springs.spring_forces(
+        t, y, model.springs, model.markers, points, bodies, model.parameters
+    )
+    load_power += law_power
+    load_power += loads.concentrated_loads(
+        t, y, model.loads, model.markers, points, bodies, model.parameters
+    )
+    spool_power = 0.0
+    loaded = falls or model.loads.size > 0
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    load_power += thread.carry_wound(s, threads, nodes, bodies, gravity)
+    for p in range(threads.size):
+        if threads[p].kind == thread.SPRINGS:
+            if loaded:
+                thread.spring_points(y, s, threads, nodes, p)
+        elif loaded:
+            thread.chain_points(y, s, threads, nodes, p)
+        if loaded:
+            load_power += thread.node_loads(
+                t, s, threads, nodes, bodies, model.loads, gravity, model.parameters, model.scratch, p
+            )
+        if threads[p].kind == thread.SPRINGS:
+            d, power = thread.spring_thread(y, s, threads, nodes, bodies, p, loaded, dy)
+            dissipated += d
+            spool_power += power
+    rigid.factorise(bodies)
+    for b in range(bodies.size):
+        rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
+    for i in range(points.size):
+        for c in range(3):
+            points[i].a[c] = points[i].f[c] / points[i].mass
+    if model.rows.size > 0:
+        if joints.build_rows(y, s, model) >= 0:
+            raise ValueError("redundant constraints")
+        joints.row_velocity_terms(y, s, model, loaded)
+        joints.solve_rows(s, model)
+        for p in range(threads.size):
+            if threads[p].kind == thread.INEXTENSIBLE:
+                spool_power += thread.chain_rates(y, s, threads, nodes, bodies, p, loaded, dy)
+    drive_power = 0.0
+    for b in range(bodies.size):
+        drive_power += rigid.write_rates(y, bodies, b, dy)
+    for i in range(points.size):
+        q, v = points[i].iq, points[i].iv
+        for c in range(3):
+            dy[q + c] = y[v + c]
+            dy[v + c] = points[i].a[c]
+            if falls:
+                load_power += points[i].mass * gravity[c] * y[v + c]
+    dy[n_v + DISSIPATED] = dissipated
+    dy[n_v + SPOOL] = spool_power
+    dy[n_v + LOAD] = load_power
+    dy[n_v + DRIVE] = drive_power

@@ -1,0 +1,207 @@
+"""The one way to compile in this package: decorators, cache folder and user laws as function pointers.
+
+Every compiled function is kept on disk in a folder named by numba's version and a hash of the sources of all the floors
+that compile, so that a change in one file can never serve a stale result in another (numba alone looks at a function's
+own file only); compiling anything elsewhere in the package is refused. ``NUMBA_DISABLE_JIT=1`` runs everything as
+plain Python (coverage, debugging).
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import pathlib
+import tempfile
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from numba import config, f8, njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+_PACKAGE = pathlib.Path(__file__).parent
+
+
+#: Modules and packages that may hold compiled functions or constants that these use.
+_COMPILED = ("jit", "model", "kernels", "flow", "solvers")
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        if path.relative_to(_PACKAGE).with_suffix("").parts[0] not in _COMPILED:
+            continue
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _find_cache_dir() -> pathlib.Path:
+    """First writable of ``$EVOLVENT_CACHE``, the user's cache folder and the temporary folder."""
+    name = f"numba-{numba.__version__}-{_source_hash()}"
+    user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    candidates = [os.environ.get("EVOLVENT_CACHE"), os.path.join(user, "evolvent")]
+    for base in candidates:
+        if not base:
+            continue
+        folder = pathlib.Path(base) / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return folder
+        except OSError:
+            continue
+    return pathlib.Path(tempfile.mkdtemp(prefix="evolvent-cache-")) / name
+
+
+CACHE_DIR = _find_cache_dir()
+
+
+def _compile(signature: Any, function: Callable) -> Any:
+    args = () if signature is None else (signature,)
+    previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
+    try:
+        return njit(*args, cache=True, error_model="numpy")(function)
+    except RuntimeError as error:  # no source file to key the cache by (interactive prompt)
+        if "cannot cache" not in str(error):
+            raise
+        return njit(*args, error_model="numpy")(function)
+    finally:
+        config.CACHE_DIR = previous
+
+
+def kernel(function: Callable) -> Any:
+    """Compile `function` when it is first called, once per argument types, and keep it on disk."""
+    package, _, module = function.__module__.partition(".")
+    if package == "evolvent" and module.split(".")[0] not in _COMPILED:
+        raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
+    return _compile(None, function)
+
+
+@functools.cache
+def bind(function: Any, signature: Any) -> Any:
+    """Compile `function` for one explicit `signature`, so that a 1-tuple of it is typed as a function pointer."""
+    if config.DISABLE_JIT:
+        return function
+    return _compile(signature, function.py_func)
+
+
+# ------------------------------------------------------------------------------------------------ user laws
+
+_VECTOR = types.UniTuple(f8, 3)
+#: Signatures of the laws that a user may write, by kind.
+LAWS = {
+    "force": _VECTOR(f8[::1], f8[::1], f8, f8[::1]),
+    "spring": f8(f8, f8, f8, f8[::1]),
+    "feed": _VECTOR(f8, f8[::1]),
+    "event": f8(f8, f8[::1], f8[::1]),
+}
+_plain_laws: list[Callable] = []  # only used without compilation: addresses are then indices into this list
+
+
+def _law(kind: str, function: Callable) -> Any:
+    if config.DISABLE_JIT:
+        return function
+    return _compile(LAWS[kind], function)
+
+
+def force_law(function: Callable) -> Any:
+    """Turn ``f(x, v, t, parameters) -> (fx, fy, fz)`` into a distributed load law.
+
+    Parameters
+    ----------
+    function : callable
+        Receives position `x` : (3,) m and velocity `v` : (3,) m/s in the inertial frame, time `t` : s and the
+        `parameters` : (k,) given with the load; returns force per length, N/m, inertial frame.
+
+    Returns
+    -------
+    compiled function
+        Its address goes into the model; editing the law recompiles the law alone. Exceptions reach the user.
+
+    Notes
+    -----
+    Keep helpers of a law in the same file: a change in another user file is not noticed by the cache.
+    """
+    return _law("force", function)
+
+
+def spring_law(function: Callable) -> Any:
+    """Turn ``f(extension, rate, t, parameters) -> tension`` (m, m/s, s -> N) into the law of a spring."""
+    return _law("spring", function)
+
+
+def feed_law(function: Callable) -> Any:
+    """Turn ``f(t, parameters) -> (angle, rate, acceleration)`` (rad, rad/s, rad/s2) into the law of a spool."""
+    return _law("feed", function)
+
+
+def event_law(function: Callable) -> Any:
+    """Turn ``f(t, y, parameters) -> value`` into an event that fires where the value rises through zero."""
+    return _law("event", function)
+
+
+def law_address(law: Any, kind: str) -> int:
+    """Address of a compiled law of the given `kind`; the caller keeps the law alive as long as the address.
+
+    Raises
+    ------
+    TypeError
+        If `law` was not made by the decorator of that kind.
+    """
+    if config.DISABLE_JIT:
+        _plain_laws.append(law)
+        return len(_plain_laws) - 1
+    signature = LAWS[kind]
+    signatures = getattr(law, "nopython_signatures", None)
+    if signatures is None or [s.args for s in signatures] != [signature.args]:
+        raise TypeError(f"the law {getattr(law, '__name__', law)!r} must be decorated with @evolvent.{kind}_law")
+    result = law.get_compile_result(signature)
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+def _make_lookup(signature: Any) -> Any:
+    """A compiled function int64 -> callable of `signature`."""
+    if config.DISABLE_JIT:
+        return _plain_laws.__getitem__
+
+    @intrinsic
+    def law_at(typing_context, address):  # type: ignore[no-untyped-def]
+        function_type = types.FunctionType(signature)
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            struct = cgutils.create_struct_proxy(function_type)(context, builder)
+            pointer = builder.inttoptr(args[0], context.get_value_type(types.voidptr))
+            struct.c_addr = pointer
+            struct.jit_addr = pointer
+            return struct._getvalue()
+
+        return function_type(types.int64), codegen
+
+    return law_at
+
+
+force_law_at = _make_lookup(LAWS["force"])
+spring_law_at = _make_lookup(LAWS["spring"])
+feed_law_at = _make_lookup(LAWS["feed"])
+event_law_at = _make_lookup(LAWS["event"])
+
+
+def address_table(addresses: list[int]) -> np.ndarray:
+    """Addresses as the model holds them: (n,) int64."""
+    return np.array(addresses, dtype=np.int64).reshape(-1)
+
+
+def is_warm(name: str) -> bool:
+    """Whether a solver called `name` has been compiled into this cache folder before."""
+    return bool(config.DISABLE_JIT) or (CACHE_DIR / f"warm-{name}").exists()
+
+
+def mark_warm(name: str) -> None:
+    """Remember that the solver called `name` now stands in the cache folder."""
+    if not config.DISABLE_JIT:
+        CACHE_DIR.mkdir(parents=True, exist_ok=True)
+        (CACHE_DIR / f"warm-{name}").touch()

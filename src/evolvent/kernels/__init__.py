@@ -1,0 +1,1 @@
+"""Compiled functions of arrays: no classes, no input or output, no printing."""

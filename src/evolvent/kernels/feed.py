@@ -1,0 +1,81 @@
+"""Angle, rate and acceleration of a spool as functions of time."""
+
+from evolvent.jit import feed_law_at, kernel
+
+RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
+
+
+@kernel
+def feed_ramps(p, t):
+    """Rates that follow one another, each reached over its own time by a quintic smooth step.
+
+    Parameters
+    ----------
+    p : (3 + 3 k,) float
+        angle at t = 0 (rad), first rate (rad/s), k, then k times (start s, duration s, rate rad/s)
+    t : float, s
+
+    Notes
+    -----
+    S(s) = 10 s^3 - 15 s^4 + 6 s^5, its integral 2.5 s^4 - 3 s^5 + s^6, on 0 <= s <= 1.
+    """
+    angle = p[0] + p[1] * t
+    rate = p[1]
+    acceleration = 0.0
+    before = p[1]
+    for k in range(int(p[2])):
+        start, duration, after = p[3 + 3 * k], p[4 + 3 * k], p[5 + 3 * k]
+        jump = after - before
+        before = after
+        if t <= start:
+            continue
+        if t >= start + duration:
+            angle += jump * (t - start - 0.5 * duration)
+            rate += jump
+        else:
+            s = (t - start) / duration
+            s3 = s * s * s
+            angle += jump * duration * s3 * s * (2.5 - 3.0 * s + s * s)
+            rate += jump * s3 * (10.0 - 15.0 * s + 6.0 * s * s)
+            acceleration += jump / duration * 30.0 * s * s * (1.0 - s) * (1.0 - s)
+    return angle, rate, acceleration
+
+
+@kernel
+def feed_table(p, t):
+    """Piecewise polynomial (up to quartic), extended by its end rates outside.
+
+    Parameters
+    ----------
+    p : (1 + n + 5 (n - 1),) float
+        n, the n breakpoints (s), then for each piece the coefficients of (t - t_i)^4 .. (t - t_i)^0, rad
+    t : float, s
+    """
+    n = int(p[0])
+    first, last = p[1], p[n]
+    inside = min(max(t, first), last)
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if p[1 + middle] <= inside:
+            low = middle
+        else:
+            high = middle
+    c = 1 + n + 5 * low
+    s = inside - p[1 + low]
+    angle = (((p[c] * s + p[c + 1]) * s + p[c + 2]) * s + p[c + 3]) * s + p[c + 4]
+    rate = ((4.0 * p[c] * s + 3.0 * p[c + 1]) * s + 2.0 * p[c + 2]) * s + p[c + 3]
+    acceleration = (12.0 * p[c] * s + 6.0 * p[c + 1]) * s + 2.0 * p[c + 2]
+    if inside != t:
+        return angle + rate * (t - inside), rate, 0.0
+    return angle, rate, acceleration
+
+
+@kernel
+def feed(kind, p, address, t):
+    """(angle rad, rate rad/s, acceleration rad/s2) of a prescribed spool at time t."""
+    if kind == RAMPS:
+        return feed_ramps(p, t)
+    if kind == TABLE:
+        return feed_table(p, t)
+    return feed_law_at(address)(t, p)

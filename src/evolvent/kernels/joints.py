@@ -1,0 +1,204 @@
+"""Rows of constraint: distance links, cords on a drum, and the boundary segments of inextensible threads.
+
+Each row has one multiplier, the tension la (positive where it pulls), and up to two sides, each a body, a point mass
+or nothing. The rows that share a side are coupled; the coupled system A la = r is symmetric and banded.
+"""
+
+import math
+
+from evolvent.jit import kernel
+from evolvent.kernels import thread as chain
+from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
+from evolvent.kernels.rigid import add_wrench, centripetal, respond
+from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.springs import marker_kinematics
+
+THREAD, LINK = 0, 1
+
+
+@kernel
+def link_geometry(y, links, markers, points, bodies, k):
+    """Length, its rate, direction from a to b, the points of attack, and the velocity term of link k.
+
+    Notes
+    -----
+    With a drum of radius R about an axis n of the body at a, the cord leaves it at a tangent point: the length is
+    s + R (angle wrapped), s^2 = d^2 - R^2. The wrapped angle is the one, of all that differ by whole turns, that
+    brings the length nearest to its set value. The velocity term is |v across|^2 / s (the free part's turning).
+    """
+    a, b = links[k].a, links[k].b
+    ax, ay, az, avx, avy, avz = marker_kinematics(y, markers, points, bodies, a)
+    bx, by, bz, bvx, bvy, bvz = marker_kinematics(y, markers, points, bodies, b)
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    vx, vy, vz = bvx - avx, bvy - avy, bvz - avz
+    R = links[k].drum
+    if R == 0.0:
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        ex, ey, ez = dx / length, dy / length, dz / length
+        rate = ex * vx + ey * vy + ez * vz
+        across = vx * vx + vy * vy + vz * vz - rate * rate
+        return length, rate, ex, ey, ez, ax, ay, az, bx, by, bz, across / length
+    body = markers[a].index
+    sense = links[k].sense
+    n, z = links[k].axis, links[k].zero
+    nx, ny, nz = turn(bodies[body].R, n[0], n[1], n[2])
+    zx, zy, zz = turn(bodies[body].R, z[0], z[1], z[2])
+    d2 = dx * dx + dy * dy + dz * dz
+    s = math.sqrt(max(d2 - R * R, 1e-300))
+    # radial direction to the tangent point: R r + s e = d, e = sense n x r
+    kx, ky, kz = cross(nx, ny, nz, dx, dy, dz)
+    rx = (R * dx - sense * s * kx) / d2
+    ry = (R * dy - sense * s * ky) / d2
+    rz = (R * dz - sense * s * kz) / d2
+    tx, ty, tz = cross(nx, ny, nz, rx, ry, rz)
+    ex, ey, ez = sense * tx, sense * ty, sense * tz
+    qx, qy, qz = cross(nx, ny, nz, zx, zy, zz)
+    angle = math.atan2(rx * qx + ry * qy + rz * qz, rx * zx + ry * zy + rz * zz)
+    wrapped = sense * angle  # from the anchor, growing as the cord winds on
+    turns = round((links[k].length - s - R * wrapped) / (2.0 * math.pi * R))
+    length = s + R * (wrapped + 2.0 * math.pi * turns)
+    omega = bodies[body].w[0] * nx + bodies[body].w[1] * ny + bodies[body].w[2] * nz
+    rate = ex * vx + ey * vy + ez * vz - sense * R * omega
+    radial = rx * vx + ry * vy + rz * vz
+    px, py, pz = ax + R * rx, ay + R * ry, az + R * rz
+    return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / s
+
+
+@kernel
+def build_rows(y, s, model):
+    """Directions, generalised directions J, responses Z and the factored matrix A of all rows.
+
+    Returns -1, or the first row that the rows before it already imply.
+    """
+    rows, threads, bodies, markers, points = (
+        model.rows,
+        model.threads,
+        model.bodies,
+        model.markers,
+        model.points,
+    )
+    width = model.info[0].bandwidth
+    A = model.A
+    for r in range(rows.size):
+        k = rows[r].index
+        for side in range(2):
+            for c in range(6):
+                rows[r].J[side, c] = 0.0
+                rows[r].Z[side, c] = 0.0
+        for c in range(width + 1):
+            A[r, c] = 0.0
+        if rows[r].kind == THREAD:
+            A[r, 0] = chain.chain_matrix(y, s, threads, model.nodes, k) * threads[k].copies
+            links, bound = chain.chain_links(s, threads, k)
+            if not bound:
+                continue
+            if threads[k].feed == chain.FREE_SPOOL:
+                radius = threads[k].radius
+                A[r, 0] += threads[k].copies * radius * radius / threads[k].spool
+            q = threads[k].iq + 3 * links
+            copies = float(threads[k].copies)
+            rows[r].e[0], rows[r].e[1], rows[r].e[2] = y[q], y[q + 1], y[q + 2]
+            add_wrench(
+                rows[r].J[0],
+                threads[k].d[0],
+                threads[k].d[1],
+                threads[k].d[2],
+                copies * y[q],
+                copies * y[q + 1],
+                copies * y[q + 2],
+            )
+        else:
+            geometry = link_geometry(y, model.links, markers, points, bodies, k)
+            ex, ey, ez = geometry[2], geometry[3], geometry[4]
+            rows[r].e[0], rows[r].e[1], rows[r].e[2] = ex, ey, ez
+            for side in range(2):
+                b = rows[r].body[side]
+                if b >= 0:
+                    px, py, pz = geometry[5], geometry[6], geometry[7]
+                    if side == 1:
+                        px, py, pz = geometry[8], geometry[9], geometry[10]
+                    add_wrench(
+                        rows[r].J[side], px - bodies[b].x[0], py - bodies[b].x[1], pz - bodies[b].x[2], ex, ey, ez
+                    )
+                elif rows[r].point[side] >= 0:
+                    A[r, 0] += 1.0 / points[rows[r].point[side]].mass
+        for side in range(2):
+            b = rows[r].body[side]
+            if b >= 0:
+                respond(bodies, b, rows[r].J[side], rows[r].Z[side])
+                for c in range(6):
+                    A[r, 0] += rows[r].J[side, c] * rows[r].Z[side, c]
+    for k in range(model.pairs.shape[0]):
+        r, q = model.pairs[k, 0], model.pairs[k, 1]
+        a, b = model.pairs[k, 2], model.pairs[k, 3]
+        value = 0.0
+        if rows[r].body[a] >= 0:
+            for c in range(6):
+                value += rows[r].J[a, c] * rows[q].Z[b, c]
+        else:
+            for c in range(3):
+                value += rows[r].e[c] * rows[q].e[c]
+            value /= points[rows[r].point[a]].mass
+        A[r, r - q] += value if a == b else -value
+    return banded_ldl(A, rows.size, width)
+
+
+@kernel
+def row_velocity_terms(y, s, model, loaded):
+    """What the rows' accelerations need without any force: into rx (and rhs of the chains)."""
+    rows, markers, bodies = model.rows, model.markers, model.bodies
+    for r in range(rows.size):
+        k = rows[r].index
+        if rows[r].kind == THREAD:
+            value = chain.chain_rhs(y, s, model.threads, model.nodes, bodies, k, loaded)
+            rows[r].rx = value * model.threads[k].copies
+            continue
+        geometry = link_geometry(y, model.links, markers, model.points, bodies, k)
+        value = geometry[11]
+        for side in range(2):
+            b = rows[r].body[side]
+            if b < 0:
+                continue
+            m = model.links[k].a if side == 0 else model.links[k].b
+            # from the marker, not from a drum's tangent point: the drum's turning is in rJ alone
+            local = markers[m].local
+            dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
+            cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+            part = geometry[2] * cx + geometry[3] * cy + geometry[4] * cz
+            value += -part if side == 0 else part
+        rows[r].rx = value
+
+
+@kernel
+def solve_rows(s, model):
+    """Multipliers la from rx, the bodies' twists a and the points' accelerations a; chains included."""
+    rows, bodies, points = model.rows, model.bodies, model.points
+    la = model.la
+    n = rows.size
+    for r in range(n):
+        value = rows[r].rx
+        for side in range(2):
+            part = 0.0
+            b, i = rows[r].body[side], rows[r].point[side]
+            if b >= 0:
+                for c in range(6):
+                    part += rows[r].J[side, c] * bodies[b].a[c]
+            elif i >= 0:
+                for c in range(3):
+                    part += rows[r].e[c] * points[i].a[c]
+            value += -part if side == 0 else part
+        la[r] = value
+    banded_ldl_solve(model.A, n, model.info[0].bandwidth, la)
+    for r in range(n):
+        if rows[r].kind == THREAD:
+            chain.chain_solve(s, model.threads, model.nodes, rows[r].index, la[r])
+        for side in range(2):
+            sign = la[r] if side == 0 else -la[r]
+            b, i = rows[r].body[side], rows[r].point[side]
+            if b >= 0:
+                for c in range(6):
+                    bodies[b].a[c] += sign * rows[r].Z[side, c]
+                    bodies[b].F[c] += sign * rows[r].J[side, c]
+            elif i >= 0:
+                for c in range(3):
+                    points[i].a[c] += sign * rows[r].e[c] / points[i].mass

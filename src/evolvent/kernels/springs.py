@@ -1,0 +1,76 @@
+"""Markers (points fixed to the ground, to a body or to a point mass) and spring-dampers between two of them."""
+
+import math
+
+from evolvent.jit import kernel, spring_law_at
+from evolvent.kernels.rigid import add_wrench, point_kinematics
+
+ON_BODY, ON_POINT = 0, 1
+
+
+@kernel
+def marker_kinematics(y, markers, points, bodies, k):
+    """Position and velocity of marker k, inertial axes: (x, y, z, vx, vy, vz)."""
+    i = markers[k].index
+    if markers[k].kind == ON_POINT:
+        q, v = points[i].iq, points[i].iv
+        return y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2]
+    dx, dy, dz, vx, vy, vz = point_kinematics(
+        bodies, i, markers[k].local[0], markers[k].local[1], markers[k].local[2]
+    )
+    return bodies[i].x[0] + dx, bodies[i].x[1] + dy, bodies[i].x[2] + dz, vx, vy, vz
+
+
+@kernel
+def push_marker(markers, points, bodies, k, x, y, z, fx, fy, fz):
+    """Apply a force at marker k, which stands at (x, y, z)."""
+    i = markers[k].index
+    if markers[k].kind == ON_POINT:
+        points[i].f[0] += fx
+        points[i].f[1] += fy
+        points[i].f[2] += fz
+    else:
+        add_wrench(bodies[i].F, x - bodies[i].x[0], y - bodies[i].x[1], z - bodies[i].x[2], fx, fy, fz)
+
+
+@kernel
+def spring_tension(springs, k, extension, rate, t, parameters):
+    """Elastic (or law) part and damping part of the tension of spring k, N."""
+    if springs[k].law != 0:
+        p = parameters[springs[k].first : springs[k].last]
+        return spring_law_at(springs[k].law)(extension, rate, t, p), 0.0
+    return springs[k].stiffness * extension, springs[k].damping * rate
+
+
+@kernel
+def spring_energy(stiffness, extension):
+    """U = k e^2 / 2, J; the tension is dU/de = k e, its derivative k."""
+    return 0.5 * stiffness * extension * extension
+
+
+@kernel
+def spring_forces(t, y, springs, markers, points, bodies, parameters):
+    """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
+    dissipated = 0.0
+    law_power = 0.0
+    for k in range(springs.size):
+        a, b = springs[k].a, springs[k].b
+        ax, ay, az, avx, avy, avz = marker_kinematics(y, markers, points, bodies, a)
+        bx, by, bz, bvx, bvy, bvz = marker_kinematics(y, markers, points, bodies, b)
+        ex, ey, ez = bx - ax, by - ay, bz - az
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        if length == 0.0:
+            continue
+        scale = 1.0 / length
+        ex *= scale
+        ey *= scale
+        ez *= scale
+        rate = ex * (bvx - avx) + ey * (bvy - avy) + ez * (bvz - avz)
+        elastic, damping = spring_tension(springs, k, length - springs[k].length, rate, t, parameters)
+        if springs[k].law != 0:
+            law_power -= elastic * rate
+        dissipated += damping * rate
+        T = elastic + damping
+        push_marker(markers, points, bodies, a, ax, ay, az, T * ex, T * ey, T * ez)
+        push_marker(markers, points, bodies, b, bx, by, bz, -T * ex, -T * ey, -T * ez)
+    return dissipated, law_power

@@ -1,0 +1,471 @@
+"""Lumped thread on a reel: spring segments or segments of fixed length, boundary segment, wound thread.
+
+Node 0 is the tip, it leaves first; node i is released when the spool's angle reaches i l0 / r. Of the s released
+nodes the last, s - 1, is the boundary node: its segment ends at the departure point Q and has the rest length
+b = r (phi - (s - 1) l0 / r). Tangents e point outwards, from node i + 1 (or Q) to node i.
+
+Spring segments hold positions and velocities of the nodes in the state (inertial axes). Segments of fixed length hold
+the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are exact; once the thread has been let go
+the slot of the last node holds that node's position and velocity.
+
+Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
+"""
+
+import math
+
+from evolvent.jit import kernel
+from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.feed import feed
+from evolvent.kernels.loads import AT_MARKER, thread_load
+from evolvent.kernels.rigid import add_carried_mass, add_wrench, centripetal, point_kinematics
+from evolvent.kernels.rotations import cross, turn
+
+SPRINGS, INEXTENSIBLE = 0, 1
+TINY = 1e-9  # m: below this distance from Q a spring's direction is the feed direction (eq. 11)
+
+
+@kernel
+def spool(t, y, threads, parameters, p):
+    """(angle, rate, acceleration) of spool p; a free spool's acceleration is left at zero."""
+    if threads[p].feed == FREE_SPOOL:
+        return y[threads[p].spool_q], y[threads[p].spool_v], 0.0
+    return feed(
+        threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t
+    )
+
+
+@kernel
+def reels(t, y, s, threads, bodies, parameters):
+    """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
+    for p in range(threads.size):
+        b, r = threads[p].body, threads[p].radius
+        phi, rate, acceleration = spool(t, y, threads, parameters, p)
+        threads[p].phi = phi
+        threads[p].b[0] = max(r * phi - (s[p] - 1) * threads[p].segment, 0.0)
+        threads[p].b[1] = r * rate
+        threads[p].b[2] = r * acceleration
+        Q = threads[p].departure
+        dx, dy, dz, vx, vy, vz = point_kinematics(bodies, b, Q[0], Q[1], Q[2])
+        threads[p].d[0], threads[p].d[1], threads[p].d[2] = dx, dy, dz
+        threads[p].Q[0], threads[p].Q[1], threads[p].Q[2] = bodies[b].x[0] + dx, bodies[b].x[1] + dy, bodies[b].x[2] + dz
+        threads[p].Q[3], threads[p].Q[4], threads[p].Q[5] = vx, vy, vz
+        X = threads[p].feed_axis
+        threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
+
+
+@kernel
+def wound_node(threads, bodies, p, i):
+    """Node i on spool p (eq. 2), in the body's axes rotated to the inertial frame.
+
+    Returns
+    -------
+    arm d from the body's origin, velocity u and acceleration a relative to the body: nine floats
+    """
+    r, b = threads[p].radius, threads[p].body
+    angle = threads[p].phi - i * threads[p].segment / r
+    c, n = math.cos(angle), math.sin(angle)
+    Z = threads[p].normal
+    zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
+    xx, xy, xz = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    v, a, k = threads[p].b[1], threads[p].b[2], threads[p].b[1] * threads[p].b[1] / r
+    sx, sz = r * n, r * (c - 1.0)
+    ux, uz = v * c, -v * n
+    ax, az = a * c - k * n, -a * n - k * c
+    return (
+        threads[p].d[0] + sx * xx + sz * zx,
+        threads[p].d[1] + sx * xy + sz * zy,
+        threads[p].d[2] + sx * xz + sz * zz,
+        ux * xx + uz * zx,
+        ux * xy + uz * zy,
+        ux * xz + uz * zz,
+        ax * xx + az * zx,
+        ax * xy + az * zy,
+        ax * xz + az * zz,
+    )
+
+
+@kernel
+def carry_wound(s, threads, nodes, bodies, gravity):
+    """Mass and inertial forces of wound nodes onto their bodies (where carried); `spool` gets its inertia.
+
+    Gravity on wound thread acts at the spool's axis, as if it were evenly wound. Returns its power, W.
+    """
+    gx, gy, gz = gravity[0], gravity[1], gravity[2]
+    power = 0.0
+    for p in range(threads.size):
+        threads[p].spool = threads[p].spool_inertia
+        if not threads[p].carried:
+            continue
+        b, r = threads[p].body, threads[p].radius
+        wound = 0.0
+        for i in range(s[p], threads[p].n):
+            m = nodes[threads[p].node + i].mass
+            wound += m
+            dx, dy, dz, ux, uy, uz, ax, ay, az = wound_node(threads, bodies, p, i)
+            add_carried_mass(
+                bodies, b, threads[p].copies, m, dx, dy, dz, ux, uy, uz, ax, ay, az
+            )
+        threads[p].spool += wound * r * r
+        if wound > 0.0 and (gx != 0.0 or gy != 0.0 or gz != 0.0):
+            Z = threads[p].normal
+            zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
+            cx, cy, cz = threads[p].d[0] - r * zx, threads[p].d[1] - r * zy, threads[p].d[2] - r * zz
+            k = wound * threads[p].copies
+            add_wrench(bodies[b].F, cx, cy, cz, k * gx, k * gy, k * gz)
+            vx, vy, vz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], cx, cy, cz)
+            power += k * (gx * (bodies[b].v[0] + vx) + gy * (bodies[b].v[1] + vy) + gz * (bodies[b].v[2] + vz))
+    return power
+
+
+@kernel
+def chain_points(y, s, threads, nodes, p):
+    """Positions and velocities of the released nodes of an inextensible thread into x, v."""
+    j, n, first = s[p], threads[p].n, threads[p].node
+    q, v, l0 = threads[p].iq, threads[p].iv, threads[p].segment
+    for i in range(j - 1, -1, -1):
+        k = first + i
+        for c in range(3):
+            e, u = y[q + 3 * i + c], y[v + 3 * i + c]
+            if i < j - 1:
+                nodes[k].x[c] = nodes[k + 1].x[c] + l0 * e
+                nodes[k].v[c] = nodes[k + 1].v[c] + l0 * u
+            elif j == n and s[threads.size + p] != 0:
+                nodes[k].x[c] = e
+                nodes[k].v[c] = u
+            else:
+                nodes[k].x[c] = threads[p].Q[c] + threads[p].b[0] * e
+                nodes[k].v[c] = threads[p].Q[3 + c] + threads[p].b[1] * e + threads[p].b[0] * u
+
+
+@kernel
+def spring_points(y, s, threads, nodes, p):
+    """Positions and velocities of the released nodes of a spring thread into x, v."""
+    first, q, v = threads[p].node, threads[p].iq, threads[p].iv
+    for i in range(s[p]):
+        for c in range(3):
+            nodes[first + i].x[c] = y[q + 3 * i + c]
+            nodes[first + i].v[c] = y[v + 3 * i + c]
+
+
+@kernel
+def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch, p):
+    """Accelerations by loads of the released nodes into af, from x and v; returns their power, W."""
+    first, j = threads[p].node, s[p]
+    power = 0.0
+    for i in range(j):
+        k = first + i
+        for c in range(3):
+            nodes[k].af[c] = gravity[c]
+    if loads.size > 0:
+        last = j - 1
+        e, position, velocity = scratch[0], scratch[1], scratch[2]
+        for i in range(j):
+            k = first + i
+            tangent = 0.0
+            for c in range(3):
+                outer = nodes[k - 1].x[c] if i > 0 else nodes[k].x[c]
+                inner = nodes[k + 1].x[c] if i < last else threads[p].Q[c]
+                e[c] = outer - inner
+                tangent += e[c] * e[c]
+            tangent = math.sqrt(tangent)
+            for c in range(3):
+                e[c] = e[c] / tangent if tangent > TINY else threads[p].X[c]
+                position[c] = nodes[k].x[c]
+                velocity[c] = nodes[k].v[c]
+            for a in range(loads.size):
+                if loads[a].kind >= AT_MARKER or loads[a].target != p:
+                    continue
+                fx, fy, fz = thread_load(
+                    t, loads, parameters, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
+                )
+                scale = nodes[k].span / nodes[k].mass
+                nodes[k].af[0] += fx * scale
+                nodes[k].af[1] += fy * scale
+                nodes[k].af[2] += fz * scale
+    for i in range(j):
+        k = first + i
+        power += nodes[k].mass * (
+            nodes[k].af[0] * nodes[k].v[0] + nodes[k].af[1] * nodes[k].v[1] + nodes[k].af[2] * nodes[k].v[2]
+        )
+    return power * threads[p].copies
+
+
+@kernel
+def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
+    """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
+
+    Tensions go to T. Returns (power dissipated, power of the spool), W.
+    """
+    j = s[p]
+    if j == 0:
+        return 0.0, 0.0
+    first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
+    stiffness, damping = threads[p].stiffness, threads[p].damping
+    dissipated = 0.0
+    px = py = pz = 0.0  # pull of the outer segment on the node
+    x, yy, z = y[q], y[q + 1], y[q + 2]
+    vx, vy, vz = y[v], y[v + 1], y[v + 2]
+    for i in range(j - 1):
+        a, c = q + 3 * i, v + 3 * i
+        x1, y1, z1 = y[a + 3], y[a + 4], y[a + 5]
+        vx1, vy1, vz1 = y[c + 3], y[c + 4], y[c + 5]
+        ex, ey, ez = x - x1, yy - y1, z - z1
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        scale = 1.0 / length
+        rate = ((vx - vx1) * ex + (vy - vy1) * ey + (vz - vz1) * ez) * scale
+        T = stiffness * (length - l0) + damping * rate
+        dissipated += damping * rate * rate
+        nodes[first + i].T = T
+        scale *= T
+        ex *= scale
+        ey *= scale
+        ez *= scale
+        m = 1.0 / nodes[first + i].mass
+        dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+        dy[c] = (px - ex) * m
+        dy[c + 1] = (py - ey) * m
+        dy[c + 2] = (pz - ez) * m
+        px, py, pz = ex, ey, ez
+        x, yy, z, vx, vy, vz = x1, y1, z1, vx1, vy1, vz1
+    ex, ey, ez = x - threads[p].Q[0], yy - threads[p].Q[1], z - threads[p].Q[2]
+    length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if length > TINY:
+        scale = 1.0 / length
+        ex *= scale
+        ey *= scale
+        ez *= scale
+    else:
+        ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    stretch_rate = (vx - threads[p].Q[3]) * ex + (vy - threads[p].Q[4]) * ey + (vz - threads[p].Q[5]) * ez
+    b1 = threads[p].b[1]
+    rate = stretch_rate - b1 * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
+    elastic = stiffness * (length - threads[p].b[0])
+    if s[threads.size + p] != 0:  # let go
+        elastic = rate = 0.0
+    T = elastic + damping * rate
+    nodes[first + j - 1].T = T
+    a, c = q + 3 * (j - 1), v + 3 * (j - 1)
+    m = 1.0 / nodes[first + j - 1].mass
+    dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+    dy[c] = (px - T * ex) * m
+    dy[c + 1] = (py - T * ey) * m
+    dy[c + 2] = (pz - T * ez) * m
+    if loaded:
+        for i in range(j):
+            for k in range(3):
+                dy[v + 3 * i + k] += nodes[first + i].af[k]
+    copies = threads[p].copies
+    pull = copies * T
+    add_wrench(
+        bodies[threads[p].body].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], pull * ex, pull * ey, pull * ez
+    )
+    if threads[p].feed == FREE_SPOOL:
+        k = threads[p].spool_v
+        dy[threads[p].spool_q] = y[k]
+        dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
+        dissipated += damping * rate * (stretch_rate - b1)
+        power = threads[p].spool_torque * y[k]
+    else:
+        # what is left of the boundary's power once strain energy and dissipation are taken out
+        dissipated += damping * rate * rate
+        power = -elastic * b1 - damping * rate * (stretch_rate - rate)
+    return copies * dissipated, copies * power
+
+
+@kernel
+def chain_links(s, threads, p):
+    """Number of links with a node at both ends, and whether a boundary link to Q follows them."""
+    j = s[p]
+    bound = j > 0 and s[threads.size + p] == 0
+    return max(j - 1, 0), bound
+
+
+@kernel
+def chain_matrix(y, s, threads, nodes, p):
+    """Eliminate the tensions of the free links: pivots piv, couplings off; returns the boundary's diagonal.
+
+    Row i: -c_i-1,i / m_i T_i-1 + (1 / m_i + 1 / m_i+1) T_i - c_i,i+1 / m_i+1 T_i+1, with c the cosines between
+    neighbouring tangents.
+    """
+    links, bound = chain_links(s, threads, p)
+    first, q = threads[p].node, threads[p].iq
+    carry = 0.0  # off^2 / pivot of the row before
+    for i in range(links):
+        k, a = first + i, q + 3 * i
+        pivot = 1.0 / nodes[k].mass + 1.0 / nodes[k + 1].mass - carry
+        nodes[k].piv = pivot
+        if i < links - 1 or bound:
+            c = y[a] * y[a + 3] + y[a + 1] * y[a + 4] + y[a + 2] * y[a + 5]
+            off = -c / nodes[k + 1].mass
+            nodes[k].off = off
+            carry = off * off / pivot
+    if not bound:
+        return 1.0
+    return 1.0 / nodes[first + links].mass - carry
+
+
+@kernel
+def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
+    """Velocity and load terms of the free links into rhs, eliminated; returns the boundary row's."""
+    links, bound = chain_links(s, threads, p)
+    first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
+    before = 0.0
+    for i in range(links):
+        k, a, c = first + i, q + 3 * i, v + 3 * i
+        value = l0 * (y[c] * y[c] + y[c + 1] * y[c + 1] + y[c + 2] * y[c + 2])
+        if loaded:
+            for n in range(3):
+                value += y[a + n] * (nodes[k].af[n] - nodes[k + 1].af[n])
+        if i > 0:
+            value -= nodes[k - 1].off / nodes[k - 1].piv * before
+        nodes[k].rhs = value
+        before = value
+    if not bound:
+        return 0.0
+    k, a, c = first + links, q + 3 * links, v + 3 * links
+    b = threads[p].body
+    cx, cy, cz = centripetal(bodies, b, threads[p].d[0], threads[p].d[1], threads[p].d[2])
+    value = threads[p].b[0] * (y[c] * y[c] + y[c + 1] * y[c + 1] + y[c + 2] * y[c + 2]) - threads[p].b[2]
+    value -= y[a] * cx + y[a + 1] * cy + y[a + 2] * cz
+    if loaded:
+        value += y[a] * nodes[k].af[0] + y[a + 1] * nodes[k].af[1] + y[a + 2] * nodes[k].af[2]
+    if threads[p].feed == FREE_SPOOL:
+        value -= threads[p].radius * threads[p].spool_torque / threads[p].spool
+    if links > 0:
+        value -= nodes[k - 1].off / nodes[k - 1].piv * before
+    return value
+
+
+@kernel
+def chain_solve(s, threads, nodes, p, boundary_tension):
+    """Tensions T of all links once the boundary's is known."""
+    links, bound = chain_links(s, threads, p)
+    first = threads[p].node
+    outer = 0.0
+    if bound:
+        nodes[first + links].T = boundary_tension
+        outer = boundary_tension
+    for i in range(links - 1, -1, -1):
+        k = first + i
+        value = nodes[k].rhs
+        if i < links - 1 or bound:
+            value -= nodes[k].off * outer
+        outer = value / nodes[k].piv
+        nodes[k].T = outer
+
+
+@kernel
+def departure_acceleration(threads, bodies, p):
+    """Acceleration of Q from the body's acceleration twist a: three floats."""
+    b = threads[p].body
+    dx, dy, dz = threads[p].d[0], threads[p].d[1], threads[p].d[2]
+    cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+    ax, ay, az = cross(bodies[b].a[3], bodies[b].a[4], bodies[b].a[5], dx, dy, dz)
+    return bodies[b].a[0] + ax + cx, bodies[b].a[1] + ay + cy, bodies[b].a[2] + az + cz
+
+
+@kernel
+def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
+    """Right-hand side of an inextensible thread from its tensions T and its body's acceleration a.
+
+    Returns the power of the spool, W.
+    """
+    links, bound = chain_links(s, threads, p)
+    j = s[p]
+    if j == 0:
+        return 0.0
+    first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
+    ox = oy = oz = 0.0  # acceleration of the next node outwards
+    px = py = pz = 0.0  # its segment's pull
+    for i in range(j):
+        k, a, c = first + i, q + 3 * i, v + 3 * i
+        m = 1.0 / nodes[k].mass
+        ax, ay, az = px * m, py * m, pz * m
+        if i < links or bound:
+            T = nodes[k].T
+            px, py, pz = T * y[a], T * y[a + 1], T * y[a + 2]
+            ax -= px * m
+            ay -= py * m
+            az -= pz * m
+        if loaded:
+            ax += nodes[k].af[0]
+            ay += nodes[k].af[1]
+            az += nodes[k].af[2]
+        if i > 0:
+            dy[c - 3] = (ox - ax) / l0
+            dy[c - 2] = (oy - ay) / l0
+            dy[c - 1] = (oz - az) / l0
+        dy[a], dy[a + 1], dy[a + 2] = y[c], y[c + 1], y[c + 2]
+        ox, oy, oz = ax, ay, az
+    a, c = q + 3 * links, v + 3 * links
+    if not bound:
+        dy[c], dy[c + 1], dy[c + 2] = ox, oy, oz
+        return 0.0
+    b0, b1, b2 = threads[p].b[0], threads[p].b[1], threads[p].b[2]
+    T = nodes[first + links].T
+    power = -T * b1
+    if threads[p].feed == FREE_SPOOL:
+        k = threads[p].spool_v
+        dy[threads[p].spool_q] = y[k]
+        dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
+        b2 = threads[p].radius * dy[k]
+        power = threads[p].spool_torque * y[k]
+    gx, gy, gz = departure_acceleration(threads, bodies, p)
+    if b0 > 1e-7 * l0:
+        k = 1.0 / b0
+        dy[c] = (ox - gx - b2 * y[a] - 2.0 * b1 * y[c]) * k
+        dy[c + 1] = (oy - gy - b2 * y[a + 1] - 2.0 * b1 * y[c + 1]) * k
+        dy[c + 2] = (oz - gz - b2 * y[a + 2] - 2.0 * b1 * y[c + 2]) * k
+    else:
+        short_link_rate(y, threads, nodes, bodies, p, links, gx, gy, gz, dy)
+    return power * threads[p].copies
+
+
+@kernel
+def short_link_rate(y, threads, nodes, bodies, p, links, gx, gy, gz, dy):
+    """Limit of u' for a boundary link of no length (links: its number).
+
+    Notes
+    -----
+    b u' + 2 b' u = P A, with P the projection across e and A the difference of accelerations, holds for a regular
+    u at b = 0 only if 2 b' u = P A and 3 b' u' = P A' - 2 b'' u. In A' the tension's turn T (u_out - u) / m and
+    the turn of the departure point's acceleration with the body are kept.
+    """
+    q, v, b1 = threads[p].iq, threads[p].iv, threads[p].b[1]
+    a, c = q + 3 * links, v + 3 * links
+    b = threads[p].body
+    if b1 == 0.0:
+        dy[c], dy[c + 1], dy[c + 2] = 0.0, 0.0, 0.0
+        return
+    gain = 0.0
+    if links > 0:
+        gain = nodes[threads[p].node + links - 1].T / nodes[threads[p].node + links].mass
+    tx, ty, tz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], gx, gy, gz)
+    k = 1.0 / (3.0 * b1)
+    rx, ry, rz = -tx, -ty, -tz
+    if links > 0:
+        rx += gain * (y[c - 3] - y[c])
+        ry += gain * (y[c - 2] - y[c + 1])
+        rz += gain * (y[c - 1] - y[c + 2])
+    rx = (rx - 2.0 * threads[p].b[2] * y[c]) * k
+    ry = (ry - 2.0 * threads[p].b[2] * y[c + 1]) * k
+    rz = (rz - 2.0 * threads[p].b[2] * y[c + 2]) * k
+    along = rx * y[a] + ry * y[a + 1] + rz * y[a + 2]
+    along += y[c] * y[c] + y[c + 1] * y[c + 1] + y[c + 2] * y[c + 2]
+    dy[c] = rx - along * y[a]
+    dy[c + 1] = ry - along * y[a + 1]
+    dy[c + 2] = rz - along * y[a + 2]
+
+
+@kernel
+def regular_rate(y, threads, nodes, bodies, p, i):
+    """Rate of the tangent of a boundary link at the moment of its release: u = P (af - a_Q) / (2 b')."""
+    a, c = threads[p].iq + 3 * i, threads[p].iv + 3 * i
+    k = threads[p].node + i
+    gx, gy, gz = departure_acceleration(threads, bodies, p)
+    rx, ry, rz = nodes[k].af[0] - gx, nodes[k].af[1] - gy, nodes[k].af[2] - gz
+    along = rx * y[a] + ry * y[a + 1] + rz * y[a + 2]
+    scale = 0.5 / threads[p].b[1]
+    y[c] = (rx - along * y[a]) * scale
+    y[c + 1] = (ry - along * y[a + 1]) * scale
+    y[c + 2] = (rz - along * y[a + 2]) * scale

@@ -1,0 +1,99 @@
+"""The Model: flat arrays of one type for every system.
+
+A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches (nodes released, threads
+let go); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch memory lives in the model, so
+that nothing is allocated in a time loop; two threads of execution therefore need two models.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import config
+
+Array = np.ndarray
+
+#: The accounts at the end of the state vector: integrals over time, then what events brought in.
+ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
+DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
+JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
+#: Layout of what `inventory` writes.
+KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14
+
+
+def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
+    """A family's record: integer and float fields that a part writes, then scratch that a call overwrites."""
+    names = [(name, np.int64) for name in integers.split()]
+    names += [(name, np.float64) for name in (floats + " " + scratch).split()]
+    return np.dtype([(name, kind, shapes.get(name, ())) for name, kind in names], align=True)
+
+
+_3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+#: One record a part; iq and iv are the places of its coordinates and velocities in the state, -1 for none.
+#: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
+RECORDS: dict[str, np.dtype] = {
+    # size of the parts of the state, events, bandwidth of the constraint rows
+    "info": _record("nq nv ny ns ne bandwidth", "gravity", gravity=_3),
+    "bodies": _record(
+        "motion iq iv",
+        "mass inertia axis R0 x0 rate spin_inertia",
+        "R x v w M L F J a",
+        inertia=_33, axis=_3, R0=_33, x0=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+    ),
+    "points": _record("iq iv", "mass", "f a", f=_3, a=_3),
+    "markers": _record("kind index", "local", local=_3),
+    "springs": _record("a b law first last", "stiffness damping length"),
+    "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
+    "threads": _record(
+        "kind iq iv n node copies body feed first last law spool_q spool_v turned carried lets_go",
+        "segment stiffness damping departure feed_axis chord normal radius spool_inertia spool_torque capture",
+        "Q d X phi b spool",
+        departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3,
+    ),
+    # mass, and the length of thread whose loads the node bears
+    "nodes": _record("", "mass span", "x v af T piv off rhs", x=_3, v=_3, af=_3),
+    "loads": _record("kind target law first last", ""),
+    "events": _record("law first last stops", ""),
+    # sides: bodies and points that a row pulls on, -1 for none
+    "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
+}  # fmt: skip
+
+
+def zeros(name: str, size: int) -> Array:
+    """An empty family of `size` records; fields read as attributes of a record, as compiled code does."""
+    family = np.zeros(size, dtype=RECORDS[name])
+    return family.view(np.recarray) if config.DISABLE_JIT else family
+
+
+class Model(NamedTuple):
+    """A whole assembled system: families of records (see `RECORDS`) and plain arrays, of one type for every system.
+
+    Attributes
+    ----------
+    breaks : (nb,) float, s, times on which a solver lands
+    parameters : (k,) float, of feeds, laws and loads; families hold the places of theirs
+    pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
+    A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
+    scratch, dy, sums : (3, 3), (ny,), (2, N_INVENTORY) float, scratch
+    """
+
+    info: Array
+    breaks: Array
+    parameters: Array
+    bodies: Array
+    points: Array
+    markers: Array
+    springs: Array
+    links: Array
+    threads: Array
+    nodes: Array
+    loads: Array
+    events: Array
+    rows: Array
+    pairs: Array
+    A: Array
+    la: Array
+    scratch: Array
+    dy: Array
+    sums: Array

@@ -1,0 +1,31 @@
+"""What a user composes: each part is a frozen specification that writes itself into the model's arrays."""
+
+from evolvent.parts.event import Event
+from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
+from evolvent.parts.link import Link
+from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.point import Point
+from evolvent.parts.reel import Reel
+from evolvent.parts.rigid_body import RigidBody
+from evolvent.parts.spring import Spring
+from evolvent.parts.thread import Thread
+
+__all__ = [
+    "ConstantFeed",
+    "Event",
+    "Force",
+    "FreeSpool",
+    "LawFeed",
+    "LawLoad",
+    "Link",
+    "Point",
+    "RadiationPressure",
+    "RampFeed",
+    "Reel",
+    "RigidBody",
+    "Spring",
+    "TableFeed",
+    "Thread",
+    "Torque",
+    "UniformLoad",
+]

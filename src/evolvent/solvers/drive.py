@@ -1,0 +1,283 @@
+"""solve(): choose a step, run a compiled loop, watch it, and say how it ended."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from evolvent import jit
+from evolvent import model as mdl
+from evolvent.flow import bind_flow
+from evolvent.flow.inventory import inventory
+from evolvent.builder import Assembly
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import thread
+from evolvent.solvers import explicit as ex
+from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
+
+METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
+#: Share of the stability limit taken by an automatic step.
+SAFETY = {"heun": 0.5, "rk4": 0.8}
+#: Relative defect of the energy account at which a run has failed.
+ENERGY_LIMIT = 1e-2
+_SLICE = 0.15  # s of wall time between two looks at a running loop
+
+
+@dataclasses.dataclass
+class Solution:
+    """What a solver returns; it prints nothing.
+
+    Attributes
+    ----------
+    t : (nt,) float, s, times of the samples
+    y, s : (nt, ny) float and (nt, ns) int, states there
+    status : {"success", "stopped by event", "interrupted", "failed"}
+    message : str, one sentence; for a failure: what, where, when, what to try
+    statistics : dict of steps, rejected, rhs evaluations, events, step (s), stability_limit (s), energy_defect
+    event_times, event_kinds : (ne,) float and int
+    wall_time, compile_time : float, s
+    """
+
+    t: np.ndarray
+    y: np.ndarray
+    s: np.ndarray
+    status: str
+    message: str
+    statistics: dict[str, float]
+    event_times: np.ndarray
+    event_kinds: np.ndarray
+    wall_time: float
+    compile_time: float
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end, or the event that was to stop it."""
+        return self.status in ("success", "stopped by event")
+
+
+def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, start: float) -> tuple[float, float, float]:
+    """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale."""
+    out = np.empty(mdl.N_INVENTORY)
+    inventory(t, y, s, model, out)
+    energy = out[mdl.KINETIC] + out[mdl.ELASTIC]
+    a = y[model.info["nq"][0] + model.info["nv"][0] :]
+    booked = a[mdl.SPOOL] + a[mdl.LOAD] + a[mdl.DRIVE] + a[mdl.RELEASE] - a[mdl.DISSIPATED]
+    scale = max(start, energy, *(abs(a[k]) for k in (mdl.SPOOL, mdl.LOAD, mdl.DRIVE, mdl.DISSIPATED)))
+    return float(energy), float(energy - start - booked), float(scale)
+
+
+def choose_step(assembly: Assembly, method: str, step: float | None) -> tuple[float, float, Mode]:
+    """A stable step for a fixed-step method: (step, limit, fastest mode).
+
+    Raises
+    ------
+    InputError
+        If `step` is above the stability limit, or none is given and the model has no frequency to choose by.
+    """
+    mode = fastest_mode(assembly)
+    limit = stability_limit(METHODS[method], mode)
+    if step is None:
+        if not math.isfinite(limit):
+            raise InputError("solver.step is auto, but nothing in the model sets a frequency; give a step in seconds")
+        rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
+        return limit * (0.25 if rigid_links else SAFETY[method]), limit, mode
+    if not (math.isfinite(step) and step > 0.0):
+        raise InputError(f"solver.step is {step!r}; it must be a finite time above 0, or auto")
+    if step > limit:
+        raise InputError(
+            f"solver.step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
+            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller step or auto"
+        )
+    return float(step), limit, mode
+
+
+def solve(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    method: str = "rk4",
+    step: float | None = None,
+    rtol: float = 1e-8,
+    atol: float = 1e-10,
+    progress: Callable[[float], None] | None = None,
+    unsafe_step: bool = False,
+) -> Solution:
+    """Integrate an assembled model over time.
+
+    Parameters
+    ----------
+    assembly : Assembly; its initial state is left as it is
+    samples : (nt,) float, s, increasing; the first is the start, the last the end
+    method : {"rk4", "heun", "dopri5"}
+    step : float, s, of a fixed-step method; None chooses one from the model's highest frequency
+    rtol, atol : float, of the adaptive method
+    progress : called with the time reached, a few times a second
+    unsafe_step : bool, take a step above the stability limit all the same (the energy account still watches)
+
+    Returns
+    -------
+    Solution
+        A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
+
+    Raises
+    ------
+    InputError
+        For an unknown method, an unstable step, or samples out of order.
+    """
+    if method not in METHODS:
+        raise InputError(f"solver.method is {method!r}; {nearest(method, METHODS)}")
+    times = np.array(samples, dtype=float)
+    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
+        raise InputError("samples must be two or more increasing times")
+    tableau = METHODS[method]
+    fixed = method != "dopri5"
+    model = assembly.model
+    limit = math.inf
+    if fixed:
+        if unsafe_step and step is not None:
+            step, limit = float(step), stability_limit(tableau, fastest_mode(assembly))
+        else:
+            step, limit, _ = choose_step(assembly, method, step)
+    elif not (rtol > 0.0 and atol > 0.0):
+        raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
+    loop = _make_loop(assembly, times, tableau, step)
+    began = clock.perf_counter()
+    advance = _bind(model, loop, tableau, fixed, rtol, atol)
+    compile_time = clock.perf_counter() - began
+
+    start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
+    status, message = "success", "the run reached its end"
+    began = clock.perf_counter()
+    budget, reached, worst = 500, times[0], 0.0
+    try:
+        while True:
+            slice_began = clock.perf_counter()
+            code = advance(budget)
+            spent = clock.perf_counter() - slice_began
+            reached = float(loop.clock[ex.TIME])
+            if code != ex.BUDGET:
+                break
+            budget = max(100, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
+            if progress is not None:
+                progress(reached)
+            _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
+            worst = max(worst, abs(defect) / max(scale, 1e-300))
+            if not worst <= ENERGY_LIMIT:
+                break
+        wall_time = clock.perf_counter() - began
+        if code < 0:
+            status, message = "failed", _reason(code, reached, loop, method, fixed)
+        else:
+            _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
+            worst = max(worst, abs(defect) / max(scale, 1e-300))
+            if not worst <= ENERGY_LIMIT:
+                status, message = "failed", (
+                    f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s: the step is too "
+                    f"large for this motion; take a smaller step"
+                    + (f" than {loop.clock[ex.STEP]:.3g} s, or method dopri5" if fixed else " or tolerance")
+                )
+            elif code == ex.STOPPED:
+                status, message = "stopped by event", f"an event stopped the run at t = {reached:.9g} s"
+    except KeyboardInterrupt:
+        wall_time = clock.perf_counter() - began
+        reached = float(loop.clock[ex.TIME])
+        status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    kept = int(loop.count[ex.SAMPLE])
+    n_events = int(loop.count[ex.EVENTS])
+    statistics = {
+        "steps": int(loop.count[ex.STEPS]),
+        "rejected_steps": int(loop.count[ex.REJECTED]),
+        "rhs_evaluations": int(loop.count[ex.RHS]),
+        "events": n_events,
+        "step": float(step) if fixed and step is not None else float("nan"),
+        "stability_limit": limit,
+        "energy_defect": worst,
+    }
+    jit.mark_warm(method)
+    return Solution(
+        t=loop.samples[:kept].copy(),
+        y=loop.out_y[:kept],
+        s=loop.out_s[:kept],
+        status=status,
+        message=message,
+        statistics=statistics,
+        event_times=loop.log_t[:n_events].copy(),
+        event_kinds=loop.log_k[:n_events].copy(),
+        wall_time=wall_time,
+        compile_time=compile_time,
+    )
+
+
+def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.Loop:
+    n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info["ne"][0])
+    nodes = assembly.model.nodes.size
+    log = 1000 + 100 * nodes
+    span = times[-1] - times[0]
+    count = np.zeros(8, dtype=np.int64)
+    count[ex.FRESH] = 1
+    first = step if step is not None else span * 1e-6
+    return ex.Loop(
+        y=assembly.y.copy(),
+        s=assembly.s.copy(),
+        clock=np.array([times[0], first, times[0], 1e-4]),
+        count=count,
+        samples=times.copy(),
+        out_y=np.zeros((times.size, n)),
+        out_s=np.zeros((times.size, n_s), dtype=np.int64),
+        log_t=np.zeros(log),
+        log_k=np.zeros(log, dtype=np.int64),
+        K=np.zeros((tableau.b.size, n)),
+        w=np.zeros(n),
+        y1=np.zeros(n),
+        g=np.zeros(n_e),
+        g0=np.zeros(n_e),
+    )
+
+
+def _bind(
+    model: mdl.Model, loop: ex.Loop, tableau: ex.Method, fixed: bool, rtol: float, atol: float
+) -> Callable[[int], int]:
+    """The loop as a function of its budget alone, compiled (a budget of nothing makes that happen here)."""
+    flow = bind_flow(model)
+    A, b, c = tableau.A, tableau.b, tableau.c
+    if fixed:
+
+        def advance(budget: int) -> int:
+            return int(ex.fixed_step(*flow, A, b, c, model, loop, budget))
+    else:
+        E, P = ex.DOPRI5_ERROR, ex.DOPRI5_DENSE
+
+        def advance(budget: int) -> int:
+            return int(ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, loop, budget))
+
+    out = np.empty(mdl.N_INVENTORY)
+    inventory(loop.clock[ex.TIME], loop.y, loop.s, model, out)
+    count = loop.count.copy()
+    samples = loop.samples[:0]
+    empty = loop._replace(samples=samples, y=loop.y.copy(), s=loop.s.copy(), count=count)
+    empty.count[ex.FRESH] = 0
+    if fixed:
+        ex.fixed_step(*flow, A, b, c, model, empty, 0)
+    else:
+        ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, empty._replace(samples=loop.samples), 0)
+    return advance
+
+
+def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) -> str:
+    if code == ex.NOT_FINITE:
+        worst = int(np.argmax(~np.isfinite(loop.y1)))
+        return (
+            f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
+            "take a smaller step, or check loads and laws there"
+        )
+    if code == ex.TOO_SMALL:
+        return (
+            f"the step shrank to nothing at t = {reached:.6g} s with {method}: the motion is singular there "
+            "or a law jumps; look at the last samples, or loosen the tolerance"
+        )
+    return f"more than {loop.log_t.size} events by t = {reached:.6g} s: an event fires again and again"

@@ -1,0 +1,467 @@
+"""Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
+
+A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of feed laws, loads
+that start or end) and, with a fixed step, on samples; it returns to Python only when its budget of steps is used up,
+so that progress can be shown and the run interrupted, or when it ends.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.jit import kernel
+
+# status codes of a loop
+BUDGET, DONE, STOPPED, NOT_FINITE, TOO_SMALL, LOG_FULL = 0, 1, 2, -1, -2, -3
+# places in Loop.count
+STEPS, RHS, REJECTED, EVENTS, SAMPLE, GRID, BREAK, FRESH = range(8)
+# places in Loop.clock
+TIME, STEP, ORIGIN, ERROR_OLD = range(4)
+
+
+class Method(NamedTuple):
+    """A Runge-Kutta method as data: tableau, order, and the largest |R(z)| <= 1 on the imaginary and real axis."""
+
+    name: str
+    A: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    order: int
+
+
+def _method(name: str, order: int, rows: list[list[float]], b: list[float]) -> Method:
+    A = np.zeros((len(b), len(b)))
+    for i, row in enumerate(rows):
+        A[i + 1, : len(row)] = row
+    return Method(name, A, np.array(b), A.sum(axis=1), order)
+
+
+#: Heun's method, the explicit trapezoid (Hairer, Norsett, Wanner, Solving ODEs I, II.1).
+HEUN = _method("heun", 2, [[1.0]], [0.5, 0.5])
+#: The classical fourth-order method (ibid., table 1.2).
+RK4 = _method("rk4", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
+#: Dormand and Prince (1980), fifth order with an embedded fourth (ibid., table 5.2).
+DOPRI5 = _method(
+    "dopri5",
+    5,
+    [
+        [1 / 5],
+        [3 / 40, 9 / 40],
+        [44 / 45, -56 / 15, 32 / 9],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
+        [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    ],
+    [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0.0],
+)
+#: b - b_hat of the Dormand-Prince pair.
+DOPRI5_ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+#: Continuous extension of order 4 (ibid., II.6, eq. 6.12): y(t + th h) = y + h sum_i P_i(th) k_i, th^1 .. th^4.
+DOPRI5_DENSE = np.array(
+    [
+        [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0.0, 0.0, 0.0, 0.0],
+        [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+)
+
+
+class Loop(NamedTuple):
+    """What a time loop carries from call to call.
+
+    Attributes
+    ----------
+    y, s : state, overwritten
+    clock : (4,) float, time, step, origin of the step grid, last error
+    count : (8,) int, counters (see the module's constants)
+    samples : (nt,) float, times to keep the state at
+    out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
+    log_t, log_k : (nlog,) float and int, time and number of every event
+    K : (stages, ny), w, y1, g, g0 : scratch; s1 : (ns,) int scratch
+    """
+
+    y: np.ndarray
+    s: np.ndarray
+    clock: np.ndarray
+    count: np.ndarray
+    samples: np.ndarray
+    out_y: np.ndarray
+    out_s: np.ndarray
+    log_t: np.ndarray
+    log_k: np.ndarray
+    K: np.ndarray
+    w: np.ndarray
+    y1: np.ndarray
+    g: np.ndarray
+    g0: np.ndarray
+
+
+@kernel
+def stages(rhs, A, c, model, t, y, s, h, first, loop):
+    """Stages `first` and later of one step into loop.K."""
+    K, w = loop.K, loop.w
+    for i in range(first, c.size):
+        for n in range(y.size):
+            w[n] = y[n]
+        for j in range(i):
+            if A[i, j] != 0.0:
+                a = h * A[i, j]
+                for n in range(y.size):
+                    w[n] += a * K[j, n]
+        rhs(t + c[i] * h, w, s, model, K[i])
+    loop.count[RHS] += c.size - first
+
+
+@kernel
+def combine(b, y, h, K, y1):
+    """y1 = y + h sum b_i K_i; returns whether the result is finite."""
+    check = 0.0
+    for n in range(y.size):
+        y1[n] = y[n]
+    for i in range(b.size):
+        if b[i] != 0.0:
+            a = h * b[i]
+            for n in range(y.size):
+                y1[n] += a * K[i, n]
+    for n in range(y.size):
+        check += 0.0 * y1[n]
+    return check == 0.0
+
+
+@kernel
+def highest(events, model, t, y, s, loop):
+    """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
+    events(t, y, s, model, loop.g)
+    value = -1.0
+    threads = 2 * model.threads.size
+    for k in range(loop.g.size):
+        if (k < threads or loop.g0[k] < 0.0) and loop.g[k] > value:
+            value = loop.g[k]
+    return value
+
+
+@kernel
+def fire(events, apply, model, t, loop):
+    """Carry out every event that is due at time t (a state within 1e-10 of a release is due); 1 to stop the run."""
+    y, s, g = loop.y, loop.s, loop.g
+    threads = 2 * model.threads.size
+    stop = 0
+    for _ in range(2 * model.threads.size + 64):
+        events(t, y, s, model, g)
+        due = -1
+        for k in range(g.size):
+            if (k < threads and g[k] >= -1e-10) or (k >= threads and loop.g0[k] < 0.0 and g[k] >= 0.0):
+                due = k
+                break
+        if due < 0:
+            break
+        if due >= threads:
+            loop.g0[due] = g[due]
+        n = loop.count[EVENTS]
+        if n == loop.log_t.size:
+            return -1
+        loop.log_t[n] = t
+        loop.log_k[n] = due
+        loop.count[EVENTS] = n + 1
+        if apply(t, y, s, model, due) != 0:
+            stop = 1
+    events(t, y, s, model, g)
+    for k in range(g.size):
+        loop.g0[k] = g[k]
+    return stop
+
+
+@kernel
+def keep_sample(loop, y):
+    """Keep the state `y` as the next sample."""
+    i = loop.count[SAMPLE]
+    for n in range(y.size):
+        loop.out_y[i, n] = y[n]
+    for n in range(loop.s.size):
+        loop.out_s[i, n] = loop.s[n]
+    loop.count[SAMPLE] = i + 1
+
+
+@kernel
+def next_break(model, loop, t):
+    """Time of the next break after t, or infinity."""
+    i = loop.count[BREAK]
+    while i < model.breaks.size and model.breaks[i] <= t:
+        i += 1
+    loop.count[BREAK] = i
+    if i < model.breaks.size:
+        return model.breaks[i]
+    return math.inf
+
+
+@kernel
+def bracket(low, f_low, high, f_high, bias):
+    """A point inside a bracket of a sign change: false position (Illinois), or the middle where that stalls."""
+    if bias or f_high == f_low:
+        return 0.5 * (low + high)
+    return min(max(low - f_low * (high - low) / (f_high - f_low), low), high)
+
+
+@kernel
+def start_up(events, apply, project, model, loop):
+    """Events due at the start, first projection and first sample; returns a status or BUDGET."""
+    if loop.count[FRESH] == 0:
+        return BUDGET
+    loop.count[FRESH] = 0
+    t = loop.clock[TIME]
+    project(t, loop.y, loop.s, model)
+    for k in range(loop.g0.size):
+        loop.g0[k] = 0.0
+    stop = fire(events, apply, model, t, loop)
+    if stop < 0:
+        return LOG_FULL
+    while loop.count[SAMPLE] < loop.samples.size and loop.samples[loop.count[SAMPLE]] <= t:
+        keep_sample(loop, loop.y)
+    return STOPPED if stop > 0 else BUDGET
+
+
+@kernel
+def fixed_step(rhs1, events1, apply1, project1, A, b, c, model, loop, budget):
+    """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
+    rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
+    y, s, clock, count, y1 = loop.y, loop.s, loop.clock, loop.count, loop.y1
+    status = start_up(events, apply, project, model, loop)
+    if status != BUDGET:
+        return status
+    watch = loop.g.size > 0
+    until = next_break(model, loop, clock[TIME])
+    for _ in range(budget):
+        if count[SAMPLE] == loop.samples.size:
+            return DONE
+        t = clock[TIME]
+        target = clock[ORIGIN] + (count[GRID] + 1) * clock[STEP]
+        sample = loop.samples[count[SAMPLE]]
+        on_grid = True
+        if sample <= target + 1e-6 * clock[STEP]:
+            on_grid = target <= sample + 1e-6 * clock[STEP]
+            target = sample
+        if until < target:
+            on_grid = False
+            target = until
+        h = target - t
+        rhs(t, y, s, model, loop.K[0])
+        count[RHS] += 1
+        stages(rhs, A, c, model, t, y, s, h, 1, loop)
+        finite = combine(b, y, h, loop.K, y1)
+        count[STEPS] += 1
+        if not finite:
+            return NOT_FINITE
+        at_event = False
+        if watch:
+            f_high = highest(events, model, target, y1, s, loop)
+            if f_high >= 0.0:
+                at_event = True
+                low, high = 0.0, h
+                f_low = highest(events, model, t, y, s, loop)
+                for trial in range(80):
+                    if f_low >= 0.0 or high - low <= 4e-16 * max(abs(target), h):
+                        break
+                    middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
+                    if middle <= low or middle >= high:
+                        middle = 0.5 * (low + high)
+                    stages(rhs, A, c, model, t, y, s, middle, 1, loop)
+                    combine(b, y, middle, loop.K, y1)
+                    f = highest(events, model, t + middle, y1, s, loop)
+                    if f >= 0.0:
+                        high, f_high = middle, f
+                        if f < 1e-13:
+                            break
+                    else:
+                        low, f_low = middle, f
+                stages(rhs, A, c, model, t, y, s, high, 1, loop)
+                combine(b, y, high, loop.K, y1)
+                if high < h:
+                    on_grid = False
+                    target = t + high
+        for n in range(y.size):
+            y[n] = y1[n]
+        clock[TIME] = target
+        project(target, y, s, model)
+        if on_grid:
+            count[GRID] += 1
+        if watch:
+            if at_event:
+                stop = fire(events, apply, model, target, loop)
+                if stop < 0:
+                    return LOG_FULL
+                if stop > 0:
+                    keep_rest(loop, target)
+                    return STOPPED
+            else:
+                for k in range(loop.g.size):
+                    loop.g0[k] = loop.g[k]
+        if target == sample:
+            keep_sample(loop, y)
+        if target == until:
+            until = next_break(model, loop, target)
+    return BUDGET
+
+
+@kernel
+def keep_rest(loop, t):
+    """On a stop, the state there becomes the last sample (its time replaces the next one's)."""
+    i = loop.count[SAMPLE]
+    if i < loop.samples.size:
+        loop.samples[i] = t
+        keep_sample(loop, loop.y)
+
+
+@kernel
+def error_norm(y, y1, K, E, h, n, rtol, atol):
+    """Root mean square of the error estimate over atol + rtol max(|y|, |y1|), on the first n components."""
+    total = 0.0
+    for i in range(n):
+        e = 0.0
+        for j in range(E.size):
+            e += E[j] * K[j, i]
+        e *= h / (atol + rtol * max(abs(y[i]), abs(y1[i])))
+        total += e * e
+    return math.sqrt(total / max(n, 1))
+
+
+@kernel
+def interpolate(P, y, K, h, theta, out):
+    """Continuous extension at t + theta h."""
+    for n in range(y.size):
+        out[n] = y[n]
+    for i in range(P.shape[0]):
+        a = h * theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
+        if a != 0.0:
+            for n in range(y.size):
+                out[n] += a * K[i, n]
+
+
+@kernel
+def adaptive(rhs1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, loop, budget):
+    """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
+
+    Notes
+    -----
+    Step factor 0.9 err^-0.17 err_old^0.04 within [0.2, 5] (Hairer, Norsett, Wanner, Solving ODEs I, II.4; Gustafsson's
+    controller). The last stage serves as the first of the next step unless an event or a projection changed the state.
+    """
+    rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
+    y, s, clock, count, y1, K = loop.y, loop.s, loop.clock, loop.count, loop.y1, loop.K
+    fresh = count[FRESH] != 0
+    status = start_up(events, apply, project, model, loop)
+    if status != BUDGET:
+        return status
+    n = model.info[0].nq + model.info[0].nv
+    watch = loop.g.size > 0
+    end = loop.samples[loop.samples.size - 1]
+    until = min(next_break(model, loop, clock[TIME]), end)
+    if fresh:
+        rhs(clock[TIME], y, s, model, K[0])
+        count[RHS] += 1
+    rejected = False
+    for _ in range(budget):
+        if count[SAMPLE] == loop.samples.size:
+            return DONE
+        t, h = clock[TIME], clock[STEP]
+        landing = t + h * 1.01 >= until
+        if landing:
+            h = until - t
+        if not h > 1e-14 * max(abs(t), 1e-3):
+            return TOO_SMALL
+        stages(rhs, A, c, model, t, y, s, h, 1, loop)
+        finite = combine(b, y, h, K, y1)
+        count[STEPS] += 1
+        error = error_norm(y, y1, K, E, h, n, rtol, atol)
+        if not finite or not error < 1.0:
+            count[REJECTED] += 1
+            rejected = True
+            if not finite or not math.isfinite(error):
+                clock[STEP] = 0.1 * h
+            else:
+                clock[STEP] = h * max(0.2, 0.9 * error**-0.2)
+            continue
+        error = max(error, 1e-10)
+        factor = min(5.0, max(0.2, 0.9 * error**-0.17 * clock[ERROR_OLD] ** 0.04))
+        if rejected:
+            factor = min(factor, 1.0)
+        rejected = False
+        clock[ERROR_OLD] = max(error, 1e-4)
+        target = until if landing else t + h
+        following = h * factor
+        if landing:
+            following = max(following, clock[STEP])
+        at_event = False
+        if watch:
+            f_high = highest(events, model, target, y1, s, loop)
+            if f_high >= 0.0:
+                at_event = True
+                f_low = highest(events, model, t, y, s, loop)
+                low, high = 0.0, 1.0
+                for trial in range(80):
+                    if f_low >= 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
+                        break
+                    middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
+                    if middle <= low or middle >= high:
+                        middle = 0.5 * (low + high)
+                    interpolate(P, y, K, h, middle, loop.w)
+                    f = highest(events, model, t + middle * h, loop.w, s, loop)
+                    if f >= 0.0:
+                        high, f_high = middle, f
+                        if f < 1e-13:
+                            break
+                    else:
+                        low, f_low = middle, f
+                if high < 1.0:
+                    # samples before the event belong to this step's extension
+                    while (
+                        count[SAMPLE] < loop.samples.size
+                        and loop.samples[count[SAMPLE]] < t + high * h
+                    ):
+                        interpolate(P, y, K, h, (loop.samples[count[SAMPLE]] - t) / h, loop.w)
+                        keep_sample(loop, loop.w)
+                    target = t + high * h
+                    h = target - t
+                    stages(rhs, A, c, model, t, y, s, h, 1, loop)
+                    combine(b, y, h, K, y1)
+                    landing = False
+        if not at_event:
+            while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] < target:
+                interpolate(P, y, K, h, (loop.samples[count[SAMPLE]] - t) / h, loop.w)
+                keep_sample(loop, loop.w)
+        for i in range(y.size):
+            y[i] = y1[i]
+        clock[TIME] = target
+        changed = project(target, y, s, model) != 0
+        stop = 0
+        if at_event:
+            stop = fire(events, apply, model, target, loop)
+            if stop < 0:
+                return LOG_FULL
+            changed = True
+            following = min(following, max(clock[STEP], h)) * 0.1
+        elif watch:
+            for k in range(loop.g.size):
+                loop.g0[k] = loop.g[k]
+        clock[STEP] = following
+        if stop > 0:
+            keep_rest(loop, target)
+            return STOPPED
+        while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] <= target:
+            keep_sample(loop, y)
+        if landing or target >= until:
+            until = min(next_break(model, loop, target), end)
+            changed = True
+        if changed:
+            rhs(target, y, s, model, K[0])
+            count[RHS] += 1
+        else:
+            for i in range(y.size):
+                K[0, i] = K[6, i]
+    return BUDGET
