@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Set up a virtual environment beside this file and run evolvent, its tests or its benchmarks in it.
+
+    python3 start.py run heliogyro     results in run.nc, figures in figures/
+    python3 start.py test              lint, types, floors, tests
+    python3 start.py bench             benchmarks/run.py
+
+Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
+"""
+
+import sys
+
+if sys.version_info < (3, 11):
+    sys.exit("evolvent needs Python 3.11 or later; this is Python " + sys.version.split()[0])
+
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+STAMP = VENV / "evolvent-installed.json"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+USAGE = "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | bench [options]"
+
+
+def say(text: str) -> None:
+    """One line to stderr, at once."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def call(command: list[str]) -> int:
+    """Run a command in the checkout; Ctrl-C is left to it, and its exit code is returned."""
+    with subprocess.Popen(command, cwd=ROOT) as process:
+        while True:
+            try:
+                return process.wait()
+            except KeyboardInterrupt:
+                continue
+
+
+def set_up(extra: str | None) -> int:
+    """Create the environment and install the checkout, unless that was done for this very pyproject.toml."""
+    digest = hashlib.sha256((ROOT / "pyproject.toml").read_bytes() + sys.version.encode()).hexdigest()
+    extras: set[str] = set()
+    if STAMP.exists() and PYTHON.exists():
+        stamp = json.loads(STAMP.read_text())
+        if stamp["digest"] == digest:
+            extras = set(stamp["extras"])
+            if extra is None or extra in extras:
+                return 0
+    began = time.perf_counter()
+    if not PYTHON.exists():
+        say(f"setting up {VENV} ...")
+        if subprocess.run([sys.executable, "-m", "venv", "--clear", str(VENV)], check=False).returncode:
+            say("no virtual environment could be made; does this Python have its venv module (python3-venv)?")
+            return 1
+    wanted = sorted(extras | ({extra} if extra else set()))
+    target = f"{ROOT}[{','.join(wanted)}]" if wanted else str(ROOT)
+    say("installing evolvent and what it needs ...")
+    # --no-compile: what is never imported need not be compiled
+    pip = [str(PYTHON), "-m", "pip", "install", "-q", "--no-compile", "--disable-pip-version-check", "-e", target]
+    code = call(pip)
+    if code == 0:
+        STAMP.write_text(json.dumps({"digest": digest, "extras": wanted}))
+        say(f"installed in {time.perf_counter() - began:.0f} s")
+    return code
+
+
+def run(arguments: list[str]) -> int:
+    """`evolvent run` with its figures and results left beside this file unless told otherwise."""
+    if code := set_up(None):
+        return code
+    names = [a.split("=")[0] for a in arguments]
+    if not {"-h", "--help"} & set(names):
+        if "--figures" not in names:
+            arguments = [*arguments, "--figures", "figures"]
+        if not {"-o", "--output"} & set(names):
+            arguments = [*arguments, "-o", "run.nc"]
+    return call([str(BIN / "evolvent"), "run", *arguments])
+
+
+def test(arguments: list[str]) -> int:
+    """Lint, format, types, floors and tests; all are run, and any failure counts."""
+    if code := set_up("test"):
+        return code
+    workers = min(4, os.cpu_count() or 1)
+    steps = {
+        "lint": ["ruff", "check"],
+        "format": ["ruff", "format", "--check"],
+        "types": ["mypy"],
+        "floors": ["lint-imports", "--no-logo"],
+        "tests": ["pytest", "-q", *(["-n", str(workers)] if workers > 1 else []), *arguments],
+    }
+    failed = []
+    for name, (program, *options) in steps.items():
+        say(f"--- {name}: {' '.join([program, *options])}")
+        began = time.perf_counter()
+        code = call([str(BIN / program), *options])
+        if code:
+            failed.append(name)
+        say(f"--- {name}: {'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.1f} s")
+    say("all passed" if not failed else f"failed: {', '.join(failed)}")
+    return 1 if failed else 0
+
+
+def bench(arguments: list[str]) -> int:
+    """The benchmarks; without the peer that they are compared to where it cannot be installed."""
+    if set_up("bench"):
+        say("going on without the packages that the benchmarks are compared to")
+        if code := set_up(None):
+            return code
+    return call([str(PYTHON), str(ROOT / "benchmarks" / "run.py"), *arguments])
+
+
+def main() -> int:
+    """Choose by the first word."""
+    commands = {"run": run, "test": test, "bench": bench}
+    if len(sys.argv) < 2 or sys.argv[1] not in commands:
+        say(USAGE)
+        return 2
+    return commands[sys.argv[1]](sys.argv[2:])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
