@@ -179,7 +179,7 @@ class Builder:
             A=np.zeros((rows.size, bandwidth + 1)),
             la=np.zeros(rows.size),
             scratch=np.zeros((3, 3)),
-            dy=np.zeros(y.size),
+            dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
             **families,
         )
@@ -191,6 +191,8 @@ class Builder:
         """One record a row; scratch fields stay zero."""
         family = mdl.zeros(name, len(rows))
         for k, row in enumerate(rows):
+            if name == "bodies":
+                family["R"][k], family["x"][k] = row["R0"], row["x0"]
             for field, value in row.items():
                 shifted = field in _VELOCITY_OFFSETS and value >= 0
                 family[field][k] = value + len(self.q) if shifted else value

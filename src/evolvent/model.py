@@ -48,11 +48,11 @@ RECORDS: dict[str, np.dtype] = {
     "threads": _record(
         "kind iq iv n node copies body feed first last law spool_q spool_v turned carried lets_go",
         "segment stiffness damping departure feed_axis chord normal radius spool_inertia spool_torque capture",
-        "Q d X phi b spool",
-        departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3,
+        "Q d X phi b spool start",
+        departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
-    # mass, and the length of thread whose loads the node bears
-    "nodes": _record("", "mass span", "x v af T piv off rhs", x=_3, v=_3, af=_3),
+    # mass, its inverse, and the length of thread whose loads the node bears
+    "nodes": _record("", "mass compliance span", "x v af T piv off rhs", x=_3, v=_3, af=_3),
     "loads": _record("kind target law first last", ""),
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
@@ -75,7 +75,7 @@ class Model(NamedTuple):
     parameters : (k,) float, of feeds, laws and loads; families hold the places of theirs
     pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
-    scratch, dy, sums : (3, 3), (ny,), (2, N_INVENTORY) float, scratch
+    scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     """
 
     info: Array

@@ -91,6 +91,8 @@ def release_node(t, y, s, model, p):
     rigid.kinematics(t, y, bodies)
     thread.reels(t, y, s, threads, bodies, model.parameters)
     speed = threads[p].b[1]
+    # a spool that turned back before the node was wound up frees it with some length already out
+    late = i > 0 and threads[p].b[0] > (1.0 + thread.SHORT) * threads[p].segment
     e = model.scratch[0]
     for c in range(3):
         e[c] = threads[p].X[c]
@@ -124,12 +126,37 @@ def release_node(t, y, s, model, p):
         prepare(t, y, s, model)
         impulse(y, s, model, p, fx, fy, fz)
     if threads[p].kind == thread.INEXTENSIBLE:
-        if i > 0 and threads[p].b[0] > 1e-7 * threads[p].segment:
+        if late:
             return
         for c in range(3):
             y[v + c] = 0.0
-        rhs(t, y, s, model, model.dy)
+            threads[p].start[c] = 0.0
+        rhs(t, y, s, model, model.dy[0])
         thread.regular_rate(y, threads, nodes, bodies, p, i)
+        start_link(t, y, s, model, p, v)
+
+
+@kernel
+def start_link(t, y, s, model, p, v):
+    """Rate of change g of a new boundary link's turning u, regular where its length b is zero.
+
+    Notes
+    -----
+    b u' + 2 b' u = A. Where A = A0 + t A' the regular solution is u = A0 / 2 b' + t g, g = A' / 3 b'. From a short time
+    later, reached with any g, u' = A' / b' - 2 g there: hence g = (u' + 2 g) / 3. Two rounds remove what A' owes to g.
+    """
+    threads = model.threads
+    first, later = model.dy[0], model.dy[1]
+    if threads[p].b[1] <= 0.0:
+        return
+    short = 10.0 * thread.SHORT * threads[p].segment / threads[p].b[1]
+    for _ in range(2):
+        rhs(t, y, s, model, first)
+        for k in range(y.size):
+            later[k] = y[k] + short * first[k]
+        rhs(t + short, later, s, model, first)
+        for c in range(3):
+            threads[p].start[c] = (first[v + c] + 2.0 * threads[p].start[c]) / 3.0
 
 
 @kernel

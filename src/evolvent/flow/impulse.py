@@ -70,7 +70,7 @@ def kick_chain(y, s, model, p):
             outer, pull = jump, inner
         if j > 0 and not bound:
             y[v + 3 * (j - 1) + c] += outer
-        elif j > 0 and threads[p].b[0] > 1e-7 * threads[p].segment:
+        elif j > 0 and threads[p].b[0] > thread.SHORT * threads[p].segment:
             b = threads[p].body
             d = threads[p].d
             a = bodies[b].a

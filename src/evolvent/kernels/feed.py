@@ -1,11 +1,11 @@
 """Angle, rate and acceleration of a spool as functions of time."""
 
-from evolvent.jit import feed_law_at, kernel
+from evolvent.jit import feed_law_at, inlined, kernel
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 
 
-@kernel
+@inlined
 def feed_ramps(p, t):
     """Rates that follow one another, each reached over its own time by a quintic smooth step.
 
@@ -71,7 +71,7 @@ def feed_table(p, t):
     return angle, rate, acceleration
 
 
-@kernel
+@inlined
 def feed(kind, p, address, t):
     """(angle rad, rate rad/s, acceleration rad/s2) of a prescribed spool at time t."""
     if kind == RAMPS:

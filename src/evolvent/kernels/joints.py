@@ -6,7 +6,7 @@ or nothing. The rows that share a side are coupled; the coupled system A la = r 
 
 import math
 
-from evolvent.jit import kernel
+from evolvent.jit import inlined, kernel
 from evolvent.kernels import thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
@@ -64,7 +64,7 @@ def link_geometry(y, links, markers, points, bodies, k):
     return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / s
 
 
-@kernel
+@inlined
 def build_rows(y, s, model):
     """Directions, generalised directions J, responses Z and the factored matrix A of all rows.
 
@@ -143,7 +143,7 @@ def build_rows(y, s, model):
     return banded_ldl(A, rows.size, width)
 
 
-@kernel
+@inlined
 def row_velocity_terms(y, s, model, loaded):
     """What the rows' accelerations need without any force: into rx (and rhs of the chains)."""
     rows, markers, bodies = model.rows, model.markers, model.bodies
@@ -169,7 +169,7 @@ def row_velocity_terms(y, s, model, loaded):
         rows[r].rx = value
 
 
-@kernel
+@inlined
 def solve_rows(s, model):
     """Multipliers la from rx, the bodies' twists a and the points' accelerations a; chains included."""
     rows, bodies, points = model.rows, model.bodies, model.points

@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import force_law_at, kernel
+from evolvent.jit import force_law_at, inlined, kernel
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics, push_marker
@@ -10,7 +10,7 @@ from evolvent.kernels.springs import marker_kinematics, push_marker
 UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE = 0, 1, 2, 3, 4
 
 
-@kernel
+@inlined
 def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
     """Force per length of sunlight on a flat strip, N/m.
 
@@ -25,7 +25,7 @@ def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
     return a * sx + d * nx, a * sy + d * ny, a * sz + d * nz
 
 
-@kernel
+@inlined
 def thread_load(t, loads, parameters, bodies, k, body, chord, x, v, e):
     """Force per length of load k at a thread's node, inertial axes, N/m.
 
@@ -77,7 +77,7 @@ def concentrated_loads(t, y, loads, markers, points, bodies, parameters):
     return power
 
 
-@kernel
+@inlined
 def weight(bodies, points, gravity):
     """Gravity (or any uniform inertial acceleration) on bodies and points; returns its power, W."""
     gx, gy, gz = gravity[0], gravity[1], gravity[2]

@@ -4,7 +4,7 @@ A body's wrench and twist are taken at its origin, which is its centre of mass, 
 (acceleration, angular acceleration). Wound thread adds to its 6 x 6 mass.
 """
 
-from evolvent.jit import kernel
+from evolvent.jit import inlined, kernel
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.rotations import (
     cross,
@@ -18,7 +18,7 @@ from evolvent.kernels.rotations import (
 DRIVEN, SPIN, FREE = 0, 1, 2
 
 
-@kernel
+@inlined
 def kinematics(t, y, bodies):
     """Orientation, position and velocities of every body (R, x, v, w in inertial axes); wrenches F and masses M, J reset.
     """
@@ -38,6 +38,10 @@ def kinematics(t, y, bodies):
             else:
                 rate = bodies[b].rate
                 angle = rate * t
+                if rate == 0.0:  # stands as it was assembled
+                    for i in range(6):
+                        bodies[b].F[i] = 0.0
+                    continue
             rotation_about_axis(axis, angle, bodies[b].R0, R)
             for i in range(3):
                 bodies[b].x[i] = bodies[b].x0[i]
@@ -74,7 +78,7 @@ def free_mass(mass, inertia, R, omega, M, F):
     F[5] -= gz
 
 
-@kernel
+@inlined
 def point_kinematics(bodies, b, sx, sy, sz):
     """Arm, and velocity of a body's point given in body axes: (dx, dy, dz, vx, vy, vz), inertial axes."""
     dx, dy, dz = turn(bodies[b].R, sx, sy, sz)
@@ -82,14 +86,14 @@ def point_kinematics(bodies, b, sx, sy, sz):
     return dx, dy, dz, bodies[b].v[0] + vx, bodies[b].v[1] + vy, bodies[b].v[2] + vz
 
 
-@kernel
+@inlined
 def centripetal(bodies, b, dx, dy, dz):
     """omega x (omega x d)."""
     ax, ay, az = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], dx, dy, dz)
     return cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], ax, ay, az)
 
 
-@kernel
+@inlined
 def add_wrench(F, dx, dy, dz, fx, fy, fz):
     """Add a force at arm d to a wrench F : (6,)."""
     tx, ty, tz = cross(dx, dy, dz, fx, fy, fz)
@@ -130,7 +134,7 @@ def add_carried_mass(bodies, b, copies, mass, dx, dy, dz, ux, uy, uz, ax, ay, az
     add_skew(M, m, dx, dy, dz)
 
 
-@kernel
+@inlined
 def add_skew(M, m, dx, dy, dz):
     """The coupling blocks of a mass m at arm d: M[:3, 3:] -= m [d]x, M[3:, :3] += m [d]x."""
     M[0, 4] += m * dz
@@ -147,7 +151,7 @@ def add_skew(M, m, dx, dy, dz):
     M[4, 2] -= m * dx
 
 
-@kernel
+@inlined
 def factorise(bodies):
     """Cholesky factors of the free bodies' masses into L; call once all carried masses are in."""
     for b in range(bodies.size):
@@ -158,7 +162,7 @@ def factorise(bodies):
             cholesky(bodies[b].L, 6)
 
 
-@kernel
+@inlined
 def respond(bodies, b, F, a):
     """Acceleration twist a : (6,) of body b under a wrench F : (6,) at its origin."""
     for i in range(6):
@@ -175,7 +179,7 @@ def respond(bodies, b, F, a):
         cholesky_solve(bodies[b].L, 6, a)
 
 
-@kernel
+@inlined
 def write_rates(y, bodies, b, dy):
     """State derivative of body b from its twist and its acceleration twist bodies[b].a; returns the drive's power."""
     q, v = bodies[b].iq, bodies[b].iv
@@ -200,7 +204,7 @@ def write_rates(y, bodies, b, dy):
     return power
 
 
-@kernel
+@inlined
 def kick(y, bodies, b, a):
     """Change the velocities of body b in the state by a jump twist a : (6,)."""
     v = bodies[b].iv

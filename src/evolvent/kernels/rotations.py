@@ -2,10 +2,10 @@
 
 import math
 
-from evolvent.jit import kernel
+from evolvent.jit import inlined
 
 
-@kernel
+@inlined
 def rotation_about_axis(axis, angle, R0, R):
     """R = R0 rot(axis, angle): Rodrigues' formula.
 
@@ -26,7 +26,7 @@ def rotation_about_axis(axis, angle, R0, R):
         R[i, 2] = a * (k * x * z + s * y) + b * (k * y * z - s * x) + d * (c + k * z * z)
 
 
-@kernel
+@inlined
 def rotation_from_quaternion(w, x, y, z, R):
     """Rotation matrix of a quaternion of any length, body to inertial frame.
 
@@ -47,7 +47,7 @@ def rotation_from_quaternion(w, x, y, z, R):
     R[2, 2] = 1.0 - s * (x * x + y * y)
 
 
-@kernel
+@inlined
 def quaternion_rate(w, x, y, z, wx, wy, wz):
     """q' = q o (0, omega) / 2 for omega in the body frame, rad/s."""
     return (
@@ -58,7 +58,7 @@ def quaternion_rate(w, x, y, z, wx, wy, wz):
     )
 
 
-@kernel
+@inlined
 def turn(R, x, y, z):
     """R (x, y, z): body to inertial components."""
     return (
@@ -68,7 +68,7 @@ def turn(R, x, y, z):
     )
 
 
-@kernel
+@inlined
 def turn_back(R, x, y, z):
     """R^T (x, y, z): inertial to body components."""
     return (
@@ -78,7 +78,7 @@ def turn_back(R, x, y, z):
     )
 
 
-@kernel
+@inlined
 def cross(ax, ay, az, bx, by, bz):
     """a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx

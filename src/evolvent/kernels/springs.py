@@ -2,13 +2,13 @@
 
 import math
 
-from evolvent.jit import kernel, spring_law_at
+from evolvent.jit import inlined, spring_law_at
 from evolvent.kernels.rigid import add_wrench, point_kinematics
 
 ON_BODY, ON_POINT = 0, 1
 
 
-@kernel
+@inlined
 def marker_kinematics(y, markers, points, bodies, k):
     """Position and velocity of marker k, inertial axes: (x, y, z, vx, vy, vz)."""
     i = markers[k].index
@@ -21,7 +21,7 @@ def marker_kinematics(y, markers, points, bodies, k):
     return bodies[i].x[0] + dx, bodies[i].x[1] + dy, bodies[i].x[2] + dz, vx, vy, vz
 
 
-@kernel
+@inlined
 def push_marker(markers, points, bodies, k, x, y, z, fx, fy, fz):
     """Apply a force at marker k, which stands at (x, y, z)."""
     i = markers[k].index
@@ -33,7 +33,7 @@ def push_marker(markers, points, bodies, k, x, y, z, fx, fy, fz):
         add_wrench(bodies[i].F, x - bodies[i].x[0], y - bodies[i].x[1], z - bodies[i].x[2], fx, fy, fz)
 
 
-@kernel
+@inlined
 def spring_tension(springs, k, extension, rate, t, parameters):
     """Elastic (or law) part and damping part of the tension of spring k, N."""
     if springs[k].law != 0:
@@ -42,13 +42,13 @@ def spring_tension(springs, k, extension, rate, t, parameters):
     return springs[k].stiffness * extension, springs[k].damping * rate
 
 
-@kernel
+@inlined
 def spring_energy(stiffness, extension):
     """U = k e^2 / 2, J; the tension is dU/de = k e, its derivative k."""
     return 0.5 * stiffness * extension * extension
 
 
-@kernel
+@inlined
 def spring_forces(t, y, springs, markers, points, bodies, parameters):
     """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
     dissipated = 0.0

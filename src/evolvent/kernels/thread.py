@@ -13,7 +13,7 @@ Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 import math
 
-from evolvent.jit import kernel
+from evolvent.jit import inlined, kernel
 from evolvent.kernels.feed import FREE as FREE_SPOOL
 from evolvent.kernels.feed import feed
 from evolvent.kernels.loads import AT_MARKER, thread_load
@@ -21,10 +21,11 @@ from evolvent.kernels.rigid import add_carried_mass, add_wrench, centripetal, po
 from evolvent.kernels.rotations import cross, turn
 
 SPRINGS, INEXTENSIBLE = 0, 1
+SHORT = 1e-7  # of a segment: below this length a boundary link turns at the rate found at its release
 TINY = 1e-9  # m: below this distance from Q a spring's direction is the feed direction (eq. 11)
 
 
-@kernel
+@inlined
 def spool(t, y, threads, parameters, p):
     """(angle, rate, acceleration) of spool p; a free spool's acceleration is left at zero."""
     if threads[p].feed == FREE_SPOOL:
@@ -34,7 +35,7 @@ def spool(t, y, threads, parameters, p):
     )
 
 
-@kernel
+@inlined
 def reels(t, y, s, threads, bodies, parameters):
     """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
     for p in range(threads.size):
@@ -53,7 +54,7 @@ def reels(t, y, s, threads, bodies, parameters):
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
 
 
-@kernel
+@inlined
 def wound_node(threads, bodies, p, i):
     """Node i on spool p (eq. 2), in the body's axes rotated to the inertial frame.
 
@@ -84,7 +85,7 @@ def wound_node(threads, bodies, p, i):
     )
 
 
-@kernel
+@inlined
 def carry_wound(s, threads, nodes, bodies, gravity):
     """Mass and inertial forces of wound nodes onto their bodies (where carried); `spool` gets its inertia.
 
@@ -117,7 +118,7 @@ def carry_wound(s, threads, nodes, bodies, gravity):
     return power
 
 
-@kernel
+@inlined
 def chain_points(y, s, threads, nodes, p):
     """Positions and velocities of the released nodes of an inextensible thread into x, v."""
     j, n, first = s[p], threads[p].n, threads[p].node
@@ -137,7 +138,7 @@ def chain_points(y, s, threads, nodes, p):
                 nodes[k].v[c] = threads[p].Q[3 + c] + threads[p].b[1] * e + threads[p].b[0] * u
 
 
-@kernel
+@inlined
 def spring_points(y, s, threads, nodes, p):
     """Positions and velocities of the released nodes of a spring thread into x, v."""
     first, q, v = threads[p].node, threads[p].iq, threads[p].iv
@@ -190,7 +191,7 @@ def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch
     return power * threads[p].copies
 
 
-@kernel
+@inlined
 def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
@@ -220,7 +221,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
         ex *= scale
         ey *= scale
         ez *= scale
-        m = 1.0 / nodes[first + i].mass
+        m = nodes[first + i].compliance
         dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
         dy[c] = (px - ex) * m
         dy[c + 1] = (py - ey) * m
@@ -245,7 +246,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
     T = elastic + damping * rate
     nodes[first + j - 1].T = T
     a, c = q + 3 * (j - 1), v + 3 * (j - 1)
-    m = 1.0 / nodes[first + j - 1].mass
+    m = nodes[first + j - 1].compliance
     dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
     dy[c] = (px - T * ex) * m
     dy[c + 1] = (py - T * ey) * m
@@ -272,7 +273,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
     return copies * dissipated, copies * power
 
 
-@kernel
+@inlined
 def chain_links(s, threads, p):
     """Number of links with a node at both ends, and whether a boundary link to Q follows them."""
     j = s[p]
@@ -280,9 +281,9 @@ def chain_links(s, threads, p):
     return max(j - 1, 0), bound
 
 
-@kernel
+@inlined
 def chain_matrix(y, s, threads, nodes, p):
-    """Eliminate the tensions of the free links: pivots piv, couplings off; returns the boundary's diagonal.
+    """Eliminate the tensions of the free links: inverse pivots piv, factors off; returns the boundary's diagonal.
 
     Row i: -c_i-1,i / m_i T_i-1 + (1 / m_i + 1 / m_i+1) T_i - c_i,i+1 / m_i+1 T_i+1, with c the cosines between
     neighbouring tangents.
@@ -292,19 +293,19 @@ def chain_matrix(y, s, threads, nodes, p):
     carry = 0.0  # off^2 / pivot of the row before
     for i in range(links):
         k, a = first + i, q + 3 * i
-        pivot = 1.0 / nodes[k].mass + 1.0 / nodes[k + 1].mass - carry
-        nodes[k].piv = pivot
+        piv = 1.0 / (nodes[k].compliance + nodes[k + 1].compliance - carry)
+        nodes[k].piv = piv
         if i < links - 1 or bound:
             c = y[a] * y[a + 3] + y[a + 1] * y[a + 4] + y[a + 2] * y[a + 5]
-            off = -c / nodes[k + 1].mass
-            nodes[k].off = off
-            carry = off * off / pivot
+            off = -c * nodes[k + 1].compliance
+            nodes[k].off = off * piv
+            carry = off * off * piv
     if not bound:
         return 1.0
-    return 1.0 / nodes[first + links].mass - carry
+    return nodes[first + links].compliance - carry
 
 
-@kernel
+@inlined
 def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
     """Velocity and load terms of the free links into rhs, eliminated; returns the boundary row's."""
     links, bound = chain_links(s, threads, p)
@@ -317,7 +318,7 @@ def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
             for n in range(3):
                 value += y[a + n] * (nodes[k].af[n] - nodes[k + 1].af[n])
         if i > 0:
-            value -= nodes[k - 1].off / nodes[k - 1].piv * before
+            value -= nodes[k - 1].off * before
         nodes[k].rhs = value
         before = value
     if not bound:
@@ -332,11 +333,11 @@ def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
     if threads[p].feed == FREE_SPOOL:
         value -= threads[p].radius * threads[p].spool_torque / threads[p].spool
     if links > 0:
-        value -= nodes[k - 1].off / nodes[k - 1].piv * before
+        value -= nodes[k - 1].off * before
     return value
 
 
-@kernel
+@inlined
 def chain_solve(s, threads, nodes, p, boundary_tension):
     """Tensions T of all links once the boundary's is known."""
     links, bound = chain_links(s, threads, p)
@@ -347,14 +348,14 @@ def chain_solve(s, threads, nodes, p, boundary_tension):
         outer = boundary_tension
     for i in range(links - 1, -1, -1):
         k = first + i
-        value = nodes[k].rhs
+        value = nodes[k].rhs * nodes[k].piv
         if i < links - 1 or bound:
             value -= nodes[k].off * outer
-        outer = value / nodes[k].piv
+        outer = value
         nodes[k].T = outer
 
 
-@kernel
+@inlined
 def departure_acceleration(threads, bodies, p):
     """Acceleration of Q from the body's acceleration twist a: three floats."""
     b = threads[p].body
@@ -364,7 +365,7 @@ def departure_acceleration(threads, bodies, p):
     return bodies[b].a[0] + ax + cx, bodies[b].a[1] + ay + cy, bodies[b].a[2] + az + cz
 
 
-@kernel
+@inlined
 def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
     """Right-hand side of an inextensible thread from its tensions T and its body's acceleration a.
 
@@ -379,7 +380,7 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
     px = py = pz = 0.0  # its segment's pull
     for i in range(j):
         k, a, c = first + i, q + 3 * i, v + 3 * i
-        m = 1.0 / nodes[k].mass
+        m = nodes[k].compliance
         ax, ay, az = px * m, py * m, pz * m
         if i < links or bound:
             T = nodes[k].T
@@ -411,53 +412,18 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
         b2 = threads[p].radius * dy[k]
         power = threads[p].spool_torque * y[k]
     gx, gy, gz = departure_acceleration(threads, bodies, p)
-    if b0 > 1e-7 * l0:
+    if b0 > SHORT * l0:
         k = 1.0 / b0
         dy[c] = (ox - gx - b2 * y[a] - 2.0 * b1 * y[c]) * k
         dy[c + 1] = (oy - gy - b2 * y[a + 1] - 2.0 * b1 * y[c + 1]) * k
         dy[c + 2] = (oz - gz - b2 * y[a + 2] - 2.0 * b1 * y[c + 2]) * k
     else:
-        short_link_rate(y, threads, nodes, bodies, p, links, gx, gy, gz, dy)
+        for i in range(3):
+            dy[c + i] = threads[p].start[i]
     return power * threads[p].copies
 
 
-@kernel
-def short_link_rate(y, threads, nodes, bodies, p, links, gx, gy, gz, dy):
-    """Limit of u' for a boundary link of no length (links: its number).
-
-    Notes
-    -----
-    b u' + 2 b' u = P A, with P the projection across e and A the difference of accelerations, holds for a regular
-    u at b = 0 only if 2 b' u = P A and 3 b' u' = P A' - 2 b'' u. In A' the tension's turn T (u_out - u) / m and
-    the turn of the departure point's acceleration with the body are kept.
-    """
-    q, v, b1 = threads[p].iq, threads[p].iv, threads[p].b[1]
-    a, c = q + 3 * links, v + 3 * links
-    b = threads[p].body
-    if b1 == 0.0:
-        dy[c], dy[c + 1], dy[c + 2] = 0.0, 0.0, 0.0
-        return
-    gain = 0.0
-    if links > 0:
-        gain = nodes[threads[p].node + links - 1].T / nodes[threads[p].node + links].mass
-    tx, ty, tz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], gx, gy, gz)
-    k = 1.0 / (3.0 * b1)
-    rx, ry, rz = -tx, -ty, -tz
-    if links > 0:
-        rx += gain * (y[c - 3] - y[c])
-        ry += gain * (y[c - 2] - y[c + 1])
-        rz += gain * (y[c - 1] - y[c + 2])
-    rx = (rx - 2.0 * threads[p].b[2] * y[c]) * k
-    ry = (ry - 2.0 * threads[p].b[2] * y[c + 1]) * k
-    rz = (rz - 2.0 * threads[p].b[2] * y[c + 2]) * k
-    along = rx * y[a] + ry * y[a + 1] + rz * y[a + 2]
-    along += y[c] * y[c] + y[c + 1] * y[c + 1] + y[c + 2] * y[c + 2]
-    dy[c] = rx - along * y[a]
-    dy[c + 1] = ry - along * y[a + 1]
-    dy[c + 2] = rz - along * y[a + 2]
-
-
-@kernel
+@inlined
 def regular_rate(y, threads, nodes, bodies, p, i):
     """Rate of the tangent of a boundary link at the moment of its release: u = P (af - a_Q) / (2 b')."""
     a, c = threads[p].iq + 3 * i, threads[p].iv + 3 * i

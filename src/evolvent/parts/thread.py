@@ -95,7 +95,8 @@ class Thread:
         first = len(builder.rows["nodes"])
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
-            builder.add("nodes", mass=density * span + (tip if i == 0 else 0.0), span=span)
+            mass = density * span + (tip if i == 0 else 0.0)
+            builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
         index = builder.add(
             "threads",
             kind=kind,
