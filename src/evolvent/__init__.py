@@ -1,3 +1,96 @@
 """evolvent: how spacecraft structures are wound up, measured and deployed."""
 
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from evolvent.errors import EvolventError, InputError, RunFailed
+
+if TYPE_CHECKING:
+    import xarray
+
+    from evolvent import parts
+    from evolvent.jit import event_law, feed_law, force_law, spring_law
+    from evolvent.results import open  # noqa: A004  (evolvent.open is the public name)
+    from evolvent.system import System
+
 __version__ = "0.1.0"
+
+__all__ = [
+    "EvolventError",
+    "InputError",
+    "RunFailed",
+    "System",
+    "event_law",
+    "feed_law",
+    "force_law",
+    "open",
+    "parts",
+    "run",
+    "spring_law",
+]
+
+#: Public names that are loaded when they are first asked for, so that importing the package stays quick.
+_LAZY = {
+    "System": "evolvent.system",
+    "event_law": "evolvent.jit",
+    "feed_law": "evolvent.jit",
+    "force_law": "evolvent.jit",
+    "open": "evolvent.results",
+    "spring_law": "evolvent.jit",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "parts":
+        return importlib.import_module("evolvent.parts")
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'evolvent' has no attribute {name!r}")
+
+
+def run(
+    case: Any,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    laws: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xarray.Dataset:
+    """Run a case and return its results.
+
+    Parameters
+    ----------
+    case : str, path, mapping or a system's Case
+        Name of a built-in case (`evolvent list` shows them), a YAML file, or a case's content.
+    overrides : mapping, dotted key -> value, put in place of the case's own (``{"blade.nodes": 40}``)
+    laws : mapping, optional, name -> law or (law, parameters)
+        Laws of the user's that the system knows how to place; see its module's ``run``.
+    progress : called with the time reached (s), a few times a second
+
+    Returns
+    -------
+    xarray.Dataset
+        Every variable has its units. Its attribute ``status`` is "success", "stopped by event" or "interrupted".
+
+    Raises
+    ------
+    InputError
+        If the case or a law cannot be used; the message is one sentence.
+    RunFailed
+        If the run did not reach its end; ``.run`` holds what was computed.
+
+    Examples
+    --------
+    >>> import evolvent
+    >>> run = evolvent.run("heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5"})
+    >>> float(run.body_rate[-1])  # doctest: +SKIP
+    """
+    from evolvent import cases
+
+    loaded = cases.load(case, overrides)
+    results = cases.system(loaded.system).run(loaded, laws=laws, progress=progress)
+    if results.attrs["status"] == "failed":
+        raise RunFailed(results.attrs["message"], results)
+    return results

@@ -1,0 +1,294 @@
+"""Cases: found by name or read from a file, overridden key by key, checked, and written back as YAML."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import pathlib
+import pkgutil
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from evolvent.errors import InputError, nearest
+
+_FOLDER = pathlib.Path(__file__).parent / "systems"
+
+
+class Section(BaseModel):
+    """A part of a case: frozen, and every key must be known."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+# ------------------------------------------------------------------------------------------------ systems
+
+
+@functools.cache
+def systems() -> tuple[str, ...]:
+    """Names of all systems; each is one module of `evolvent.systems`."""
+    return tuple(sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules([str(_FOLDER)])))
+
+
+def system(name: str) -> Any:
+    """The module of a system: it has ``Case``, ``build``, ``run``, ``numbers``, ``figures`` and ``scene``.
+
+    Raises
+    ------
+    InputError
+        If there is no such system.
+    """
+    if name not in systems():
+        raise InputError(f"no system is called {name!r}; {nearest(str(name), systems())}")
+    return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}")
+
+
+def built_in() -> dict[str, str]:
+    """Built-in cases, name -> what it is (the first line of its file)."""
+    found = {}
+    for path in sorted(_FOLDER.glob("*.yaml")):
+        first = path.read_text(encoding="utf-8").partition("\n")[0]
+        found[path.stem.replace("_", "-")] = first.lstrip("# ").strip()
+    return found
+
+
+def text(name: str) -> str:
+    """A built-in case as the text that a user edits.
+
+    Raises
+    ------
+    InputError
+        If there is no such case.
+    """
+    if name not in built_in():
+        raise InputError(f"no case is called {name!r}; {nearest(name, built_in())}")
+    return (_FOLDER / f"{name.replace('-', '_')}.yaml").read_text(encoding="utf-8")
+
+
+def json_schema(name: str) -> dict[str, Any]:
+    """JSON schema of a system's cases, for editors."""
+    schema: dict[str, Any] = system(name).Case.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+# ------------------------------------------------------------------------------------------------ YAML
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML with the numbers and truth values of version 1.2 (``1e4`` is a number, ``on`` is a word)."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag.rpartition(":")[2] in ("null", "merge")]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile(r"true|True|TRUE|false|False|FALSE"), list("tTfF"))
+_Loader.add_implicit_resolver("tag:yaml.org,2002:int", re.compile(r"[-+]?[0-9]+\Z"), list("-+0123456789"))
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z|[-+]?\.(inf|Inf|INF)\Z|\.(nan|NaN|NAN)\Z"),
+    list("-+.0123456789"),
+)
+_Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(loader.construct_scalar(node)))
+
+
+def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
+    """A mapping in which no key stands twice."""
+    keys = [loader.construct_object(key) for key, _ in node.value]
+    for k, key in enumerate(keys):
+        if key in keys[:k]:
+            raise yaml.constructor.ConstructorError(None, None, f"the key {key!r} stands twice", node.value[k][0].start_mark)
+    return loader.construct_mapping(node, deep=True)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
+
+
+def parse_yaml(source: str, name: str) -> Any:
+    """Content of a YAML text; `name` says where it comes from, for messages.
+
+    Raises
+    ------
+    InputError
+        If it is not YAML.
+    """
+    try:
+        return yaml.load(source, Loader=_Loader)  # noqa: S506  (a SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f", line {mark.line + 1}, column {mark.column + 1}" if mark is not None else ""
+        raise InputError(f"{name}{where}: {error.problem}") from None
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
+        raise InputError(f"{name}: this is not YAML ({' '.join(str(error).split())})") from None
+
+
+def to_yaml(case: Section) -> str:
+    """The whole case, defaults included, as YAML that can be run again and gives the same numbers."""
+    content = case.model_dump(mode="json", exclude_none=True)
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+
+
+# ------------------------------------------------------------------------------------------------ loading
+
+
+def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
+    """A checked case.
+
+    Parameters
+    ----------
+    case : str, path, mapping or Case
+        Name of a built-in case, a YAML file, or content.
+    overrides : mapping, dotted key -> value
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    content = _content(case)
+    for key, value in (overrides or {}).items():
+        _override(content, key, value)
+    if "system" not in content:
+        raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
+    if not isinstance(content["system"], str):
+        raise InputError(f"system is {content['system']!r}; known: {', '.join(systems())}")
+    kind = system(content["system"]).Case
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise InputError(_sentence(error, kind)) from None
+
+
+def _content(case: Any) -> dict[str, Any]:
+    """Content of a case as nested dicts that may be changed."""
+    if isinstance(case, Section):
+        return case.model_dump()
+    if isinstance(case, Mapping):
+        return {k: _content(v) if isinstance(v, Mapping) else v for k, v in case.items()}
+    if not isinstance(case, (str, os.PathLike)):
+        raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
+    name = os.fspath(case)
+    if name in built_in():
+        source = text(name)
+    else:
+        if not os.path.exists(name) and not re.search(r"[./\\]", name):
+            raise InputError(f"no case is called {name!r}; {nearest(name, built_in())}")
+        try:
+            source = pathlib.Path(name).read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            raise InputError(f"cannot read {name!r}: it is not a text file") from None
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
+    content = parse_yaml(source, name)
+    if not isinstance(content, dict):
+        raise InputError(f"{name}: a case is a mapping of keys to values, this is not")
+    return content
+
+
+def parse_assignment(assignment: str) -> tuple[str, Any]:
+    """Key and value of ``key.path=value``; the value is read as YAML.
+
+    Raises
+    ------
+    InputError
+        If it has no ``=`` or no key.
+    """
+    key, equals, value = assignment.partition("=")
+    if not equals or not re.fullmatch(r"\w+(\.\w+)*", key.strip()):
+        raise InputError(f"--set {assignment!r} is not of the form key.path=value, such as blade.nodes=40")
+    return key.strip(), parse_yaml(value, f"--set {assignment}")
+
+
+def _override(content: dict[str, Any], key: str, value: Any) -> None:
+    """Put `value` in the place of a dotted key."""
+    *path, last = key.split(".")
+    place: Any = content
+    for k, name in enumerate(path):
+        place = place.setdefault(name, {})
+        if place is None or not isinstance(place, dict):
+            raise InputError(f"cannot set {key!r}: {'.'.join(path[: k + 1])!r} is {place!r}, which has no keys")
+    place[last] = value
+
+
+# ------------------------------------------------------------------------------------------------ messages
+
+
+def _sections(annotation: Any) -> Iterator[type[Section]]:
+    """Sections that an annotation holds, within unions and sequences."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _sections(argument)
+
+
+def keys(kind: type[Section], before: str = "") -> list[str]:
+    """All dotted keys of a case."""
+    found = []
+    for name, field in kind.model_fields.items():
+        found.append(before + name)
+        for section in _sections(field.annotation):
+            found += keys(section, f"{before}{name}.")
+    return found
+
+
+def _nearest_key(kind: type[Section], location: tuple[Any, ...]) -> str:
+    """A closing half sentence for an unknown key: the nearest beside it, or one of that name elsewhere."""
+    *path, last = (str(part) for part in location if not isinstance(part, int))
+    before = ".".join(path) + "." if path else ""
+    every = keys(kind)
+    beside = {k for k in every if k.startswith(before) and "." not in k[len(before) :]}
+    guess = nearest(before + last, beside)
+    if guess.startswith("did you mean"):
+        return guess
+    elsewhere = [k for k in every if k.rpartition(".")[2] == last]
+    return f"did you mean {elsewhere[0]!r}?" if elsewhere else guess
+
+
+def _sentence(error: ValidationError, kind: type[Section]) -> str:
+    """The first error as one sentence; an unknown key comes first, for it often explains the others."""
+    errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+    first = errors[0]
+    key = ".".join(str(part) for part in first["loc"])
+    value, message, context = first["input"], first["msg"], first.get("ctx", {})
+    match first["type"]:
+        case "extra_forbidden":
+            return f"unknown key {key!r}; {_nearest_key(kind, first['loc'])}"
+        case "missing":
+            return f"{key} is missing" + _wanted(kind, first["loc"])
+        case "literal_error":
+            known = re.findall(r"'([^']*)'", context.get("expected", ""))
+            return f"{key} is {value!r}; {nearest(str(value), known)}"
+        case "model_type":
+            message = "it must be a mapping of keys to values"
+        case "bool_type" | "bool_parsing":
+            message = "it must be true or false"
+        case "tuple_type" | "list_type":
+            message = "it must be a list"
+        case "too_short" | "too_long":
+            message = message[0].lower() + message[1:]
+    return f"{key} is {_shown(value)}; {message}"
+
+
+def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
+    """What a missing key wants, where its annotation says so."""
+    here = kind
+    for part in location[:-1]:
+        inner = list(_sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
+        here = inner[0] if inner else here
+    field = here.model_fields.get(str(location[-1]))
+    for annotation in field.metadata if field is not None else ():
+        allowed = getattr(annotation, "allowed", None)
+        if allowed:
+            return f"; it must be {allowed}"
+    return ""
+
+
+def _shown(value: Any) -> str:
+    """`value` in a few words."""
+    shown = repr(value)
+    return shown if len(shown) <= 80 else shown[:77] + "..."

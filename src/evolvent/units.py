@@ -1,0 +1,257 @@
+"""Values with units: what a case file writes, kept as SI floats."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import numbers
+import re
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+
+#: Units that are read without the units library, which takes a moment to load: factor to the SI unit of the key.
+COMMON: dict[str, dict[str, float]] = {
+    "": {},
+    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0},
+    "s": {"s": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0},
+    "kg": {"kg": 1.0, "g": 0.001},
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
+    "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0},
+    "kg m^2": {"kg m^2": 1.0, "g m^2": 0.001},
+    "kg/m": {"kg/m": 1.0, "g/m": 0.001},
+    "N/m": {"N/m": 1.0, "kN/m": 1000.0},
+    "N s/m": {"N s/m": 1.0},
+    "Pa": {"Pa": 1.0, "uPa": 1e-6},
+}
+
+
+class UnitError(ValueError):
+    """A text that is no value of the wanted kind; the message says why."""
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def parse(text: str, unit: str) -> float:
+    """The value of `text` in `unit`.
+
+    Parameters
+    ----------
+    text : str, a number and a unit ('0.735 g/m', '0.004 kg m^2', '30 rpm'); a number alone is in `unit`
+    unit : str, the wanted unit, '' for none
+
+    Raises
+    ------
+    UnitError
+        If the text is not a number with a unit of the same dimension.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise UnitError("it is not a number with a unit")
+    value, given = float(match[1]), " ".join(match[2].split())
+    if not given:
+        return value
+    if given in COMMON.get(unit, {}):
+        return value * COMMON[unit][given]
+    if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
+        raise UnitError("hertz does not say whether it counts turns or radians")
+    import pint
+
+    registry = _registry()
+    try:
+        quantity = registry.Quantity(value, registry.parse_units(given))
+        wanted = registry.parse_units(unit)
+        return float(quantity.to(wanted).magnitude)
+    except pint.DimensionalityError:
+        raise UnitError(f"{given!r} is a unit of something else") from None
+    except Exception:  # the units library raises many kinds of errors on what it cannot read
+        raise UnitError(f"{given!r} is not a known unit") from None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A pydantic annotation: a float in `unit`, read from a number or from a text with a unit.
+
+    Parameters
+    ----------
+    what : str, with its article ("a length")
+    unit : str, SI, '' for a plain number
+    example : str, a valid text
+    above, least, most : float, optional bounds (`above` itself is excluded)
+    auto : bool, whether the word 'auto' is a value too
+    """
+
+    what: str
+    unit: str
+    example: str
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+    auto: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        unit = f" {self.unit}" if self.unit else ""
+        bounds = []
+        if self.above is not None:
+            bounds.append(f" above {self.above:g}{unit if self.above else ''}")
+        if self.least is not None:
+            bounds.append(f" of {self.least:g}{unit if self.least else ''} or above")
+        if self.most is not None:
+            bounds.append(f" up to {self.most:g}{unit}")
+        text = f"{self.what}{' and'.join(bounds)}, such as {self.example!r}"
+        if self.unit:
+            text += f" (a plain number is in {self.unit})"
+        return text + (", or 'auto'" if self.auto else "")
+
+    def read(self, value: Any) -> float | str:
+        """`value` in `unit`; a `PydanticCustomError` says what is allowed."""
+        reason = ""
+        if self.auto and value == "auto":
+            return "auto"
+        try:
+            if isinstance(value, str):
+                number = parse(value, self.unit)
+            elif isinstance(value, numbers.Real) and not isinstance(value, bool):
+                number = float(value)
+            else:
+                raise UnitError("it is not a number")
+            if not math.isfinite(number):
+                raise UnitError("it is not finite")
+        except UnitError as error:
+            reason = f" ({error})"
+        else:
+            high = self.most is not None and number > self.most
+            low = self.least is not None and number < self.least
+            if not (high or low or (self.above is not None and number <= self.above)):
+                return number
+        raise PydanticCustomError("quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason})
+
+    def write(self, value: float | str) -> float | str:
+        """`value` as a case file holds it: exact, with its unit."""
+        return f"{value!r} {self.unit}" if self.unit and isinstance(value, float) else value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer to a text with its unit."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A number within the bounds, or a text."""
+        number: dict[str, Any] = {"type": "number"}
+        for key, bound in (("exclusiveMinimum", self.above), ("minimum", self.least), ("maximum", self.most)):
+            if bound is not None:
+                number[key] = bound
+        return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class OneOrMore:
+    """A pydantic annotation: one value of a `Quantity`, or a list of them (kept as a tuple).
+
+    Parameters
+    ----------
+    quantity : Quantity
+    each : str, what the values of a list belong to ("one per blade")
+    """
+
+    quantity: Quantity
+    each: str
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        return f"{self.quantity.allowed}, or a list with {self.each}"
+
+    def read(self, value: Any) -> Any:
+        """`value` as a float or a tuple of floats."""
+        try:
+            if isinstance(value, (list, tuple)) and value:
+                return tuple(self.quantity.read(v) for v in value)
+            return self.quantity.read(value)
+        except PydanticCustomError:
+            raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed}) from None
+
+    def write(self, value: Any) -> Any:
+        """`value` as a case file holds it."""
+        if isinstance(value, tuple):
+            return [self.quantity.write(v) for v in value]
+        return self.quantity.write(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """One value or an array."""
+        one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
+        return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}], "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Whole:
+    """A pydantic annotation: a whole number of at least `least` and at most `most`."""
+
+    least: int
+    most: int
+
+    def read(self, value: Any) -> int:
+        """`value` as an int."""
+        number = float(value) if isinstance(value, str) and _NUMBER.fullmatch(value) else value
+        whole = isinstance(number, (int, float)) and not isinstance(number, bool) and number == math.floor(number)
+        if whole and self.least <= number <= self.most:
+            return int(number)
+        raise PydanticCustomError(
+            "whole", "it must be a whole number from {least} to {most}", {"least": self.least, "most": self.most}
+        )
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An integer within the bounds."""
+        return {"type": "integer", "minimum": self.least, "maximum": self.most}
+
+
+_LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
+_TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}
+_MASS: dict[str, Any] = {"what": "a mass", "unit": "kg", "example": "0.5 g"}
+
+Length = Annotated[float, Quantity(**_LENGTH, above=0.0)]
+LengthOrZero = Annotated[float, Quantity(**_LENGTH, least=0.0)]
+Time = Annotated[float, Quantity(**_TIME)]
+Duration = Annotated[float, Quantity(**_TIME, above=0.0)]
+DurationOrZero = Annotated[float, Quantity(**_TIME, least=0.0)]
+DurationOrAuto = Annotated[float | str, Quantity(**_TIME, above=0.0, auto=True)]
+Mass = Annotated[float, Quantity(**_MASS, above=0.0)]
+MassOrZero = Annotated[float, Quantity(**_MASS, least=0.0)]
+_INERTIA = Quantity(what="a moment of inertia", unit="kg m^2", example="0.004 kg m^2", above=0.0)
+_ANGULAR_RATE = Quantity(what="an angular rate", unit="rad/s", example="6 rad/s")
+Inertia = Annotated[float, _INERTIA]
+Inertias = Annotated[float | tuple[float, ...], OneOrMore(quantity=_INERTIA, each="the three principal moments")]
+Angle = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg")]
+AngularRate = Annotated[float, _ANGULAR_RATE]
+AngularRates = Annotated[float | tuple[float, ...], OneOrMore(quantity=_ANGULAR_RATE, each="one per blade")]
+LineDensity = Annotated[float, Quantity(what="a mass per length", unit="kg/m", example="0.735 g/m", above=0.0)]
+Stiffness = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)]
+DampingOrZero = Annotated[float, Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0)]
+PressureOrZero = Annotated[float, Quantity(what="a pressure", unit="Pa", example="4.56e-6 Pa", least=0.0)]
+Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]
+Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
+Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
