@@ -789,3 +789,224 @@ def _unlike(values: np.ndarray) -> list[int]:
     first = values[:, :1]
     alike = np.allclose(values, first, rtol=1e-9, atol=1e-12, equal_nan=True)
     return [0] if alike else list(range(values.shape[1]))
+
+
+def figures(run: xr.Dataset) -> list[Figure]:
+    """What to draw of a run."""
+    found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _balance_figure(run)]
+    if "body_position" in run:
+        found.append(_body_figure(run))
+    return found
+
+
+def _rate_figure(run: xr.Dataset) -> Figure:
+    """Body rate beside both formulas."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, rate = run.time.values, run.body_rate.values
+    lines, gaps = [Line(x=time, y=rate, label="computed")], []
+    for name, label, color in (("body_rate_paper", "(18)", 2), ("body_rate_corrected", "(18) with spool offset", 1)):
+        if name in run:
+            lines.append(Line(x=time, y=run[name].values, label=label, color=color, style="--"))
+        if name in run and np.all(rate != 0.0):
+            gaps.append(Line(x=time, y=100.0 * (run[name].values - rate) / rate, label=label, color=color))
+    panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
+    if gaps:
+        panels.append(Panel(x_label="time, s", y_label="formula less computed, %", lines=gaps))
+    size = (8.0, 6.5) if gaps else (8.0, 4.0)
+    return Figure(name="body_rate", title="Rate of the body", panels=panels, size=size)
+
+
+def _lag_figure(run: xr.Dataset) -> Figure:
+    """Tip lag, whole and at the start."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, lag = run.time.values, np.degrees(run.lag_angle.values[:, :, 0])
+    shown = _unlike(lag)
+
+    def lines(upto: float) -> list[Line]:
+        k = time <= upto
+        marker = "." if k.sum() < 80 else ""
+        return [
+            Line(x=time[k], y=lag[k, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, marker=marker)
+            for c, b in enumerate(shown)
+        ]
+
+    first = min(5.0, float(time[-1]))
+    panels = [Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(float(time[-1])))]
+    if first < 0.5 * time[-1]:
+        panels.append(
+            Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(first), title=f"first {first:g} s")
+        )
+    return Figure(name="tip_lag", title="Lag of the tip (eq. 19)", panels=panels, size=(8.0, 3.3 * len(panels)))
+
+
+def _moments(run: xr.Dataset, count: int) -> list[int]:
+    """Samples evenly spread over a run, without the first."""
+    return sorted({int(k) for k in np.linspace(0, run.sizes["time"] - 1, count + 1)[1:]})
+
+
+def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
+    """Points of a blade at sample k from the tip to the spool, (n + 1, 3), m, body axes; wound nodes at the spool."""
+    case = case_of(run)
+    turn = 2.0 * np.pi * blade / case.body.blades
+    L0 = case.body.spool_offset
+    Q = np.array([L0 * np.cos(turn), L0 * np.sin(turn), case.spool.radius])
+    x, out = run.position.values[k, blade], run.released.values[k, blade]
+    gone = np.all(out) and np.isclose(run.hub_tension.values[k, blade], 0.0) and case.blade.lets_go
+    return np.vstack([x[out], Q[None] if not gone else np.empty((0, 3))])
+
+
+def _shape_figure(run: xr.Dataset) -> Figure:
+    """Shape of the blades at several times, seen from above and, where it matters, from the side."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, blades = run.time.values, run.sizes["blade"]
+    top, side, height, reach = [], [], 0.0, 0.0
+    for k in _moments(run, 7):
+        for b in range(blades):
+            x = _blade_points(run, k, b)
+            label = f"{time[k]:.4g} s" if b == 0 else ""
+            color = float(time[k] / time[-1])
+            top.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker="."))
+            side.append(Line(x=np.hypot(x[:, 0], x[:, 1]), y=x[:, 2], label=label, color=color, marker="."))
+            height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(np.hypot(x[:, 0], x[:, 1]).max()))
+    panels = [Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True)]
+    if height > 0.01 * reach:
+        panels.append(Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side"))
+    tall = blades > 2
+    size = (8.0, (7.0 if tall else 3.6) + 3.0 * (len(panels) - 1))
+    return Figure(name="shape", title="Shape of the blades", panels=panels, size=size)
+
+
+def _tension_figure(run: xr.Dataset) -> Figure:
+    """Tension at the hub over time, and along the thread at several times."""
+    from evolvent.figures import Figure, Line, Panel
+
+    case, time = case_of(run), run.time.values
+    hub = run.hub_tension.values
+    shown = _unlike(hub)
+    lines = [
+        Line(x=time, y=1e3 * hub[:, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, width=1.0)
+        for c, b in enumerate(shown)
+    ]
+    along = []
+    segment = case.blade.length / case.blade.nodes
+    for k in _moments(run, 7):
+        tension = run.tension.values[k, 0]
+        count = int(np.sum(run.released.values[k, 0]))
+        from_tip = segment * (np.arange(count) + 0.5)
+        color = float(time[k] / time[-1])
+        along.append(Line(x=from_tip, y=1e3 * tension[:count], label=f"{time[k]:.4g} s", color=color, marker="."))
+    panels = [
+        Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines),
+        Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title="along blade 1"),
+    ]
+    return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
+
+
+def _balance_figure(run: xr.Dataset) -> Figure:
+    """Energy, momentum, and how well both accounts close."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time = run.time.values
+
+    def parts(names: list[tuple[str, str, float]], scale: float) -> list[Line]:
+        lines = []
+        for color, (name, label, sign) in enumerate(names):
+            if name in run and (color < 2 or np.any(run[name].values != 0.0)):
+                lines.append(Line(x=time, y=sign * scale * run[name].values, label=label, color=color))
+        return lines
+
+    energy = [
+        ("energy_kinetic", "kinetic", 1.0),
+        ("spool_work", "taken by the spools", -1.0),
+        ("energy_elastic", "elastic", 1.0),
+        ("energy_dissipated", "dissipated", 1.0),
+        ("energy_released", "from releases", 1.0),
+        ("load_work", "from loads", 1.0),
+        ("drive_work", "from the drive", 1.0),
+    ]
+    momentum = [
+        ("angular_momentum", "all that the model moves", 1.0),
+        ("angular_momentum_body", "body", 1.0),
+        ("angular_momentum_released", "released thread", 1.0),
+        ("angular_momentum_wound", "wound thread", 1.0),
+        ("angular_momentum_jumps", "from releases", 1.0),
+    ]
+    defects = []
+    for color, (name, label) in enumerate((("energy_balance", "energy"), ("momentum_balance", "angular momentum"))):
+        if name in run:
+            values = np.abs(run[name].values)
+            defects.append(Line(x=time, y=np.where(values > 0.0, values, np.nan), label=label, color=color + 1, width=1.0))
+    panels = [
+        Panel(x_label="time, s", y_label="energy, mJ", lines=parts(energy, 1e3)),
+        Panel(x_label="time, s", y_label="angular momentum, 1e-3 kg m2/s", lines=parts(momentum, 1e3)),
+        Panel(x_label="time, s", y_label="defect over the start", lines=defects, title="what the accounts lack", log=True),
+    ]
+    return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.5, 9.0))
+
+
+def _body_figure(run: xr.Dataset) -> Figure:
+    """Motion of a free body: its centre and the tilt of its axis."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, q = run.time.values, run.body_quaternion.values
+    tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2), -1.0, 1.0)))
+    centre = [
+        Line(x=time, y=1e3 * run.body_position.values[:, c], label=axis, color=c + 1) for c, axis in enumerate("xyz")
+    ]
+    panels = [
+        Panel(x_label="time, s", y_label="centre of the body, mm", lines=centre, title="inertial axes"),
+        Panel(x_label="time, s", y_label="tilt of the body's axis, deg", lines=[Line(x=time, y=tilt)]),
+    ]
+    return Figure(name="body", title="Motion of the body", panels=panels, size=(8.0, 6.5))
+
+
+def scene(run: xr.Dataset) -> Scene:
+    """The deployment in three dimensions."""
+    from evolvent.figures import Scene
+
+    case, time = case_of(run), run.time.values
+    blades, n = run.sizes["blade"], run.sizes["node"]
+    turns = 2.0 * np.pi * np.arange(blades) / blades
+    L0, radius = case.body.spool_offset, case.spool.radius
+    Q = np.stack([L0 * np.cos(turns), L0 * np.sin(turns), np.full(blades, radius)], axis=1)
+    released = run.released.values
+    points = np.empty((time.size, blades, n + 1, 3))
+    points[:, :, :n] = np.where(released[..., None], run.position.values, Q[:, None])
+    points[:, :, n] = Q
+    if case.blade.lets_go:
+        gone = np.all(released, axis=2) & (run.hub_tension.values == 0.0)
+        points[:, :, n] = np.where(gone[..., None], points[:, :, n - 1], points[:, :, n])
+    angle = run.body_angle.values
+    tilt = np.tile([1.0, 0.0, 0.0, 0.0], (time.size, 1))
+    origin = np.zeros((time.size, 3))
+    if "body_quaternion" in run:
+        tilt, origin = _tilt(run.body_quaternion.values, angle), run.body_position.values
+    around = np.linspace(0.0, 2.0 * np.pi, 25)
+    hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
+    numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
+    numbers["tip lag, deg"] = np.degrees(run.lag_angle.values[:, 0, 0])
+    return Scene(
+        title="Deployment of the heliogyro's blades",
+        time=time,
+        points=points,
+        value=1e3 * run.tension.values,
+        value_label="tension, mN",
+        origin=origin,
+        angle=angle,
+        tilt=tilt,
+        body=[hub],
+        numbers=numbers,
+    )
+
+
+def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """What is left of attitudes q once the turn by `angle` about Z is taken out: (angle about Z)^-1 q."""
+    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
+    left = np.stack(
+        [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]],
+        axis=1,
+    )
+    return np.where(left[:, :1] < 0.0, -left, left)

@@ -1,0 +1,91 @@
+"""Draw the figures that a system describes, as PNG files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent.figures import Figure, Line, Panel
+from evolvent.results import claim_folder, writing
+
+#: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
+PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_STYLE = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "font.size": 10,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+}
+
+
+def draw(figures: Sequence[Figure], folder: str | os.PathLike[str]) -> list[str]:
+    """Write every figure into `folder`; returns the files' paths.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written into.
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure as Sheet
+
+    claim_folder(folder)
+    paths = []
+    for figure in figures:
+        with mpl.rc_context(_STYLE):
+            sheet = Sheet(figsize=figure.size, layout="constrained")
+            FigureCanvasAgg(sheet)
+            sheet.suptitle(figure.title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+            rows = -(-len(figure.panels) // figure.columns)
+            axes = sheet.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
+            for axis, panel in zip(axes.ravel(), figure.panels, strict=False):
+                _panel(axis, panel)
+            path = os.path.join(os.fspath(folder), f"{figure.name}.png")
+            with writing(path) as temporary:
+                sheet.savefig(temporary, format="png", dpi=130)
+        paths.append(path)
+    return paths
+
+
+def _panel(axis: Any, panel: Panel) -> None:
+    for line in panel.lines:
+        axis.plot(
+            line.x,
+            line.y,
+            line.style,
+            color=_color(line),
+            label=line.label or None,
+            marker=line.marker or None,
+            markersize=3.0,
+            linewidth=line.width,
+        )
+    axis.set_xlabel(panel.x_label)
+    axis.set_ylabel(panel.y_label)
+    axis.set_title(panel.title)
+    if panel.equal:
+        axis.set_aspect("equal", adjustable="datalim")
+    if panel.log:
+        axis.set_yscale("log")
+    if panel.y_zero:
+        axis.set_ylim(bottom=0.0)
+    labelled = sum(bool(line.label) for line in panel.lines)
+    if labelled:
+        outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 4 else {"loc": "best"}
+        axis.legend(**outside)
+
+
+def _color(line: Line) -> Any:
+    if isinstance(line.color, float):
+        import matplotlib as mpl
+
+        return mpl.colormaps["viridis"](0.92 * float(np.clip(line.color, 0.0, 1.0)))
+    return PALETTE[line.color % len(PALETTE)] if isinstance(line.color, int) else line.color
