@@ -1,0 +1,41 @@
+"""What all tests share: seeds, figures without a screen, and one compilation before several workers start."""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
+settings.load_profile("seeded")
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Random numbers that are the same in every run."""
+    return np.random.default_rng(20140)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the engine once, before workers that share its cache folder would each do so at the same time."""
+    several = bool(getattr(session.config.option, "numprocesses", None))
+    on_worker = hasattr(session.config, "workerinput")
+    if not several or on_worker or session.config.option.collectonly:
+        return
+    from evolvent import parts
+    from evolvent.flow.observe import observe
+    from evolvent.solvers import solve
+    from evolvent.system import System
+
+    system = System()
+    system.add(
+        parts.Spring(a=(0.0, 0.0, 0.0), b=system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0))), stiffness=1.0)
+    )
+    assembly = system.assemble()
+    for method in ("rk4", "dopri5"):
+        solution = solve(assembly, samples=[0.0, 0.1], method=method)
+    observe(assembly.model, solution.t, solution.y, solution.s)

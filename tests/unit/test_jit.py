@@ -1,0 +1,340 @@
+"""Compilation: the cache folder, laws as function pointers, and the package without compilation.
+
+Several of these lean on numba's inner workings on purpose: a release of numba that changes them must show here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from numba import config
+
+from evolvent import jit, parts
+from evolvent.errors import InputError
+from evolvent.solvers import solve
+from evolvent.system import System
+
+compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
+
+
+def python(script: str, *arguments: str, **environment: str) -> dict:
+    """Run a script in a fresh process; what it prints last is JSON."""
+    paths = [str(pathlib.Path(jit.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(p for p in paths if p)} | environment
+    done = subprocess.run(
+        [sys.executable, script, *arguments], capture_output=True, text=True, env=env, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+# ------------------------------------------------------------------------------------------------ cache folder
+
+
+@pytest.fixture
+def copied_package(tmp_path, monkeypatch):
+    """A copy of the package's sources that the hash is taken from."""
+    copy = tmp_path / "evolvent"
+    shutil.copytree(jit._PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(jit, "_PACKAGE", copy)
+    return copy
+
+
+@pytest.mark.parametrize("name", ["jit.py", "model.py", "kernels/rotations.py", "flow/rhs.py", "solvers/explicit.py"])
+def test_a_change_in_any_compiled_floor_gives_another_cache_folder(copied_package, name):
+    before = jit._source_hash()
+    path = copied_package / name
+    path.write_text(path.read_text() + "\n# changed\n")
+    assert jit._source_hash() != before
+
+
+@pytest.mark.parametrize("name", ["system.py", "parts/point.py", "errors.py"])
+def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
+    before = jit._source_hash()
+    path = copied_package / name
+    path.write_text(path.read_text() + "\n# changed\n")
+    assert jit._source_hash() == before
+
+
+def test_the_cache_folder_is_where_the_user_wants_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "mine"))
+    folder = jit._find_cache_dir()
+    assert folder == tmp_path / "mine" / f"numba-{numba.__version__}-{jit._source_hash()}"
+    assert folder.is_dir()
+
+
+def test_an_unusable_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    assert jit._find_cache_dir().parent == tmp_path / "home" / "evolvent"
+
+
+def test_without_any_usable_folder_a_temporary_one_is_taken(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "too"))
+    assert jit._find_cache_dir().parent.name.startswith("evolvent-cache-")
+
+
+@compiled_only
+def test_warm_marks_stand_in_the_cache_folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(jit, "CACHE_DIR", tmp_path / "fresh")
+    assert not jit.is_warm("rk4")
+    jit.mark_warm("rk4")
+    assert jit.is_warm("rk4")
+    assert not jit.is_warm("dopri5")
+
+
+def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
+    def f(x):
+        return x
+
+    f.__module__ = "evolvent.parts.point"
+    with pytest.raises(RuntimeError, match=r"evolvent\.parts\.point"):
+        jit.kernel(f)
+    f.__module__ = "somebody.elses"
+    assert jit.kernel(f)(2.0) == 2.0
+
+
+# ------------------------------------------------------------------------------------------------ laws
+
+
+@jit.spring_law
+def hardening(extension, rate, t, p):
+    return p[0] * extension + p[1] * extension**3
+
+
+@jit.spring_law
+def brittle(extension, rate, t, p):
+    if extension > p[0]:
+        raise ValueError("the spring broke")
+    return 0.1
+
+
+@jit.force_law
+def gust(x, v, t, p):
+    if t > p[0]:
+        raise ValueError("no wind data beyond this time")
+    return 0.0, p[1], 0.0
+
+
+@jit.event_law
+def crossing(t, y, p):
+    return y[0] - p[0]
+
+
+def on_spring(law, *parameters, speed=1.0):
+    """A mass that leaves the end of a spring under `law`."""
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(speed, 0.0, 0.0)), "ball")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", length=1.0, law=law, parameters=parameters))
+    return system
+
+
+def reeled(law, *parameters):
+    """A blade of three nodes under a distributed load."""
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
+    feed = parts.ConstantFeed(rate=3.5, angle=100.0)
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
+    system.add(parts.LawLoad(thread="blade", law=law, parameters=parameters))
+    return system
+
+
+@compiled_only
+@pytest.mark.parametrize(("law", "kind"), [(hardening, "spring"), (gust, "force"), (crossing, "event")])
+def test_a_law_is_compiled_to_its_one_signature(law, kind):
+    assert [s.args for s in law.nopython_signatures] == [jit.LAWS[kind].args]
+    assert jit.law_address(law, kind) != 0
+
+
+def test_a_law_acts_with_its_parameters():
+    """Energy of a mass on k e + q e^3: its turning point is where k e^2 / 2 + q e^4 / 4 = m v^2 / 2."""
+    k, q, e = 4.0, 8.0, 0.5
+    speed = np.sqrt(k * e**2 + 0.5 * q * e**4)
+    times = np.linspace(0.0, 2.0, 401)
+    found = solve(on_spring(hardening, k, q, speed=speed).assemble(), samples=times, method="dopri5", rtol=1e-10)
+    assert found.success
+    assert abs(found.y[:, 0].max() - (1.0 + e)) < 1e-4
+
+
+@pytest.mark.parametrize("method", ["rk4", "heun", "dopri5"])
+def test_an_exception_in_a_spring_law_reaches_the_caller(method):
+    step = None if method == "dopri5" else 0.01
+    with pytest.raises(ValueError, match="the spring broke"):
+        solve(on_spring(brittle, 0.3).assemble(), samples=[0.0, 1.0], method=method, step=step)
+
+
+@pytest.mark.parametrize("method", ["rk4", "dopri5"])
+def test_an_exception_in_a_load_law_reaches_the_caller(method):
+    with pytest.raises(ValueError, match="no wind data"):
+        solve(reeled(gust, 0.05, 1e-4).assemble(), samples=[0.0, 0.1], method=method)
+
+
+def test_after_an_exception_the_next_run_is_as_ever():
+    times = [0.0, 0.2]
+    before = solve(on_spring(brittle, 0.9).assemble(), samples=times, method="rk4", step=0.01)
+    with pytest.raises(ValueError, match="the spring broke"):
+        solve(on_spring(brittle, 0.1).assemble(), samples=times, method="rk4", step=0.01)
+    after = solve(on_spring(brittle, 0.9).assemble(), samples=times, method="rk4", step=0.01)
+    np.testing.assert_array_equal(before.y, after.y)
+
+
+@compiled_only
+def test_a_law_of_the_wrong_kind_is_refused_by_name():
+    with pytest.raises(InputError, match=r"'gust' must be decorated with @evolvent\.spring_law"):
+        on_spring(gust, 1.0, 1.0).assemble()
+    with pytest.raises(InputError, match=r"'hardening' must be decorated with @evolvent\.force_law"):
+        reeled(hardening, 1.0, 1.0).assemble()
+
+
+@compiled_only
+def test_a_law_that_returns_the_wrong_shape_is_refused_when_it_is_decorated():
+    def lopsided(x, v, t, p):
+        return 1.0, 2.0
+
+    with pytest.raises(numba.core.errors.NumbaError):
+        jit.force_law(lopsided)
+
+
+def test_a_law_without_a_source_file_still_works():
+    names = {"spring_law": jit.spring_law}
+    exec("@spring_law\ndef typed(extension, rate, t, p):\n    return 3.0 * extension\n", names)
+    found = solve(on_spring(names["typed"]).assemble(), samples=[0.0, 0.1], method="rk4", step=0.01)
+    assert found.success
+
+
+EDITED = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from evolvent import jit, parts
+from evolvent.flow import bind_flow
+from evolvent.solvers import explicit, solve
+from evolvent.system import System
+from my_law import pull
+
+system = System()
+system.add(parts.Point(mass=1.0, position=(1.5, 0.0, 0.0)), "ball")
+system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", length=1.0, law=pull))
+assembly = system.assemble()
+found = solve(assembly, samples=[0.0, 0.1], method="rk4", step=0.01)
+
+
+def misses(function):
+    return sum(function.stats.cache_misses.values())
+
+
+def hits(function):
+    return sum(function.stats.cache_hits.values())
+
+
+rhs = bind_flow(assembly.model).rhs[0]
+print(json.dumps({
+    "x": found.y[-1, 0], "law": [hits(pull), misses(pull)], "rhs": [hits(rhs), misses(rhs)],
+    "loop": [hits(explicit.fixed_step), misses(explicit.fixed_step)],
+}))
+"""
+
+
+@compiled_only
+def test_editing_a_law_recompiles_that_law_alone(tmp_path):
+    script, law = tmp_path / "script.py", tmp_path / "my_law.py"
+    script.write_text(EDITED)
+    text = "from evolvent import spring_law\n\n@spring_law\ndef pull(e, rate, t, p):\n    return {} * e\n"
+    law.write_text(text.format("2.0"))
+    python(str(script), str(tmp_path))  # whatever this process finds, it leaves all in the cache
+    again = python(str(script), str(tmp_path))
+    assert again["law"] == [1, 0]
+    law.write_text(text.format("4.00"))
+    edited = python(str(script), str(tmp_path))
+    assert edited["law"] == [0, 1]
+    assert edited["rhs"] == [1, 0]
+    assert edited["loop"] == [1, 0]
+    np.testing.assert_allclose(again["x"], 1.0 + 0.5 * np.cos(np.sqrt(2.0) * 0.1), rtol=1e-9)
+    np.testing.assert_allclose(edited["x"], 1.0 + 0.5 * np.cos(2.0 * 0.1), rtol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------ without compilation
+
+TINY = """
+import json
+import numpy as np
+from evolvent import event_law, feed_law, force_law, parts, spring_law
+from evolvent.flow.observe import observe
+from evolvent.solvers import solve
+from evolvent.system import System
+
+
+@spring_law
+def pull(extension, rate, t, p):
+    return p[0] * extension + 0.1 * rate
+
+
+@force_law
+def drag(x, v, t, p):
+    return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
+
+
+@feed_law
+def turning(t, p):
+    return p[0] + p[1] * t, p[1], 0.0
+
+
+@event_law
+def passing(t, y, p):
+    return t - p[0]
+
+
+def system(segments):
+    s = System(gravity=(0.0, 0.0, -1.0))
+    s.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.25), angular_velocity=(0.1, 0.0, 2.0)), "hub")
+    feed = parts.LawFeed(law=turning, parameters=(3.0, 40.0))
+    s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
+                       damping=0.01, wound_mass="carried"), "thread")
+    s.add(parts.LawLoad(thread="thread", law=drag, parameters=(1e-3,)))
+    s.add(parts.Point(mass=0.5, position=(0.0, 1.0, 0.0)), "ball")
+    s.add(parts.Spring(a=("hub", (0.0, 0.2, 0.0)), b="ball", law=pull, parameters=(3.0,)))
+    s.add(parts.Point(mass=0.4, position=(0.0, 2.0, 0.0)), "bob")
+    s.add(parts.Link(a="ball", b="bob"))
+    s.add(parts.Event(law=passing, parameters=(0.05,)))
+    return s.assemble()
+
+
+out = {}
+for segments, method in (("springs", "rk4"), ("inextensible", "dopri5")):
+    a = system(segments)
+    step = 2e-3 if method == "rk4" else None
+    found = solve(a, samples=np.linspace(0.0, 0.1, 3), method=method, step=step, rtol=1e-6, atol=1e-8)
+    seen = observe(a.model, found.t, found.y, found.s)
+    out[method] = {"y": found.y.tolist(), "s": found.s.tolist(), "status": found.status,
+                   "steps": found.statistics["steps"], "events": found.event_times.tolist(),
+                   "tension": seen.tension.tolist(), "inventory": seen.inventory.tolist()}
+print(json.dumps(out))
+"""
+
+
+def test_the_package_without_compilation_gives_the_same_numbers(tmp_path):
+    script = tmp_path / "tiny.py"
+    script.write_text(TINY)
+    fast, plain = python(str(script), NUMBA_DISABLE_JIT="0"), python(str(script), NUMBA_DISABLE_JIT="1")
+    for method in ("rk4", "dopri5"):
+        a, b = fast[method], plain[method]
+        assert a["status"] == b["status"] == "success"
+        assert a["s"] == b["s"]
+        assert max(a["s"][-1]) > max(a["s"][0])  # a node left the spool
+        assert a["steps"] == b["steps"]
+        assert len(a["events"]) == len(b["events"]) > 0
+        for what in ("y", "events", "tension", "inventory"):
+            np.testing.assert_allclose(a[what], b[what], rtol=1e-9, atol=1e-11, err_msg=f"{method}: {what}")

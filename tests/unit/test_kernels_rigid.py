@@ -1,0 +1,208 @@
+"""Rigid bodies against formulas written with NumPy matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
+
+from evolvent import model as mdl
+from evolvent.kernels import rigid
+
+INERTIA = np.array([[0.5, 0.02, -0.01], [0.02, 0.7, 0.03], [-0.01, 0.03, 0.9]])
+
+
+def skew(a):
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
+def turned(rotvec):
+    return Rotation.from_rotvec(rotvec).as_matrix()
+
+
+def free_body(rng):
+    """One free body and its state: position, quaternion, velocity, angular velocity in body axes."""
+    bodies = mdl.zeros("bodies", 1)
+    bodies["motion"], bodies["iq"], bodies["iv"], bodies["mass"] = rigid.FREE, 0, 7, 2.5
+    bodies["inertia"][0] = INERTIA
+    return bodies, rng.normal(size=13)
+
+
+def spinning_body(rng):
+    bodies = mdl.zeros("bodies", 1)
+    axis = rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    bodies["motion"], bodies["iq"], bodies["iv"] = rigid.SPIN, 0, 1
+    bodies["axis"][0], bodies["R0"][0], bodies["x0"][0] = axis, turned(rng.normal(size=3)), rng.normal(size=3)
+    bodies["spin_inertia"] = axis @ INERTIA @ axis
+    return bodies, rng.normal(size=2)
+
+
+def rotation_of(y):
+    return Rotation.from_quat([y[4], y[5], y[6], y[3]]).as_matrix()
+
+
+def test_kinematics_of_a_free_body(rng):
+    bodies, y = free_body(rng)
+    bodies["F"] = 9.0
+    rigid.kinematics(0.0, y, bodies)
+    R = rotation_of(y)
+    assert_allclose(bodies["R"][0], R, atol=1e-14)
+    assert_allclose(bodies["x"][0], y[:3])
+    assert_allclose(bodies["v"][0], y[7:10])
+    w = R @ y[10:13]
+    assert_allclose(bodies["w"][0], w, atol=1e-14)
+    I = R @ INERTIA @ R.T  # noqa: E741
+    expected = np.zeros((6, 6))
+    expected[:3, :3], expected[3:, 3:] = 2.5 * np.eye(3), I
+    assert_allclose(bodies["M"][0], expected, atol=1e-14)
+    assert_allclose(bodies["F"][0], np.concatenate([np.zeros(3), -np.cross(w, I @ w)]), atol=1e-13)
+
+
+def test_kinematics_of_a_spinning_body(rng):
+    bodies, y = spinning_body(rng)
+    rigid.kinematics(0.0, y, bodies)
+    axis = bodies["axis"][0]
+    R = bodies["R0"][0] @ turned(y[0] * axis)
+    assert_allclose(bodies["R"][0], R, atol=1e-14)
+    assert_allclose(bodies["w"][0], y[1] * (R @ axis), atol=1e-14)
+    assert_allclose(bodies["x"][0], bodies["x0"][0])
+    assert bodies["J"][0] == bodies["spin_inertia"][0]
+
+
+def test_kinematics_of_a_driven_body(rng):
+    bodies, _ = spinning_body(rng)
+    bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.7
+    rigid.kinematics(2.0, np.zeros(0), bodies)
+    R = bodies["R0"][0] @ turned(3.4 * bodies["axis"][0])
+    assert_allclose(bodies["R"][0], R, atol=1e-13)
+    assert_allclose(bodies["w"][0], 1.7 * (R @ bodies["axis"][0]), atol=1e-13)
+
+
+def test_velocity_and_centripetal_acceleration_of_a_point_are_derivatives(rng):
+    bodies, y = spinning_body(rng)
+    s, h = rng.normal(size=3), 1e-5
+
+    def place(time):
+        rigid.kinematics(0.0, np.array([y[0] + y[1] * time, y[1]]), bodies)
+        found = np.array(rigid.point_kinematics(bodies, 0, *s))
+        return bodies["x"][0] + found[:3], found[3:], found[:3]
+
+    (x0, v0, _), (x2, v2, _) = place(-h), place(h)
+    _, v, d = place(0.0)
+    assert_allclose(v, (x2 - x0) / (2.0 * h), atol=1e-9)
+    assert_allclose(rigid.centripetal(bodies, 0, *d), (v2 - v0) / (2.0 * h), atol=1e-9)
+
+
+def test_add_wrench_is_force_and_moment(rng):
+    F, d, f = rng.normal(size=6), rng.normal(size=3), rng.normal(size=3)
+    expected = F + np.concatenate([f, np.cross(d, f)])
+    rigid.add_wrench(F, *d, *f)
+    assert_allclose(F, expected, atol=1e-14)
+
+
+def test_carried_mass_on_a_free_body_is_its_newton_euler_equation(rng):
+    bodies, y = free_body(rng)
+    rigid.kinematics(0.0, y, bodies)
+    M, F, w = bodies["M"][0].copy(), bodies["F"][0].copy(), bodies["w"][0].copy()
+    d, u, a, m = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3), 0.3
+    rigid.add_carried_mass(bodies, 0, 1, m, *d, *u, *a)
+    J = np.hstack([np.eye(3), -skew(d)])  # acceleration of the point due to the twist's rate
+    pull = m * (np.cross(w, np.cross(w, d)) + 2.0 * np.cross(w, u) + a)
+    assert_allclose(bodies["M"][0], M + m * J.T @ J, atol=1e-13)
+    assert_allclose(bodies["F"][0], F - J.T @ pull, atol=1e-13)
+
+
+def test_carried_mass_on_a_spinning_body_adds_to_its_inertia(rng):
+    bodies, y = spinning_body(rng)
+    rigid.kinematics(0.0, y, bodies)
+    n = bodies["R"][0] @ bodies["axis"][0]
+    d, u, a, m, copies = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3), 0.3, 3
+    rigid.add_carried_mass(bodies, 0, copies, m, *d, *u, *a)
+    across = np.cross(n, d)
+    w = bodies["w"][0]
+    pull = m * copies * (np.cross(w, np.cross(w, d)) + 2.0 * np.cross(w, u) + a)
+    assert_allclose(bodies["J"][0], bodies["spin_inertia"][0] + m * copies * across @ across, atol=1e-14)
+    assert_allclose(bodies["F"][0], -np.concatenate([pull, np.cross(d, pull)]), atol=1e-13)
+
+
+def test_carried_mass_leaves_a_driven_body_alone(rng):
+    bodies, _ = spinning_body(rng)
+    bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.0
+    rigid.kinematics(0.0, np.zeros(0), bodies)
+    rigid.add_carried_mass(bodies, 0, 1, 0.3, *np.ones(9))
+    assert not bodies["F"].any()
+    assert not bodies["M"].any()
+
+
+def test_respond_solves_with_the_mass_matrix(rng):
+    bodies, y = free_body(rng)
+    rigid.kinematics(0.0, y, bodies)
+    rigid.add_carried_mass(bodies, 0, 1, 0.3, *rng.normal(size=9))
+    rigid.factorise(bodies)
+    F, a = rng.normal(size=6), np.empty(6)
+    rigid.respond(bodies, 0, F, a)
+    assert_allclose(a, np.linalg.solve(bodies["M"][0], F), atol=1e-12)
+
+
+def test_respond_of_a_spinning_body_is_about_its_axis(rng):
+    bodies, y = spinning_body(rng)
+    rigid.kinematics(0.0, y, bodies)
+    n = bodies["R"][0] @ bodies["axis"][0]
+    F, a = rng.normal(size=6), np.ones(6)
+    rigid.respond(bodies, 0, F, a)
+    assert_allclose(a[:3], 0.0)
+    assert_allclose(a[3:], n * (n @ F[3:]) / bodies["J"][0], atol=1e-14)
+
+
+def test_respond_of_a_driven_body_is_nothing():
+    bodies = mdl.zeros("bodies", 1)
+    a = np.ones(6)
+    rigid.respond(bodies, 0, np.ones(6), a)
+    assert_allclose(a, 0.0)
+
+
+def test_a_free_body_left_alone_keeps_momentum_and_energy(rng):
+    """The rates that are written are those of Euler's equations: d(I w)/dt = 0 in inertial axes."""
+    bodies, y = free_body(rng)
+    y[3:7] /= np.linalg.norm(y[3:7])
+    rigid.kinematics(0.0, y, bodies)
+    rigid.factorise(bodies)
+    rigid.respond(bodies, 0, bodies["F"][0], bodies["a"][0])
+    dy = np.zeros(13)
+    assert rigid.write_rates(y, bodies, 0, dy) == 0.0
+
+    def momentum(x):
+        R = rotation_of(x)
+        return R @ INERTIA @ x[10:13]
+
+    h = 1e-6
+    assert_allclose((momentum(y + h * dy) - momentum(y - h * dy)) / (2.0 * h), 0.0, atol=1e-8)
+    assert_allclose(y[10:13] @ INERTIA @ dy[10:13], 0.0, atol=1e-13)
+    assert_allclose(dy[:3], y[7:10])
+    assert_allclose(dy[7:10], 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("make", [free_body, spinning_body])
+def test_kick_changes_the_velocities_by_the_twist(rng, make):
+    bodies, y = make(rng)
+    rigid.kinematics(0.0, y, bodies)
+    v, w = bodies["v"][0].copy(), bodies["w"][0].copy()
+    jump = rng.normal(size=6)
+    if make is spinning_body:
+        n = bodies["R"][0] @ bodies["axis"][0]
+        jump = np.concatenate([np.zeros(3), n * (n @ jump[3:])])
+    rigid.kick(y, bodies, 0, jump)
+    rigid.kinematics(0.0, y, bodies)
+    assert_allclose(bodies["v"][0], v + jump[:3], atol=1e-13)
+    assert_allclose(bodies["w"][0], w + jump[3:], atol=1e-13)
+
+
+def test_the_drive_of_a_driven_body_delivers_the_power_taken_from_it(rng):
+    bodies, _ = spinning_body(rng)
+    bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.3
+    rigid.kinematics(0.4, np.zeros(0), bodies)
+    bodies["F"][0] = rng.normal(size=6)
+    power = rigid.write_rates(np.zeros(0), bodies, 0, np.zeros(0))
+    assert_allclose(power, -bodies["F"][0, 3:] @ bodies["w"][0], atol=1e-14)
