@@ -10,7 +10,7 @@ Needs Python 3.11 or later with its venv module, and a way to download packages 
 
 import sys
 
-if sys.version_info < (3, 11):
+if sys.version_info < (3, 11):  # noqa: UP036  (this file may be started by any Python)
     sys.exit("evolvent needs Python 3.11 or later; this is Python " + sys.version.split()[0])
 
 import hashlib
