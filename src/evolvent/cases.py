@@ -290,5 +290,5 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
 
 def _shown(value: Any) -> str:
     """`value` in a few words."""
-    shown = repr(value)
+    shown = "empty" if value is None else repr(value)
     return shown if len(shown) <= 80 else shown[:77] + "..."

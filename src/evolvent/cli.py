@@ -54,18 +54,21 @@ class _Commands(click.Group):
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with its own message."""
-        if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
+        if self.get_command(ctx, args[0]) is None:
             raise click.UsageError(f"no command is called {args[0]!r}; {nearest(args[0], self.list_commands(ctx))}", ctx)
         return super().resolve_command(ctx, args)
 
 
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]}, no_args_is_help=False)
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True)
 @click.version_option(__version__, prog_name="evolvent", message="%(prog)s %(version)s")
-def commands() -> None:
+@click.pass_context
+def commands(ctx: click.Context) -> None:
     """How spacecraft structures are wound up, measured and deployed.
 
     Start with: evolvent run heliogyro --figures figures
     """
+    if ctx.invoked_subcommand is None:
+        raise click.UsageError(f"no command is given; {nearest('', commands.list_commands(ctx))}", ctx)
 
 
 @commands.command("list")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.figures import Figure, Line, Panel
-from evolvent.results import claim_folder, writing
+from evolvent.results import make_folder, writing
 
 #: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -38,7 +38,7 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str]) -> list[str]
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Sheet
 
-    claim_folder(folder)
+    make_folder(folder)
     paths = []
     for figure in figures:
         with mpl.rc_context(_STYLE):
@@ -79,7 +79,7 @@ def _panel(axis: Any, panel: Panel) -> None:
         axis.set_ylim(bottom=0.0)
     labelled = sum(bool(line.label) for line in panel.lines)
     if labelled:
-        outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 4 else {"loc": "best"}
+        outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 6 else {"loc": "best"}
         axis.legend(**outside)
 
 

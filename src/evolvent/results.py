@@ -123,19 +123,34 @@ def claim(path: str | os.PathLike[str]) -> None:
 
 
 def claim_folder(path: str | os.PathLike[str]) -> None:
-    """Make a folder if need be and refuse one that could not be written into.
+    """Refuse a folder that could not be made or written into, before any work is done for it; nothing is made yet.
 
     Raises
     ------
     InputError
-        If it cannot be made or is closed to writing.
+        If it is a file, or it, or the nearest folder above it that exists, is closed to writing.
     """
     name = os.fspath(path)
+    place = os.path.abspath(name)
+    while not os.path.lexists(place):
+        place = os.path.dirname(place)
+    if not os.path.isdir(place):
+        raise InputError(f"cannot write into {name!r}: {os.path.relpath(place)!r} is not a folder")
+    _probe(place, name)
+
+
+def make_folder(path: str | os.PathLike[str]) -> None:
+    """Make a folder if need be.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
     try:
-        os.makedirs(name, exist_ok=True)
+        os.makedirs(path, exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot write into {name!r}: {(error.strerror or str(error)).lower()}") from None
-    _probe(name, name)
+        raise InputError(f"cannot write into {os.fspath(path)!r}: {(error.strerror or str(error)).lower()}") from None
 
 
 def _probe(folder: str, name: str) -> None:

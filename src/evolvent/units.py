@@ -129,7 +129,7 @@ class Quantity:
             if not math.isfinite(number):
                 raise UnitError("it is not finite")
         except UnitError as error:
-            reason = f" ({error})"
+            reason = f"; {error}"
         else:
             high = self.most is not None and number > self.most
             low = self.least is not None and number < self.least

@@ -550,12 +550,12 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
     velocity = _per_blade(np.einsum("tji,tnj->tni", R, relative), n, N)
     threads = model.threads.size
     out = np.broadcast_to(solution.s[:, :threads], (solution.t.size, N))
-    gone = np.broadcast_to(solution.s[:, threads : 2 * threads], (solution.t.size, N))
+    gone = np.broadcast_to(solution.s[:, threads : 2 * threads] != 0, (solution.t.size, N))
     released = np.arange(n) < out[:, :, None]
     tension = np.broadcast_to(seen.tension.reshape(solution.t.size, threads, n), released.shape)
     tension = np.where(released, tension, np.nan)
     deployed = np.clip(case.spool.radius * seen.spool[:, :, 0], 0.0, case.blade.length)
-    deployed = np.where(gone != 0, case.blade.length, np.broadcast_to(deployed, out.shape))
+    deployed = np.where(gone, case.blade.length, np.broadcast_to(deployed, out.shape))
     rate = np.einsum("ti,ti->t", R[:, :, 2], w)
     slack = _slack(case, solution.t, tension)
     time, blade = ("time",), ("time", "blade")
@@ -570,6 +570,7 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
             node, _lag(case, position, released), "rad", "lag angle in the frame of the blade's own spool, eq. 19"
         ),
         "released": variable(node, released, "1", "whether the node has left its spool"),
+        "let_go": variable(blade, gone, "1", "whether the whole thread has left its spool"),
         "deployed_length": variable(blade, deployed, "m", "length of thread paid out"),
         "hub_tension": variable(blade, _hub(tension, out, gone), "N", "tension of the segment at the spool"),
         "body_rate": variable(time, rate, "rad s-1", "rate of the body about its spin axis"),
@@ -584,7 +585,8 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
             inertia = straight_inertia(case, deployed, corrected=corrected)
             start = np.full((1, N), case.spool.start_length)
             first = straight_inertia(case, start, corrected=corrected)[0]
-            data[name] = variable(time, case.body.rate * first / inertia, "rad s-1", what)
+            formula = np.where(np.any(gone, axis=1), np.nan, case.body.rate * first / inertia)
+            data[name] = variable(time, formula, "rad s-1", what)
     if case.body.motion == "free":
         at = int(model.bodies["iq"][b])
         data["body_position"] = variable(("time", "axis"), X, "m", "position of the body's centre, inertial axes")
@@ -643,7 +645,7 @@ def _hub(tension: np.ndarray, out: np.ndarray, gone: np.ndarray) -> np.ndarray:
     """Tension at the spool, N; 0 with nothing out, or all gone."""
     last = np.maximum(out - 1, 0)[:, :, None]
     hub = np.take_along_axis(tension, last, axis=2)[:, :, 0]
-    return np.where((out > 0) & (gone == 0), hub, 0.0)
+    return np.where((out > 0) & ~gone, hub, 0.0)
 
 
 def _slack(case: Case, time: np.ndarray, tension: np.ndarray) -> str:
@@ -739,17 +741,17 @@ def numbers(run: xr.Dataset) -> list[Number]:
         Number(label="deployed length", value=" / ".join(f"{x:.6g}" for x in _distinct(run.deployed_length[-1])) + " m"),
         Number(label="body rate at the end", value=f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
     ]
-    for name, label in (("body_rate_paper", "(18)"), ("body_rate_corrected", "the corrected formula")):
+    for name, label in (("body_rate_paper", "eq. (18)"), ("body_rate_corrected", "corrected formula")):
         if name in run and np.all(rate != 0.0):
             gap = (run[name].values - rate) / rate
-            k = int(np.argmax(np.abs(gap)))
+            k = int(np.nanargmax(np.abs(gap)))
             text = f"{100.0 * abs(gap[k]):.3g} % at {time[k]:.6g} s"
             found.append(Number(label=f"largest gap to {label}", value=text))
-    lag = np.degrees(run.lag_angle.values[:, :, 0])
+    lag = np.where(run.let_go.values, np.nan, np.degrees(run.lag_angle.values[:, :, 0]))
     for low, high in zip(_WINDOWS[:-1], _WINDOWS[1:], strict=True):
         inside = (time >= low * time[-1]) & (time <= high * time[-1])
         window = lag[inside]
-        if np.any(np.isfinite(window)):
+        if np.all(np.any(np.isfinite(window), axis=0)):
             means = [f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag)]
             label = f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s"
             found.append(Number(label=label, value=" / ".join(means) + " deg"))
@@ -805,7 +807,7 @@ def _rate_figure(run: xr.Dataset) -> Figure:
 
     time, rate = run.time.values, run.body_rate.values
     lines, gaps = [Line(x=time, y=rate, label="computed")], []
-    for name, label, color in (("body_rate_paper", "(18)", 2), ("body_rate_corrected", "(18) with spool offset", 1)):
+    for name, label, color in (("body_rate_paper", "eq. (18)", 2), ("body_rate_corrected", "eq. (18) with spool offset", 1)):
         if name in run:
             lines.append(Line(x=time, y=run[name].values, label=label, color=color, style="--"))
         if name in run and np.all(rate != 0.0):
@@ -852,31 +854,40 @@ def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
     turn = 2.0 * np.pi * blade / case.body.blades
     L0 = case.body.spool_offset
     Q = np.array([L0 * np.cos(turn), L0 * np.sin(turn), case.spool.radius])
-    x, out = run.position.values[k, blade], run.released.values[k, blade]
-    gone = np.all(out) and np.isclose(run.hub_tension.values[k, blade], 0.0) and case.blade.lets_go
-    return np.vstack([x[out], Q[None] if not gone else np.empty((0, 3))])
+    x = run.position.values[k, blade][run.released.values[k, blade]]
+    return x if run.let_go.values[k, blade] else np.vstack([x, Q])
 
 
 def _shape_figure(run: xr.Dataset) -> Figure:
-    """Shape of the blades at several times, seen from above and, where it matters, from the side."""
+    """Shape of the blades at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
     from evolvent.figures import Figure, Line, Panel
 
-    time, blades = run.time.values, run.sizes["blade"]
-    top, side, height, reach = [], [], 0.0, 0.0
-    for k in _moments(run, 7):
+    case, time, blades = case_of(run), run.time.values, run.sizes["blade"]
+    top, side, lag, height, reach = [], [], [], 0.0, 0.0
+    for k in reversed(_moments(run, 7)):
+        color = float(time[k] / time[-1])
         for b in range(blades):
             x = _blade_points(run, k, b)
             label = f"{time[k]:.4g} s" if b == 0 else ""
-            color = float(time[k] / time[-1])
-            top.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker="."))
-            side.append(Line(x=np.hypot(x[:, 0], x[:, 1]), y=x[:, 2], label=label, color=color, marker="."))
-            height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(np.hypot(x[:, 0], x[:, 1]).max()))
-    panels = [Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True)]
+            distance = np.hypot(x[:, 0], x[:, 1])
+            top.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker=".", width=1.0 + 3.0 * (1.0 - color)))
+            side.append(Line(x=distance, y=x[:, 2], label=label, color=color, marker="."))
+            height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(distance.max()))
+        out = run.released.values[k, 0]
+        length = run.deployed_length.values[k, 0] - case.blade.length / case.blade.nodes * np.arange(out.sum())
+        angle = np.degrees(run.lag_angle.values[k, 0, out])
+        lag.append(Line(x=length, y=angle, label=f"{time[k]:.4g} s", color=color, marker="."))
+    panels = [
+        Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True),
+        Panel(
+            x_label="length from the spool, m", y_label="lag angle (19), deg", lines=lag, title="nodes of blade 1"
+        ),
+    ]
     if height > 0.01 * reach:
         panels.append(Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side"))
-    tall = blades > 2
-    size = (8.0, (7.0 if tall else 3.6) + 3.0 * (len(panels) - 1))
-    return Figure(name="shape", title="Shape of the blades", panels=panels, size=size)
+    heights = [2.2 if blades > 2 else 1.0] + [1.0] * (len(panels) - 1)
+    size = (8.0, 3.5 * sum(heights))
+    return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
 
 
 def _tension_figure(run: xr.Dataset) -> Figure:
@@ -906,16 +917,16 @@ def _tension_figure(run: xr.Dataset) -> Figure:
 
 
 def _balance_figure(run: xr.Dataset) -> Figure:
-    """Energy, momentum, and how well both accounts close."""
+    """Energy, momentum, what releases bring in, and how well both accounts close."""
     from evolvent.figures import Figure, Line, Panel
 
     time = run.time.values
 
-    def parts(names: list[tuple[str, str, float]], scale: float) -> list[Line]:
+    def parts(names: list[tuple[str, str, float]]) -> list[Line]:
         lines = []
         for color, (name, label, sign) in enumerate(names):
-            if name in run and (color < 2 or np.any(run[name].values != 0.0)):
-                lines.append(Line(x=time, y=sign * scale * run[name].values, label=label, color=color))
+            if name in run and (color < 2 or np.abs(run[name].values).max() > 1e-4 * np.abs(run[names[0][0]].values).max()):
+                lines.append(Line(x=time, y=1e3 * sign * run[name].values, label=label, color=color))
         return lines
 
     energy = [
@@ -923,7 +934,6 @@ def _balance_figure(run: xr.Dataset) -> Figure:
         ("spool_work", "taken by the spools", -1.0),
         ("energy_elastic", "elastic", 1.0),
         ("energy_dissipated", "dissipated", 1.0),
-        ("energy_released", "from releases", 1.0),
         ("load_work", "from loads", 1.0),
         ("drive_work", "from the drive", 1.0),
     ]
@@ -932,19 +942,25 @@ def _balance_figure(run: xr.Dataset) -> Figure:
         ("angular_momentum_body", "body", 1.0),
         ("angular_momentum_released", "released thread", 1.0),
         ("angular_momentum_wound", "wound thread", 1.0),
-        ("angular_momentum_jumps", "from releases", 1.0),
     ]
-    defects = []
-    for color, (name, label) in enumerate((("energy_balance", "energy"), ("momentum_balance", "angular momentum"))):
+    releases, defects = [], []
+    for color, kind, name, start in (
+        (1, "energy", "energy_released", run.energy_kinetic.values[0] + run.energy_elastic.values[0]),
+        (2, "angular momentum", "angular_momentum_jumps", run.angular_momentum.values[0]),
+    ):
+        if start != 0.0:
+            releases.append(Line(x=time, y=100.0 * run[name].values / start, label=kind, color=color))
+    for color, kind, name in ((1, "energy", "energy_balance"), (2, "angular momentum", "momentum_balance")):
         if name in run:
             values = np.abs(run[name].values)
-            defects.append(Line(x=time, y=np.where(values > 0.0, values, np.nan), label=label, color=color + 1, width=1.0))
+            defects.append(Line(x=time, y=np.where(values > 0.0, values, np.nan), label=kind, color=color, width=1.0))
     panels = [
-        Panel(x_label="time, s", y_label="energy, mJ", lines=parts(energy, 1e3)),
-        Panel(x_label="time, s", y_label="angular momentum, 1e-3 kg m2/s", lines=parts(momentum, 1e3)),
-        Panel(x_label="time, s", y_label="defect over the start", lines=defects, title="what the accounts lack", log=True),
+        Panel(x_label="", y_label="energy, mJ", lines=parts(energy)),
+        Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=parts(momentum)),
+        Panel(x_label="", y_label="% of the start", lines=releases, title="brought in by nodes at their release"),
+        Panel(x_label="time, s", y_label="over the start", lines=defects, title="what the accounts lack", log=True),
     ]
-    return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.5, 9.0))
+    return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.0, 10.0))
 
 
 def _body_figure(run: xr.Dataset) -> Figure:
@@ -975,10 +991,7 @@ def scene(run: xr.Dataset) -> Scene:
     released = run.released.values
     points = np.empty((time.size, blades, n + 1, 3))
     points[:, :, :n] = np.where(released[..., None], run.position.values, Q[:, None])
-    points[:, :, n] = Q
-    if case.blade.lets_go:
-        gone = np.all(released, axis=2) & (run.hub_tension.values == 0.0)
-        points[:, :, n] = np.where(gone[..., None], points[:, :, n - 1], points[:, :, n])
+    points[:, :, n] = np.where(run.let_go.values[..., None], points[:, :, n - 1], Q)
     angle = run.body_angle.values
     tilt = np.tile([1.0, 0.0, 0.0, 0.0], (time.size, 1))
     origin = np.zeros((time.size, 3))
