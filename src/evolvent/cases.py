@@ -93,7 +93,7 @@ _Loader.add_implicit_resolver(
     re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z|[-+]?\.(inf|Inf|INF)\Z|\.(nan|NaN|NAN)\Z"),
     list("-+.0123456789"),
 )
-_Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(loader.construct_scalar(node)))
+_Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
 
 
 def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
@@ -101,7 +101,8 @@ def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
     keys = [loader.construct_object(key) for key, _ in node.value]
     for k, key in enumerate(keys):
         if key in keys[:k]:
-            raise yaml.constructor.ConstructorError(None, None, f"the key {key!r} stands twice", node.value[k][0].start_mark)
+            mark = node.value[k][0].start_mark
+            raise yaml.constructor.ConstructorError(None, None, f"the key {key!r} stands twice", mark)
     return loader.construct_mapping(node, deep=True)
 
 

@@ -55,7 +55,8 @@ class _Commands(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with its own message."""
         if self.get_command(ctx, args[0]) is None:
-            raise click.UsageError(f"no command is called {args[0]!r}; {nearest(args[0], self.list_commands(ctx))}", ctx)
+            guess = nearest(args[0], self.list_commands(ctx))
+            raise click.UsageError(f"no command is called {args[0]!r}; {guess}", ctx)
         return super().resolve_command(ctx, args)
 
 
@@ -85,7 +86,7 @@ def list_cases() -> None:
 @commands.command()
 @click.argument("case")
 def show(case: str) -> None:
-    """Print a built-in CASE, to be edited: evolvent show heliogyro > my.yaml"""
+    """Print a built-in CASE, to be kept in a file and edited."""
     from evolvent import cases
 
     click.echo(cases.text(case), nl=False)
@@ -169,6 +170,7 @@ def _table(found: xr.Dataset) -> None:
     """Print the results that a user wants to see at once."""
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from evolvent import cases
 
@@ -177,9 +179,10 @@ def _table(found: xr.Dataset) -> None:
     table.add_column(overflow="fold")
     status = found.attrs["status"]
     style = "green" if status in ("success", "stopped by event") else "bold red"
-    table.add_row("status", f"[{style}]{status}[/]" if status == "success" else f"[{style}]{status}[/]: {found.attrs['message']}")
+    message = "" if status == "success" else f": {found.attrs['message']}"
+    table.add_row("status", Text.assemble((status, style), message))
     for number in cases.system(found.attrs["system"]).numbers(found):
-        table.add_row(number.label, number.value)
+        table.add_row(number.label, Text(number.value))
     Console(highlight=False).print(table)
 
 

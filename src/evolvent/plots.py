@@ -13,7 +13,7 @@ from evolvent.results import make_folder, writing
 
 #: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_STYLE = {
+_STYLE: Any = {
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,

@@ -8,7 +8,7 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from evolvent import __version__
 from evolvent.errors import InputError
 
 #: Engine that reads and writes NetCDF files.
-_ENGINE = "h5netcdf"
+_ENGINE: Literal["h5netcdf"] = "h5netcdf"
 
 
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **attrs: Any) -> xr.Variable:
@@ -70,7 +70,7 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.o
         raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
     try:
         dataset = xr.load_dataset(name, engine=_ENGINE, decode_times=False)
-    except Exception:  # the NetCDF back end raises many kinds of errors on a damaged file
+    except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
         raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")

@@ -73,7 +73,7 @@ def parse(text: str, unit: str) -> float:
         return float(quantity.to(wanted).magnitude)
     except pint.DimensionalityError:
         raise UnitError(f"{given!r} is a unit of something else") from None
-    except Exception:  # the units library raises many kinds of errors on what it cannot read
+    except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
         raise UnitError(f"{given!r} is not a known unit") from None
 
 
@@ -120,12 +120,9 @@ class Quantity:
         if self.auto and value == "auto":
             return "auto"
         try:
-            if isinstance(value, str):
-                number = parse(value, self.unit)
-            elif isinstance(value, numbers.Real) and not isinstance(value, bool):
-                number = float(value)
-            else:
+            if isinstance(value, bool) or not isinstance(value, (str, numbers.Real)):
                 raise UnitError("it is not a number")
+            number = parse(value, self.unit) if isinstance(value, str) else float(value)
             if not math.isfinite(number):
                 raise UnitError("it is not finite")
         except UnitError as error:
@@ -135,7 +132,9 @@ class Quantity:
             low = self.least is not None and number < self.least
             if not (high or low or (self.above is not None and number <= self.above)):
                 return number
-        raise PydanticCustomError("quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason})
+        raise PydanticCustomError(
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
+        )
 
     def write(self, value: float | str) -> float | str:
         """`value` as a case file holds it: exact, with its unit."""

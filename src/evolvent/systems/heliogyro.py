@@ -1,9 +1,10 @@
 r"""Heliogyro: thin blades, taken as threads, pay out from spools on a spinning body.
 
 A thread of length L is wound on a spool of radius r that turns by a given law phi(t), on a body that spins about Z at
-the rate W. The spool's axis is Y, at the distance L0 from the spin axis; X points outwards, the nominal feed; the thread
-leaves at Q = (0, 0, r). The thread is n equal segments of length l0 = L / n with lumped masses; node 1 is the tip and
-leaves first. v = r phi', dphi = l0 / r, e_ab the unit vector from a to b, c and d a segment's stiffness and damping.
+the rate W. The spool's axis is Y, at the distance L0 from the spin axis; X points outwards, the nominal feed; the
+thread leaves at Q = (0, 0, r). The thread is n equal segments of length l0 = L / n with lumped masses; node 1 is the
+tip and leaves first. v = r phi', dphi = l0 / r, e_ab the unit vector from a to b, c and d a segment's stiffness and
+damping.
 
 Equations (Tenenbaum 2014, numbered as there; spool frame, which turns with the body)::
 
@@ -50,6 +51,7 @@ Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -164,7 +166,7 @@ class Spool(Section):
                 )
             end = change.time + change.ramp
         if self.start_lag != 0.0 and self.start_length == 0.0:
-            raise InputError("spool.start_lag is given, but spool.start_length is 0; give the length that is already out")
+            raise InputError("spool.start_lag is given, but spool.start_length is 0; give the length already out")
         return self
 
 
@@ -249,7 +251,10 @@ def _law(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[float, ...]]:
     if isinstance(given, tuple):
         if len(given) != 2:
             raise InputError(f"laws[{name!r}] has {len(given)} entries; it must be a law, or a law and its parameters")
-        return given[0], tuple(float(p) for p in given[1])
+        try:
+            return given[0], tuple(float(p) for p in given[1])
+        except (TypeError, ValueError):
+            raise InputError(f"the parameters of laws[{name!r}] are {given[1]!r}; they must be numbers") from None
     return given, ()
 
 
@@ -262,7 +267,7 @@ def _feed(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     law, parameters = _law(laws, "feed")
     if law is not None:
         if spool.start_length > 0.0:
-            raise InputError("spool.start_length is given beside laws['feed']; the law's angle at t = 0 says what is out")
+            raise InputError("spool.start_length is given beside laws['feed'], whose angle at t = 0 says what is out")
         return parts.LawFeed(law=law, parameters=parameters)
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
@@ -395,7 +400,7 @@ def run(
     """
     from evolvent.solvers import solve
 
-    laws = laws or {}
+    laws = {name: law for name, law in (laws or {}).items() if law is not None}
     for name in laws:
         if name not in LAWS:
             raise InputError(f"no law is called {name!r}; {nearest(name, LAWS)}")
@@ -461,13 +466,13 @@ def _samples(case: Case, assembly: Assembly, by_law: bool) -> np.ndarray:
         )
     if out.min() < -1e-9 * length:
         k = int(np.flatnonzero(out.min(axis=1) < -1e-9 * length)[0])
-        raise InputError(f"the feed reels in more than is out at t = {times[k]:.6g} s; stop it before, in spool.changes")
+        raise InputError(f"the feed reels in more than is out at t = {times[k]:.6g} s; stop it before")
     if case.blade.segments == "inextensible":
         _check_inextensible(case, assembly)
     every = case.output.every
     count = end / every
     if count * assembly.y.size > MOST_VALUES:
-        raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many to keep")
+        raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many")
     samples = every * np.arange(int(count + 1e-9) + 1)
     if end - samples[-1] > 1e-6 * every:
         return np.append(samples, end)
@@ -537,7 +542,7 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
     import xarray as xr
 
     from evolvent import model as mdl
-    from evolvent.flow.observe import observe
+    from evolvent.flow import observe
     from evolvent.results import label, variable
 
     model, n, N = assembly.model, case.blade.nodes, case.body.blades
@@ -691,13 +696,15 @@ def _accounts(
         "energy_kinetic": variable(time, kinetic, J, "kinetic energy of all that the model moves"),
         "energy_elastic": variable(time, elastic, J, "strain energy of the segments"),
         "energy_dissipated": variable(time, booked[:, mdl.DISSIPATED], J, "energy dissipated so far"),
-        "energy_released": variable(time, booked[:, mdl.RELEASE], J, "energy brought in by nodes at their release so far"),
+        "energy_released": variable(
+            time, booked[:, mdl.RELEASE], J, "energy that nodes brought in at their release so far"
+        ),
         "spool_work": variable(
             time, booked[:, mdl.SPOOL], J, "work of the spools on the thread so far, negative where they hold it back"
         ),
         "load_work": variable(time, booked[:, mdl.LOAD], J, "work of the loads so far"),
         "drive_work": variable(time, booked[:, mdl.DRIVE], J, "work of what drives the body so far"),
-        "energy_balance": variable(time, defect / scale, "1", "what the energy account lacks, over the energy at the start"),
+        "energy_balance": variable(time, defect / scale, "1", "what the energy account lacks, over the start"),
         "angular_momentum": variable(time, total[:, 2], H, "angular momentum about Z of all that the model moves"),
         "angular_momentum_body": variable(time, body[:, 2], H, "angular momentum about Z of the body"),
         "angular_momentum_released": variable(time, thread[:, 2], H, "angular momentum about Z of the released thread"),
@@ -707,7 +714,7 @@ def _accounts(
             H,
             "angular momentum about Z of the wound thread" + ("" if case.carried else " (ignored by the model)"),
         ),
-        "angular_momentum_jumps": variable(time, jumps[:, 2], H, "angular momentum about Z brought in at releases so far"),
+        "angular_momentum_jumps": variable(time, jumps[:, 2], H, "angular momentum about Z that releases brought in"),
     }
     if case.body.motion == "free":
         data["angular_momentum_vector"] = variable(
@@ -717,7 +724,10 @@ def _accounts(
         lost = np.linalg.norm((total - total[0] - jumps)[:, 0 if case.body.motion == "free" else 2 :], axis=1)
         scale = float(np.linalg.norm(total[0]))
         data["momentum_balance"] = variable(
-            time, lost / scale if scale > 0.0 else lost, "1", "what the account of angular momentum lacks, over its start"
+            time,
+            lost / scale if scale > 0.0 else lost,
+            "1",
+            "what the account of angular momentum lacks, over the start",
         )
     return data
 
@@ -738,7 +748,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
     time, rate = run.time.values, run.body_rate.values
     found = [
         Number(label="time reached", value=f"{time[-1]:.6g} s"),
-        Number(label="deployed length", value=" / ".join(f"{x:.6g}" for x in _distinct(run.deployed_length[-1])) + " m"),
+        Number(
+            label="deployed length", value=" / ".join(f"{x:.6g}" for x in _distinct(run.deployed_length[-1])) + " m"
+        ),
         Number(label="body rate at the end", value=f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
     ]
     for name, label in (("body_rate_paper", "eq. (18)"), ("body_rate_corrected", "corrected formula")):
@@ -748,7 +760,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
             text = f"{100.0 * abs(gap[k]):.3g} % at {time[k]:.6g} s"
             found.append(Number(label=f"largest gap to {label}", value=text))
     lag = np.where(run.let_go.values, np.nan, np.degrees(run.lag_angle.values[:, :, 0]))
-    for low, high in zip(_WINDOWS[:-1], _WINDOWS[1:], strict=True):
+    for low, high in itertools.pairwise(_WINDOWS):
         inside = (time >= low * time[-1]) & (time <= high * time[-1])
         window = lag[inside]
         if np.all(np.any(np.isfinite(window), axis=0)):
@@ -756,8 +768,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
             label = f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s"
             found.append(Number(label=label, value=" / ".join(means) + " deg"))
     if np.any(run.hub_tension.values):
-        k, blade = np.unravel_index(int(np.nanargmax(run.hub_tension.values)), run.hub_tension.shape)
-        text = f"{run.hub_tension.values[k, blade]:.4g} N at {time[k]:.6g} s"
+        hub = run.hub_tension.values.max(axis=1)
+        k = int(np.argmax(hub))
+        text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
         found.append(Number(label="largest hub tension", value=text))
     found.append(Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the start"))
     if "momentum_balance" in run:
@@ -807,7 +820,10 @@ def _rate_figure(run: xr.Dataset) -> Figure:
 
     time, rate = run.time.values, run.body_rate.values
     lines, gaps = [Line(x=time, y=rate, label="computed")], []
-    for name, label, color in (("body_rate_paper", "eq. (18)", 2), ("body_rate_corrected", "eq. (18) with spool offset", 1)):
+    for name, label, color in (
+        ("body_rate_paper", "eq. (18)", 2),
+        ("body_rate_corrected", "eq. (18) with spool offset", 1),
+    ):
         if name in run:
             lines.append(Line(x=time, y=run[name].values, label=label, color=color, style="--"))
         if name in run and np.all(rate != 0.0):
@@ -838,7 +854,9 @@ def _lag_figure(run: xr.Dataset) -> Figure:
     panels = [Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(float(time[-1])))]
     if first < 0.5 * time[-1]:
         panels.append(
-            Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(first), title=f"first {first:g} s")
+            Panel(
+                x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(first), title=f"first {first:g} s"
+            )
         )
     return Figure(name="tip_lag", title="Lag of the tip (eq. 19)", panels=panels, size=(8.0, 3.3 * len(panels)))
 
@@ -859,7 +877,7 @@ def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
 
 
 def _shape_figure(run: xr.Dataset) -> Figure:
-    """Shape of the blades at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
+    """Shape at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
     from evolvent.figures import Figure, Line, Panel
 
     case, time, blades = case_of(run), run.time.values, run.sizes["blade"]
@@ -870,7 +888,9 @@ def _shape_figure(run: xr.Dataset) -> Figure:
             x = _blade_points(run, k, b)
             label = f"{time[k]:.4g} s" if b == 0 else ""
             distance = np.hypot(x[:, 0], x[:, 1])
-            top.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker=".", width=1.0 + 3.0 * (1.0 - color)))
+            top.append(
+                Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker=".", width=1.0 + 3.0 * (1.0 - color))
+            )
             side.append(Line(x=distance, y=x[:, 2], label=label, color=color, marker="."))
             height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(distance.max()))
         out = run.released.values[k, 0]
@@ -879,12 +899,12 @@ def _shape_figure(run: xr.Dataset) -> Figure:
         lag.append(Line(x=length, y=angle, label=f"{time[k]:.4g} s", color=color, marker="."))
     panels = [
         Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True),
-        Panel(
-            x_label="length from the spool, m", y_label="lag angle (19), deg", lines=lag, title="nodes of blade 1"
-        ),
+        Panel(x_label="length from the spool, m", y_label="lag angle (19), deg", lines=lag, title="nodes of blade 1"),
     ]
     if height > 0.01 * reach:
-        panels.append(Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side"))
+        panels.append(
+            Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side")
+        )
     heights = [2.2 if blades > 2 else 1.0] + [1.0] * (len(panels) - 1)
     size = (8.0, 3.5 * sum(heights))
     return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
@@ -925,7 +945,8 @@ def _balance_figure(run: xr.Dataset) -> Figure:
     def parts(names: list[tuple[str, str, float]]) -> list[Line]:
         lines = []
         for color, (name, label, sign) in enumerate(names):
-            if name in run and (color < 2 or np.abs(run[name].values).max() > 1e-4 * np.abs(run[names[0][0]].values).max()):
+            seen = name in run and np.abs(run[name].values).max() > 1e-4 * np.abs(run[names[0][0]].values).max()
+            if seen or color < 2:
                 lines.append(Line(x=time, y=1e3 * sign * run[name].values, label=label, color=color))
         return lines
 
