@@ -212,9 +212,9 @@ class Whole:
     def read(self, value: Any) -> int:
         """`value` as an int."""
         number = float(value) if isinstance(value, str) and _NUMBER.fullmatch(value) else value
-        whole = isinstance(number, (int, float)) and not isinstance(number, bool) and number == math.floor(number)
-        if whole and self.least <= number <= self.most:
-            return int(number)
+        if isinstance(number, numbers.Real) and not isinstance(number, bool) and self.least <= number <= self.most:
+            if number == math.floor(number):
+                return int(number)
         raise PydanticCustomError(
             "whole", "it must be a whole number from {least} to {most}", {"least": self.least, "most": self.most}
         )

@@ -1,0 +1,193 @@
+"""Cases: found, read, overridden, refused and written back."""
+
+import json
+
+import pytest
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.systems.heliogyro import Case
+
+PAPER = {
+    "system": "heliogyro",
+    "body": {"inertia": "0.004 kg m^2", "rate": "6 rad/s", "spool_offset": "0.05 m", "blades": 2},
+    "blade": {
+        "length": "5 m",
+        "line_density": "0.735 g/m",
+        "tip_mass": "0.5 g",
+        "nodes": 20,
+        "segments": "springs",
+        "stiffness": "1e4 N/m",
+        "damping": "1e-3 N s/m",
+    },
+    "spool": {"radius": "1 cm", "rate": "3.5 rad/s"},
+    "solver": {"method": "rk4", "step": "auto"},
+    "output": {"every": "0.1 s"},
+}
+
+
+def test_built_in_case_holds_the_papers_data():
+    case = cases.load("heliogyro")
+    assert case == cases.load(PAPER)
+    assert (case.body.inertia, case.body.rate, case.body.spool_offset, case.body.blades) == (0.004, 6.0, 0.05, 2)
+    assert case.blade.line_density == pytest.approx(7.35e-4, rel=1e-15)
+    assert (case.blade.length, case.blade.tip_mass, case.blade.nodes) == (5.0, 5e-4, 20)
+    assert (case.blade.stiffness, case.blade.damping) == (1e4, 1e-3)
+    assert (case.spool.radius, case.spool.rate) == (0.01, 3.5)
+    assert (case.solver.method, case.solver.step, case.output.every) == ("rk4", "auto", 0.1)
+    assert not case.carried
+
+
+def test_lists_and_texts():
+    assert "heliogyro" in cases.built_in()
+    assert "heliogyro" in cases.systems()
+    assert cases.parse_yaml(cases.text("heliogyro"), "text") == PAPER
+    with pytest.raises(InputError, match="did you mean 'heliogyro'"):
+        cases.text("heliogiro")
+
+
+def test_overrides_come_on_top_and_leave_the_mapping_alone():
+    case = cases.load(PAPER, {"blade.nodes": 40, "body.rate": "30 rpm", "sunlight.pressure": 1e-6, "blade.width": 0.1})
+    assert case.blade.nodes == 40
+    assert case.body.rate == pytest.approx(3.14159265, rel=1e-8)
+    assert case.sunlight.pressure == 1e-6
+    assert PAPER["blade"]["nodes"] == 20
+    assert "sunlight" not in PAPER
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        {},
+        {"body.inertia": [0.003, 0.003, 0.004], "body.motion": "free", "body.mass": "2 kg"},
+        {"spool.rate": ["3.5 rad/s", "3.4 rad/s"], "spool.ramp": "2 s", "spool.start_length": "5 mm"},
+        {"spool.changes": [{"time": "20 s", "rate": 0, "ramp": "1 s"}], "solver.duration": "30 s"},
+        {"spool.rate": None, "spool.table": [[0, 1], ["10 s", "60 rpm"]]},
+        {"sunlight": {"direction": [1, 0, 1], "reflectivity": 0.85}, "blade.width": "10 cm"},
+        {"solver.method": "dopri5", "solver.rtol": 1e-12, "output.every": 1 / 3},
+    ],
+)
+def test_a_case_written_as_yaml_is_the_same_case(overrides):
+    case = cases.load(PAPER, overrides)
+    text = cases.to_yaml(case)
+    assert cases.load(cases.parse_yaml(text, "text")) == case
+
+
+def test_yaml_reads_numbers_and_words_as_meant():
+    content = cases.parse_yaml("{a: 1e4, b: 1.5e-3, c: -3, d: on, e: true, f: .nan, g: 010, h: 1:30, i: , j: +.5}", "x")
+    assert content["a"] == 1e4
+    assert isinstance(content["a"], float)
+    assert content["b"] == 1.5e-3
+    assert (content["c"], content["d"], content["e"]) == (-3, "on", True)
+    assert content["f"] != content["f"]
+    assert (content["g"], content["h"], content["i"], content["j"]) == (10, "1:30", None, 0.5)
+
+
+def test_assignments():
+    assert cases.parse_assignment("blade.nodes=40") == ("blade.nodes", 40)
+    assert cases.parse_assignment("blade.length=5 m") == ("blade.length", "5 m")
+    assert cases.parse_assignment("spool.rate=[1, 2 rpm]") == ("spool.rate", [1, "2 rpm"])
+    for wrong in ("blade.nodes", "=3", "blade..nodes=3", "a b=3"):
+        with pytest.raises(InputError, match=r"key\.path=value"):
+            cases.parse_assignment(wrong)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"blade.nods": 20}, ["'blade.nods'", "did you mean 'blade.nodes'?"]),
+        ({"nodes": 20}, ["'nodes'", "did you mean 'blade.nodes'?"]),
+        ({"blades.nodes": 20}, ["'blades'", "did you mean 'blade'?"]),
+        ({"spool.changes": [{"time": 1, "rat": 2}]}, ["'spool.changes.0.rat'", "did you mean 'spool.changes.rate'?"]),
+        ({"blade.length": "5 kg"}, ["blade.length is '5 kg'", "a length above 0", "'5 m'"]),
+        ({"blade.tip_mass": "-1 g"}, ["blade.tip_mass is '-1 g'", "0 or above"]),
+        ({"blade.line_density": -1}, ["blade.line_density is -1", "above 0"]),
+        ({"blade.nodes": 0}, ["blade.nodes is 0", "whole number from 1"]),
+        ({"blade.nodes": 2.5}, ["blade.nodes is 2.5", "whole number"]),
+        ({"blade.nodes": float("nan")}, ["blade.nodes is nan", "whole number"]),
+        ({"blade.nodes": True}, ["blade.nodes is True", "whole number"]),
+        ({"body.spool_offset": 0}, ["body.spool_offset is 0", "above 0"]),
+        ({"body.rate": float("nan")}, ["body.rate is nan", "not finite"]),
+        ({"body.motion": "fre"}, ["body.motion is 'fre'", "did you mean 'free'?"]),
+        ({"body.motion": "free"}, ["body.mass is missing"]),
+        ({"body.motion": "free", "body.mass": 1, "blade.wound_mass": "ignored"}, ["blade.wound_mass", "'carried'"]),
+        ({"body.inertia": [1, 2]}, ["body.inertia has 2 values"]),
+        ({"spool.rate": [1, 2, 3]}, ["spool.rate has 3 values", "body.blades is 2"]),
+        ({"spool.table": [[0, 1], [1, 2]]}, ["spool.rate and spool.table"]),
+        ({"spool.rate": None, "spool.table": [[0, 1], [1, float("nan")]]}, ["spool.table.1.1 is nan", "not finite"]),
+        ({"spool.rate": None, "spool.table": [[0, 1], [0, 2]]}, ["spool.table.1 is at 0 s"]),
+        ({"spool.rate": None, "spool.table": [[0, 1]]}, ["two or more"]),
+        ({"spool.changes": [{"time": 5, "rate": 1, "ramp": 5}, {"time": 8, "rate": 1}]}, ["spool.changes.1.time is 8 s"]),
+        ({"spool.start_lag": 0.1}, ["spool.start_lag", "spool.start_length"]),
+        ({"spool.start_length": 6}, ["spool.start_length is 6 m", "blade.length 5 m"]),
+        ({"sunlight": {}}, ["blade.width is missing"]),
+        ({"sunlight": {"direction": [0, 0, 0]}, "blade.width": 1}, ["sunlight.direction is zero"]),
+        ({"solver.method": "rk5"}, ["solver.method is 'rk5'", "did you mean 'rk4'?"]),
+        ({"solver.method": "dopri5", "solver.step": 0.1}, ["solver.step is 0.1 s", "dopri5"]),
+        ({"blade.velocity_turn": "maybe"}, ["blade.velocity_turn is 'maybe'", "true or false"]),
+        ({"body": 3}, ["body is 3", "a mapping"]),
+        ({"body.rate.x": 3}, ["cannot set 'body.rate.x'", "'6 rad/s'"]),
+        ({"system": "helio"}, ["no system is called 'helio'", "did you mean 'heliogyro'?"]),
+        ({"system": 3}, ["system is 3"]),
+    ],
+)
+def test_refusals_are_one_sentence_that_names_the_key(overrides, words):
+    with pytest.raises(InputError) as caught:
+        cases.load(PAPER, overrides)
+    message = str(caught.value)
+    for word in words:
+        assert word in message
+    assert "\n" not in message
+
+
+def test_missing_keys_say_what_they_want():
+    content = json.loads(json.dumps(PAPER))
+    del content["blade"]["length"]
+    with pytest.raises(InputError, match=r"blade\.length is missing; it must be a length above 0, such as '5 m'"):
+        cases.load(content)
+    del content["system"]
+    with pytest.raises(InputError, match="'system' is missing; known: .*heliogyro"):
+        cases.load(content)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("open.yaml", b"body: {inertia: 3\n", "line 2, column 1"),
+        ("twice.yaml", b"a: 1\na: 2\n", "line 2, column 1: the key 'a' stands twice"),
+        ("binary.yaml", b"\xff\xfe\x00", "not a text file"),
+        ("word.yaml", b"hello\n", "a case is a mapping"),
+        ("empty.yaml", b"", "a case is a mapping"),
+        ("code.yaml", b"a: !!python/object/apply:os.getcwd []\n", "could not determine a constructor"),
+    ],
+)
+def test_files_that_are_no_cases(tmp_path, name, content, words):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=words) as caught:
+        cases.load(path)
+    assert name in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        cases.load(tmp_path / "none.yaml")
+    with pytest.raises(InputError, match="is a directory"):
+        cases.load(tmp_path)
+    with pytest.raises(InputError, match="no case is called 'heliogiro'; did you mean 'heliogyro'"):
+        cases.load("heliogiro")
+    with pytest.raises(InputError, match="not int"):
+        cases.load(3)
+
+
+def test_a_case_file_is_read(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(cases.text("heliogyro").replace("nodes: 20", "nodes: 7"))
+    assert cases.load(str(path)).blade.nodes == 7
+
+
+def test_schema_knows_every_key():
+    schema = cases.json_schema("heliogyro")
+    for key in cases.keys(Case):
+        assert json.dumps(key.rpartition(".")[2]) in json.dumps(schema)
+    assert schema["additionalProperties"] is False

@@ -1,0 +1,359 @@
+"""Runs of the heliogyro: contents, accounts, laws, refusals, and files."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import evolvent
+from evolvent import cases, results
+from evolvent.systems import heliogyro
+
+QUICK = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "9 s", "blade.nodes": 40}
+
+
+@pytest.fixture(scope="module")
+def quick():
+    return evolvent.run("heliogyro", QUICK)
+
+
+def test_has_all_variables_with_units(quick):
+    node, blade, time = ("time", "blade", "node"), ("time", "blade"), ("time",)
+    wanted = {
+        "position": ((*node, "axis"), "m"),
+        "velocity": ((*node, "axis"), "m s-1"),
+        "tension": (node, "N"),
+        "lag_angle": (node, "rad"),
+        "released": (node, "1"),
+        "deployed_length": (blade, "m"),
+        "hub_tension": (blade, "N"),
+        "body_rate": (time, "rad s-1"),
+        "body_angle": (time, "rad"),
+        "body_rate_paper": (time, "rad s-1"),
+        "body_rate_corrected": (time, "rad s-1"),
+        "angular_momentum": (time, "kg m2 s-1"),
+        "angular_momentum_body": (time, "kg m2 s-1"),
+        "angular_momentum_released": (time, "kg m2 s-1"),
+        "angular_momentum_wound": (time, "kg m2 s-1"),
+        "angular_momentum_jumps": (time, "kg m2 s-1"),
+        "energy_kinetic": (time, "J"),
+        "energy_elastic": (time, "J"),
+        "energy_dissipated": (time, "J"),
+        "energy_released": (time, "J"),
+        "spool_work": (time, "J"),
+        "load_work": (time, "J"),
+        "energy_balance": (time, "1"),
+    }
+    for name, (dims, unit) in wanted.items():
+        assert quick[name].dims == dims, name
+        assert quick[name].attrs["units"] == unit, name
+    for name, variable in quick.variables.items():
+        if name != "axis":
+            assert {"units", "long_name"} <= set(variable.attrs), name
+    assert quick.sizes["blade"] == 2
+    assert list(quick.axis.values) == ["x", "y", "z"]
+    assert list(quick.node.values) == list(range(1, 41))
+    assert quick.time.attrs["units"] == "s"
+
+
+def test_says_where_it_comes_from(quick):
+    attrs = quick.attrs
+    assert (attrs["status"], attrs["system"], attrs["solver"]) == ("success", "heliogyro", "dopri5")
+    assert attrs["version"] == evolvent.__version__
+    assert json.loads(attrs["statistics"])["steps"] > 100
+    assert attrs["wall_time_s"] > 0.0
+    assert attrs["compile_time_s"] >= 0.0
+    assert cases.load(cases.parse_yaml(attrs["case"], "case")) == cases.load("heliogyro", QUICK)
+
+
+def test_its_own_case_gives_the_same_numbers(quick):
+    again = evolvent.run(cases.parse_yaml(quick.attrs["case"], "case"))
+    xr.testing.assert_identical(again.drop_attrs(deep=False), quick.drop_attrs(deep=False))
+
+
+def test_times_end_with_the_duration():
+    run = evolvent.run("heliogyro", {**QUICK, "solver.duration": "0.25 s"})
+    np.testing.assert_allclose(run.time.values, [0.0, 0.1, 0.2, 0.25], rtol=1e-15)
+    assert heliogyro.duration(cases.load("heliogyro")) == pytest.approx(5.0 / 0.035, rel=1e-14)
+
+
+def test_geometry(quick):
+    """Links have their lengths, the first two released nodes their tension, copies are turned by half a turn."""
+    position, released = quick.position.values, quick.released.values
+    gaps = np.linalg.norm(np.diff(position, axis=2), axis=-1)
+    both = released[:, :, 1:]
+    np.testing.assert_allclose(gaps[both], 5.0 / 40, rtol=1e-12)
+    count = released.sum(axis=2)
+    assert count[-1, 0] == math.floor(0.035 * 9.0 / (5.0 / 40)) + 1
+    np.testing.assert_allclose(quick.deployed_length.values, 0.035 * quick.time.values[:, None] * [1, 1], atol=1e-14)
+    assert np.array_equal(np.isnan(quick.tension.values), ~released)
+    np.testing.assert_allclose(position[:, 1, :, :2], -position[:, 0, :, :2], atol=1e-15)
+    np.testing.assert_allclose(position[:, 1, :, 2], position[:, 0, :, 2], atol=1e-15)
+
+
+def test_lag_is_the_papers_formula(quick):
+    x, y, z = np.moveaxis(quick.position.values[1:, 0, 0] - [0.05, 0.0, 0.01], -1, 0)
+    lag = np.arccos(x / np.sqrt(x**2 + y**2 + z**2))
+    np.testing.assert_allclose(quick.lag_angle.values[1:, 0, 0], lag, rtol=1e-8)
+    np.testing.assert_allclose(quick.lag_angle.values[1:, 1, 0], lag, rtol=1e-8)
+    assert np.degrees(quick.lag_angle.sel(time=slice(7, 9)).values[:, 0, 0].mean()) == pytest.approx(13.46, abs=0.05)
+
+
+def test_velocity_is_the_rate_of_position(quick):
+    fine = evolvent.run("heliogyro", {**QUICK, "solver.duration": "1 s", "output.every": "1 ms"})
+    t, x, v = fine.time.values, fine.position.values[:, :, 0], fine.velocity.values[:, :, 0]
+    rate = (x[2:] - x[:-2]) / (t[2:] - t[:-2])[:, None, None]
+    np.testing.assert_allclose(rate[100:], v[101:-1], atol=1e-6)
+
+
+def test_formulas(quick):
+    length = 0.035 * quick.time.values
+    rho, tip, J, L0 = 7.35e-4, 5e-4, 0.004, 0.05
+    paper = J * 6.0 / (J + 2.0 / 3.0 * rho * length**3 + 2.0 * tip * length**2)
+    np.testing.assert_allclose(quick.body_rate_paper.values, paper, rtol=1e-13)
+    inertia = J + 2.0 * rho * ((L0 + length) ** 3 - L0**3) / 3.0 + 2.0 * tip * (L0 + length) ** 2
+    np.testing.assert_allclose(quick.body_rate_corrected.values, 6.0 * inertia[0] / inertia, rtol=1e-13)
+    assert abs(quick.body_rate_corrected / quick.body_rate - 1.0).max() < 2e-3
+    np.testing.assert_allclose(quick.angular_momentum_body, J * quick.body_rate, rtol=1e-13)
+
+
+def test_accounts_close(quick):
+    assert abs(quick.energy_balance).max() < 1e-6
+    assert quick.momentum_balance.max() < 1e-6
+    total = quick.angular_momentum_body + quick.angular_momentum_released
+    np.testing.assert_allclose(quick.angular_momentum, total, rtol=1e-14)
+    assert quick.spool_work[-1] < 0.0
+    booked = quick.spool_work + quick.energy_released - quick.energy_dissipated
+    energy = quick.energy_kinetic + quick.energy_elastic
+    np.testing.assert_allclose(energy - energy[0], booked, atol=1e-6 * float(energy[0]))
+    np.testing.assert_allclose(quick.hub_tension[-1, 0], np.nanmax(quick.tension[-1, 0]), rtol=1e-12)
+
+
+def test_whole_paper_case():
+    """The built-in case's numbers against the reference results of the paper's model."""
+    run = evolvent.run("heliogyro")
+    assert float(run.body_rate[-1]) == pytest.approx(0.2601, abs=2e-4)
+    assert float((abs(run.body_rate_paper - run.body_rate) / run.body_rate).max()) == pytest.approx(0.0428, abs=1e-4)
+    lag = np.degrees(run.lag_angle.values[:, 0, 0])
+    for low, high, mean in ((7, 20, 13.46), (20, 60, 13.32), (60, 100, 12.94)):
+        inside = (run.time.values >= low) & (run.time.values <= high)
+        assert lag[inside].mean() == pytest.approx(mean, abs=0.01)
+    assert run.attrs["warning"].startswith("springs push where a thread would go slack")
+    assert run.tension.attrs["slack"] == run.attrs["warning"]
+    labels = [number.label for number in heliogyro.numbers(run)]
+    assert "warning" in labels
+    values = {number.label: number.value for number in heliogyro.numbers(run)}
+    assert values["largest gap to eq. (18)"].startswith("4.28 %")
+
+
+def test_mirrored_spin_mirrors_the_blades(quick):
+    mirrored = evolvent.run("heliogyro", {**QUICK, "body.rate": "-6 rad/s"})
+    np.testing.assert_allclose(mirrored.body_rate, -quick.body_rate, rtol=1e-9)
+    np.testing.assert_allclose(mirrored.position.values[:, 0, 0] * [1, -1, 1], quick.position.values[:, 0, 0], atol=1e-9)
+
+
+def test_free_body_moves_as_the_spinning_one_if_its_blades_are_alike():
+    short = {**QUICK, "solver.duration": "5 s", "blade.nodes": 20, "blade.wound_mass": "carried"}
+    spin = evolvent.run("heliogyro", short)
+    free = evolvent.run("heliogyro", {**short, "body.motion": "free", "body.mass": "2 kg"})
+    np.testing.assert_allclose(free.body_rate, spin.body_rate, rtol=1e-6)
+    np.testing.assert_allclose(free.body_angle, spin.body_angle, atol=1e-5)
+    np.testing.assert_allclose(free.position, spin.position, atol=1e-5)
+    assert free.body_quaternion.dims == ("time", "quaternion")
+    assert abs(free.linear_momentum).max() < 1e-8
+
+
+def test_unequal_feeds_give_unequal_blades():
+    run = evolvent.run("heliogyro", {**QUICK, "spool.rate": ["3.5 rad/s", "3 rad/s"], "solver.duration": "4 s"})
+    np.testing.assert_allclose(run.deployed_length[-1], [0.14, 0.12], rtol=1e-12)
+    lag = np.degrees(run.lag_angle.values[-1, :, 0])
+    assert lag[0] - lag[1] > 1.0
+    last = {number.label: number.value for number in heliogyro.numbers(run)}
+    assert last["deployed length"] == "0.14 / 0.12 m"
+
+
+def test_driven_body_holds_its_rate_and_the_straight_blade():
+    run = evolvent.run(
+        "heliogyro",
+        {**QUICK, "body.motion": "driven", "spool.start_length": "0.5 m", "spool.start_lag": math.asin(0.07 / 0.3)},
+    )
+    assert "body_rate_paper" not in run
+    np.testing.assert_allclose(run.body_rate, 6.0, rtol=1e-15)
+    np.testing.assert_allclose(run.lag_angle.values[:, 0, 0], math.asin(0.07 / 0.3), atol=1e-6)
+
+
+def test_stop_and_reel_in():
+    changes = [{"time": "4 s", "rate": 0, "ramp": "1 s"}, {"time": "6 s", "rate": "-3.5 rad/s", "ramp": "1 s"}]
+    run = evolvent.run("heliogyro", {**QUICK, "spool.changes": changes, "solver.duration": "10 s"})
+    np.testing.assert_allclose(run.deployed_length.sel(time=[5.5]).values[0], 0.035 * 4.5, rtol=1e-12)
+    np.testing.assert_allclose(run.deployed_length[-1], 0.035 * (4.5 - 3.5), rtol=1e-9)
+    assert run.released.sum(dim="node").values[:, 0].max() > run.released.sum(dim="node").values[-1, 0]
+
+
+def test_table_and_ramp():
+    table = {**QUICK, "spool.rate": None, "spool.table": [[0, 2], [2, 2], [3, 3]], "solver.duration": "4 s"}
+    run = evolvent.run("heliogyro", table)
+    assert float(run.deployed_length.sel(time=2.0)[0]) == pytest.approx(0.04, rel=1e-12)
+    ramp = {**QUICK, "spool.ramp": "1 s", "spool.start_length": "5 mm", "solver.duration": "4 s"}
+    run = evolvent.run("heliogyro", ramp)
+    assert float(run.deployed_length[-1, 0]) == pytest.approx(0.005 + 0.035 * 3.5, rel=1e-12)
+
+
+def test_letting_go_leaves_straight_lines():
+    case = {**QUICK, "blade.length": "0.2 m", "blade.nodes": 4, "blade.lets_go": True, "solver.duration": "7 s"}
+    run = evolvent.run("heliogyro", case)
+    gone = run.let_go.values[:, 0]
+    assert run.time.values[gone][0] == pytest.approx(0.2 / 0.035, abs=0.1)
+    assert np.all(run.hub_tension.values[gone] == 0.0)
+    np.testing.assert_allclose(run.body_rate.values[gone], run.body_rate.values[-1], rtol=1e-12)
+    assert np.all(np.isnan(run.body_rate_paper.values[gone]))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"solver.duration": "200 s"}, ["outruns the thread", "blade.length is 5 m", "blade.lets_go"]),
+        ({"spool.changes": [{"time": 20, "rate": 0, "ramp": 1}]}, ["solver.duration is auto"]),
+        (
+            {"spool.changes": [{"time": 2, "rate": -3.5, "ramp": 1}], "solver.duration": 9},
+            ["reels in more than is out"],
+        ),
+        ({"spool.rate": None}, ["spool.rate is missing", "spool.table"]),
+        ({"spool.rate": None, "spool.table": [[1, 1], [2, 2]]}, ["spool.table starts at 1 s"]),
+        ({"blade.segments": "inextensible", "spool.ramp": 1}, ["spool.start_length is 0", "starts at rest"]),
+        (
+            {"blade.segments": "inextensible", "spool.changes": [{"time": 2, "rate": 1}], "solver.duration": 9},
+            ["spool.changes.0.ramp is 0"],
+        ),
+        ({"output.every": 1e-9}, ["output.every is 1e-09 s", "samples"]),
+        ({"solver.step": "1 ms"}, ["solver.step is 0.001 s", "stability limit"]),
+    ],
+)
+def test_what_cannot_be_run_is_refused(overrides, words):
+    with pytest.raises(evolvent.InputError) as caught:
+        evolvent.run("heliogyro", overrides)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@evolvent.force_law
+def weight(x, v, t, parameters):
+    return 0.0, 0.0, -parameters[0]
+
+
+@evolvent.force_law
+def fails(x, v, t, parameters):
+    if t > 0.5:
+        raise ValueError("no force is known beyond half a second")
+    return 0.0, 0.0, 0.0
+
+
+@evolvent.feed_law
+def steady(t, parameters):
+    return parameters[0] * t, parameters[0], 0.0
+
+
+@evolvent.event_law
+def at_time(t, y, parameters):
+    return t - parameters[0]
+
+
+def test_laws_take_their_places(quick):
+    run = evolvent.run("heliogyro", {**QUICK, "spool.rate": None}, laws={"feed": (steady, (3.5,))})
+    np.testing.assert_allclose(run.body_rate, quick.body_rate, rtol=1e-6)
+    assert json.loads(run.attrs["laws"]) == {"feed": "steady"}
+    run = evolvent.run("heliogyro", {**QUICK, "solver.duration": "2 s"}, laws={"force": (weight, [1e-3])})
+    assert float(run.position.values[-1, 0, 0, 2]) < float(quick.position.sel(time=2.0).values[0, 0, 2]) - 1e-4
+    assert float(run.load_work[-1]) > 0.0
+    assert "momentum_balance" not in run
+    run = evolvent.run("heliogyro", QUICK, laws={"event": (at_time, (1.23,))})
+    assert run.attrs["status"] == "stopped by event"
+    assert float(run.time[-1]) == pytest.approx(1.23, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("laws", "words"),
+    [
+        ({"forces": weight}, "no law is called 'forces'; did you mean 'force'"),
+        ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "must be decorated with @evolvent.force_law"),
+        ({"force": (weight, "x")}, "they must be numbers"),
+        ({"force": (weight,)}, "has 1 entries"),
+        ({"force": fails}, "the law 'force' raised ValueError: no force is known beyond half a second"),
+    ],
+)
+def test_laws_that_cannot_be_used(laws, words):
+    with pytest.raises(evolvent.InputError, match=words):
+        evolvent.run("heliogyro", QUICK, laws=laws)
+
+
+def test_progress_is_told():
+    told = []
+    evolvent.run("heliogyro", {"blade.stiffness": "1e6 N/m", "solver.duration": "9 s"}, progress=told.append)
+    assert told == sorted(told)
+    assert 0.0 < told[0] <= 9.0
+
+
+def test_a_failed_run_is_raised_with_what_was_computed(monkeypatch):
+    import evolvent.solvers.drive as drive
+
+    monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
+    with pytest.raises(evolvent.RunFailed, match="energy account") as caught:
+        evolvent.run("heliogyro", QUICK)
+    assert caught.value.run.attrs["status"] == "failed"
+    assert caught.value.run.sizes["time"] > 1
+
+
+def test_file_round_trip(quick, tmp_path):
+    path = tmp_path / "run.nc"
+    results.save(quick, path)
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+    again = evolvent.open(path)
+    xr.testing.assert_identical(again, quick)
+    assert heliogyro.numbers(again) == heliogyro.numbers(quick)
+
+
+def test_nothing_is_left_of_a_file_that_could_not_be_written(quick, tmp_path, monkeypatch):
+    def breaks(self, path, **rest):
+        open(path, "w").write("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", breaks)
+    (tmp_path / "run.nc").write_text("old")
+    with pytest.raises(evolvent.InputError, match="no space left"):
+        results.save(quick, tmp_path / "run.nc")
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+    assert (tmp_path / "run.nc").read_text() == "old"
+
+
+def test_files_that_are_no_runs(quick, tmp_path):
+    results.save(quick, tmp_path / "run.nc")
+    (tmp_path / "cut.nc").write_bytes((tmp_path / "run.nc").read_bytes()[:4000])
+    (tmp_path / "text.nc").write_text("hello")
+    xr.Dataset({"x": 1.0}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    for name, words in (
+        ("none.nc", "no such file"),
+        ("cut.nc", "not a NetCDF file, or it is damaged"),
+        ("text.nc", "not a NetCDF file, or it is damaged"),
+        ("other.nc", "not a run of evolvent"),
+        ("", "it is a folder"),
+    ):
+        with pytest.raises(evolvent.InputError, match=words):
+            evolvent.open(tmp_path / name)
+
+
+def test_where_files_may_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    results.claim(tmp_path / "run.nc")
+    results.claim_folder(tmp_path / "a" / "b")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+    for refuse, path, words in (
+        (results.claim, tmp_path, "it is a folder"),
+        (results.claim, tmp_path / "none" / "run.nc", "there is no folder"),
+        (results.claim_folder, tmp_path / "file", "is not a folder"),
+        (results.claim_folder, tmp_path / "file" / "x", "is not a folder"),
+        (results.make_folder, tmp_path / "file", "file exists"),
+    ):
+        with pytest.raises(evolvent.InputError, match=words):
+            refuse(path)
