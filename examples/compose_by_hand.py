@@ -3,7 +3,7 @@
 import numpy as np
 
 from evolvent import System, force_law, parts
-from evolvent.flow.observe import observe
+from evolvent.flow import observe
 from evolvent.solvers import solve
 
 

@@ -211,9 +211,11 @@ class Whole:
 
     def read(self, value: Any) -> int:
         """`value` as an int."""
-        number = float(value) if isinstance(value, str) and _NUMBER.fullmatch(value) else value
-        if isinstance(number, numbers.Real) and not isinstance(number, bool) and self.least <= number <= self.most:
-            if number == math.floor(number):
+        if isinstance(value, str) and value.strip().isdecimal():
+            value = int(value)
+        if isinstance(value, (int, float, numbers.Integral)) and not isinstance(value, bool):
+            number = float(value)
+            if self.least <= number <= self.most and number.is_integer():
                 return int(number)
         raise PydanticCustomError(
             "whole", "it must be a whole number from {least} to {most}", {"least": self.least, "most": self.most}

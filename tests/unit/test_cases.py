@@ -117,7 +117,10 @@ def test_assignments():
         ({"spool.rate": None, "spool.table": [[0, 1], [1, float("nan")]]}, ["spool.table.1.1 is nan", "not finite"]),
         ({"spool.rate": None, "spool.table": [[0, 1], [0, 2]]}, ["spool.table.1 is at 0 s"]),
         ({"spool.rate": None, "spool.table": [[0, 1]]}, ["two or more"]),
-        ({"spool.changes": [{"time": 5, "rate": 1, "ramp": 5}, {"time": 8, "rate": 1}]}, ["spool.changes.1.time is 8 s"]),
+        (
+            {"spool.changes": [{"time": 5, "rate": 1, "ramp": 5}, {"time": 8, "rate": 1}]},
+            ["spool.changes.1.time is 8 s"],
+        ),
         ({"spool.start_lag": 0.1}, ["spool.start_lag", "spool.start_length"]),
         ({"spool.start_length": 6}, ["spool.start_length is 6 m", "blade.length 5 m"]),
         ({"sunlight": {}}, ["blade.width is missing"]),
@@ -146,7 +149,7 @@ def test_missing_keys_say_what_they_want():
     with pytest.raises(InputError, match=r"blade\.length is missing; it must be a length above 0, such as '5 m'"):
         cases.load(content)
     del content["system"]
-    with pytest.raises(InputError, match="'system' is missing; known: .*heliogyro"):
+    with pytest.raises(InputError, match=r"'system' is missing; known: .*heliogyro"):
         cases.load(content)
 
 

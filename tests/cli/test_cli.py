@@ -1,0 +1,218 @@
+"""The command line: what it prints, what it leaves behind, and how it refuses."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import evolvent
+from evolvent import cases, cli, results
+
+QUICK = [
+    "--set",
+    "blade.segments=inextensible",
+    "--set",
+    "solver.method=dopri5",
+    "--set",
+    "solver.duration=2 s",
+]
+FIGURES = {"body_rate.png", "tip_lag.png", "shape.png", "tension.png", "balances.png", "deployment.html"}
+
+
+@pytest.fixture
+def call(monkeypatch, capsys, tmp_path):
+    """Call the command line in an empty folder; returns (code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["evolvent", *words])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capsys.readouterr()
+        return ended.value.code, out, err
+
+    return run
+
+
+def test_list_show_schema(call):
+    code, out, err = call("list")
+    assert (code, err) == (0, "")
+    assert out.startswith("heliogyro  ")
+    code, out, _ = call("show", "heliogyro")
+    assert code == 0
+    assert out == cases.text("heliogyro")
+    code, out, _ = call("schema", "heliogyro")
+    assert code == 0
+    assert json.loads(out)["properties"]["body"]
+    code, out, _ = call("--version")
+    assert (code, out) == (0, f"evolvent {evolvent.__version__}\n")
+    for words in (["-h"], ["run", "--help"]):
+        code, out, _ = call(*words)
+        assert code == 0
+        assert "Usage" in out
+
+
+def test_run_leaves_table_results_and_figures(call, tmp_path):
+    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc", "--figures", "figures")
+    assert code == 0
+    assert "half a minute" in err or err == ""
+    for words in (
+        "success",
+        "body rate at the end",
+        "largest gap to eq. (18)",
+        "mean tip lag",
+        "energy balance",
+        "steps",
+    ):
+        assert words in out
+    run = evolvent.open("run.nc")
+    assert f"{float(run.body_rate[-1]):.6g} rad/s" in out
+    assert {p.name for p in (tmp_path / "figures").iterdir()} == FIGURES
+    assert {p.name for p in tmp_path.iterdir()} == {"run.nc", "figures"}
+
+    code, out, err = call("info", "run.nc")
+    assert (code, err) == (0, "")
+    assert f"{float(run.body_rate[-1]):.6g} rad/s" in out
+    for words in ("lag_angle", "kg m2 s-1", "segments: inextensible", "(time, blade, node, axis)"):
+        assert words in out
+
+    code, out, err = call("plot", "run.nc", "--figures", "again")
+    assert (code, err) == (0, "")
+    assert {p.name for p in (tmp_path / "again").iterdir()} == FIGURES
+
+
+def test_figures_are_pictures_and_the_page_needs_nothing_else(call, tmp_path):
+    assert call("run", "heliogyro", *QUICK, "--figures", "f", "--quiet")[0] == 0
+    for path in (tmp_path / "f").glob("*.png"):
+        content = path.read_bytes()
+        assert content.startswith(b"\x89PNG")
+        assert len(content) > 10_000
+    page = (tmp_path / "f" / "deployment.html").read_text()
+    assert len(page) < 2_000_000
+    assert "http" not in page
+    assert "src=" not in page
+    assert "@DATA@" not in page
+
+
+def test_quiet_is_quiet(call):
+    code, out, err = call("run", "heliogyro", *QUICK, "--quiet", "-o", "run.nc")
+    assert (code, out) == (0, "")
+    assert "half a minute" in err or err == ""
+
+
+def test_a_free_body_gets_its_own_figure(call, tmp_path):
+    free = ["--set", "body.motion=free", "--set", "body.mass=2 kg", "--set", "spool.rate=[3.5, 3.4]"]
+    code, out, _ = call("run", "heliogyro", *QUICK, *free, "--figures", "f")
+    assert code == 0
+    assert "drift of linear momentum" in out
+    assert {p.name for p in (tmp_path / "f").iterdir()} == {*FIGURES, "body.png"}
+
+
+def test_case_file_and_changed_copy(call, tmp_path):
+    (tmp_path / "mine.yaml").write_text(cases.text("heliogyro").replace("nodes: 20", "nodes: 5"))
+    assert call("run", "mine.yaml", *QUICK, "-o", "run.nc")[0] == 0
+    assert evolvent.open("run.nc").sizes["node"] == 5
+
+
+BAD = {
+    "misspelt key": (["run", "heliogyro", "--set", "blade.nods=20"], "did you mean 'blade.nodes'?"),
+    "wrong unit": (["run", "heliogyro", "--set", "blade.length=5 kg"], "blade.length is '5 kg'; it must be a length"),
+    "negative mass": (["run", "heliogyro", "--set", "blade.tip_mass=-1 g"], "blade.tip_mass is '-1 g'"),
+    "zero nodes": (["run", "heliogyro", "--set", "blade.nodes=0"], "blade.nodes is 0; it must be a whole number"),
+    "feed outruns": (["run", "heliogyro", "--set", "solver.duration=200 s"], "the feed outruns the thread"),
+    "offset 0": (["run", "heliogyro", "--set", "body.spool_offset=0 m"], "body.spool_offset is '0 m'"),
+    "NaN in a table": (
+        ["run", "heliogyro", "--set", "spool.rate=", "--set", "spool.table=[[0, 1], [10 s, .nan]]"],
+        "spool.table.1.1 is nan",
+    ),
+    "unstable step": (["run", "heliogyro", "--set", "solver.step=1 ms"], "above the stability limit"),
+    "missing file": (["run", "none.yaml"], "cannot read 'none.yaml': no such file or directory"),
+    "unknown case": (["run", "heliogiro"], "did you mean 'heliogyro'?"),
+    "bad file": (["run", "bad.yaml"], "bad.yaml, line 2"),
+    "no output folder": (["run", "heliogyro", "-o", "none/run.nc"], "there is no folder 'none'"),
+    "output is a folder": (["run", "heliogyro", "-o", "."], "it is a folder"),
+    "figures is a file": (["run", "heliogyro", "--figures", "bad.yaml"], "is not a folder"),
+    "bad assignment": (["run", "heliogyro", "--set", "blade.nodes"], "--set 'blade.nodes' is not of the form"),
+    "bad value": (["run", "heliogyro", "--set", "blade.nodes=[1"], "--set blade.nodes=[1, line 1"),
+    "unknown option": (["run", "heliogyro", "--figure", "x"], "no such option: --figure; did you mean '--figures'?"),
+    "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
+    "no command": ([], "no command is given; known: info, list"),
+    "no case": (["run"], "missing argument"),
+    "unknown shown": (["show", "heliogiro"], "did you mean 'heliogyro'?"),
+    "unknown schema": (["schema", "helio"], "did you mean 'heliogyro'?"),
+    "missing results": (["info", "none.nc"], "cannot read 'none.nc': no such file or directory"),
+    "damaged results": (["info", "bad.yaml"], "not a NetCDF file, or it is damaged"),
+    "damaged results drawn": (["plot", "bad.yaml"], "not a NetCDF file, or it is damaged"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_line_and_code_2(call, tmp_path, name):
+    words, message = BAD[name]
+    (tmp_path / "bad.yaml").write_text("body: {inertia: 3\n")
+    code, out, err = call(*words)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.startswith("evolvent: ")
+    lines = [line for line in err.splitlines() if "half a minute" not in line]
+    assert len(lines) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["bad.yaml"]
+
+
+@pytest.mark.parametrize("words", [["-o", "run.nc"], ["--figures", "f"]])
+def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path, words):
+    def refuse(**where):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(results.tempfile, "TemporaryFile", refuse)
+    code, out, err = call("run", "heliogyro", *words)
+    assert (code, out) == (2, "")
+    assert err == f"evolvent: cannot write {words[1]!r}: permission denied\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
+    import evolvent.solvers.drive as drive
+
+    monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
+    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc")
+    assert code == 1
+    assert err.splitlines()[-1].startswith("evolvent: the energy account is off")
+    assert "failed" in out
+    assert evolvent.open("run.nc").attrs["status"] == "failed"
+
+
+def test_ctrl_c_keeps_what_was_computed(tmp_path):
+    slow = ["--set", "blade.stiffness=1e8 N/m", "--set", "output.every=1 ms", "-o", "run.nc"]
+    command = [sys.executable, "-W", "ignore", "-m", "evolvent", "run", "heliogyro", *slow]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    evolvent.run("heliogyro", {"solver.duration": "0.01 s"})  # compiled before the clock starts
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(4.0)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "interrupted at t =" in err
+    assert "interrupted" in out
+    run = evolvent.open(tmp_path / "run.nc")
+    assert run.attrs["status"] == "interrupted"
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+@pytest.mark.parametrize("name", ["compose_by_hand", "heliogyro_python"])
+def test_examples_run(name):
+    path = pathlib.Path(__file__).parents[2] / "examples" / f"{name}.py"
+    done = subprocess.run([sys.executable, "-W", "ignore", str(path)], capture_output=True, text=True, check=True)
+    assert "rad/s" in done.stdout
+
+
+def test_importing_the_package_is_light():
+    code = "import sys, evolvent; assert not {'numba', 'numpy', 'xarray', 'pydantic'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
