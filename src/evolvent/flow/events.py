@@ -3,8 +3,6 @@
 import numpy as np
 
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.flow.inventory import inventory
-from evolvent.flow.rhs import rhs
 from evolvent.jit import event_law_at, kernel
 from evolvent.kernels import joints, rigid, thread
 from evolvent.model import (
@@ -47,13 +45,16 @@ def event_values(t, y, s, model, g):
 
 
 @kernel
-def apply_event(t, y, s, model, k):
-    """Carry out event k on the state; returns 1 if the run is to stop there."""
+def apply_event(t, y, s, model, k, rhs1, inventory1):
+    """Carry out event k on the state; returns 1 if the run is to stop there.
+
+    rhs1 and inventory1 are 1-tuples of these functions: called through pointers they are compiled once, not here again.
+    """
     n = model.threads.size
     if k >= 2 * n:
         return model.events[k - 2 * n].stops
     account = model.info[0].nq + model.info[0].nv
-    inventory(t, y, s, model, model.sums[0])
+    inventory1[0](t, y, s, model, model.sums[0])
     energy = model.sums[0][KINETIC] + model.sums[0][ELASTIC]
     p = k // 2
     for c in range(3):
@@ -62,10 +63,10 @@ def apply_event(t, y, s, model, k):
     if k % 2 == 1:
         capture_node(t, y, s, model, p)
     elif s[p] < model.threads[p].n:
-        release_node(t, y, s, model, p)
+        release_node(t, y, s, model, p, rhs1)
     else:
         let_go(t, y, s, model, p)
-    inventory(t, y, s, model, model.sums[0])
+    inventory1[0](t, y, s, model, model.sums[0])
     y[account + RELEASE] += model.sums[0][KINETIC] + model.sums[0][ELASTIC] - energy
     for c in range(3):
         y[account + JUMP_ANGULAR + c] += counted_momentum(model, model.sums[0], p, c)
@@ -83,7 +84,7 @@ def counted_momentum(model, out, p, c):
 
 
 @kernel
-def release_node(t, y, s, model, p):
+def release_node(t, y, s, model, p, rhs1):
     """The next node leaves the spool at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     i = s[p]
@@ -131,13 +132,13 @@ def release_node(t, y, s, model, p):
         for c in range(3):
             y[v + c] = 0.0
             threads[p].start[c] = 0.0
-        rhs(t, y, s, model, model.dy[0])
+        rhs1[0](t, y, s, model, model.dy[0])
         thread.regular_rate(y, threads, nodes, bodies, p, i)
-        start_link(t, y, s, model, p, v)
+        start_link(t, y, s, model, p, v, rhs1)
 
 
 @kernel
-def start_link(t, y, s, model, p, v):
+def start_link(t, y, s, model, p, v, rhs1):
     """Rate of change g of a new boundary link's turning u, regular where its length b is zero.
 
     Notes
@@ -151,10 +152,10 @@ def start_link(t, y, s, model, p, v):
         return
     short = 10.0 * thread.SHORT * threads[p].segment / threads[p].b[1]
     for _ in range(2):
-        rhs(t, y, s, model, first)
+        rhs1[0](t, y, s, model, first)
         for k in range(y.size):
             later[k] = y[k] + short * first[k]
-        rhs(t + short, later, s, model, first)
+        rhs1[0](t + short, later, s, model, first)
         for c in range(3):
             threads[p].start[c] = (first[v + c] + 2.0 * threads[p].start[c]) / 3.0
 

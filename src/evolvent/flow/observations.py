@@ -6,8 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.flow.inventory import inventory
-from evolvent.flow.rhs import rhs
 from evolvent.jit import kernel
 from evolvent.kernels import thread
 from evolvent.kernels.rotations import cross
@@ -39,14 +37,15 @@ class Observations(NamedTuple):
 
 
 @kernel
-def _observe(times, Y, S, model, dy, position, velocity, tension, spool, R, X, V, W, sums):
+def fill_observations(rhs1, inventory1, times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums):
+    """Fill `Observations`, all but the first six arguments, from the states Y, S at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
-        rhs(times[n], Y[n], S[n], model, dy)
+        rhs1[0](times[n], Y[n], S[n], model, model.dy[0])
         for p in range(threads.size):
             for i in range(S[n, p]):
                 tension[n, threads[p].node + i] = nodes[threads[p].node + i].T
-        inventory(times[n], Y[n], S[n], model, sums[n])
+        inventory1[0](times[n], Y[n], S[n], model, sums[n])
         for p in range(threads.size):
             first, b = threads[p].node, threads[p].body
             spool[n, p, 0] = threads[p].phi
@@ -73,16 +72,10 @@ def _observe(times, Y, S, model, dy, position, velocity, tension, spool, R, X, V
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
-def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:
-    """Evaluate all quantities at the samples of a run.
-
-    Parameters
-    ----------
-    model : Model
-    t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
-    """
-    n_t, n_n, n_p, n_b = t.size, model.nodes.size, model.threads.size, model.bodies.size
-    out = Observations(
+def empty_observations(model: Model, n_t: int) -> Observations:
+    """Room for `n_t` samples."""
+    n_n, n_p, n_b = model.nodes.size, model.threads.size, model.bodies.size
+    return Observations(
         np.zeros((n_t, n_n, 3)),
         np.zeros((n_t, n_n, 3)),
         np.zeros((n_t, n_n)),
@@ -93,5 +86,3 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observ
         np.zeros((n_t, n_b, 3)),
         np.zeros((n_t, N_INVENTORY)),
     )
-    _observe(t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, model.dy[0], *out)
-    return out

@@ -12,8 +12,7 @@ import numpy as np
 
 from evolvent import jit
 from evolvent import model as mdl
-from evolvent.flow import bind_flow
-from evolvent.flow.inventory import inventory
+from evolvent.flow import bind_flow, state_sums
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import thread
@@ -62,8 +61,7 @@ class Solution:
 
 def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, start: float) -> tuple[float, float, float]:
     """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale."""
-    out = np.empty(mdl.N_INVENTORY)
-    inventory(t, y, s, model, out)
+    out = state_sums(model, t, y, s)
     energy = out[mdl.KINETIC] + out[mdl.ELASTIC]
     a = y[model.info["nq"][0] + model.info["nv"][0] :]
     booked = a[mdl.SPOOL] + a[mdl.LOAD] + a[mdl.DRIVE] + a[mdl.RELEASE] - a[mdl.DISSIPATED]
@@ -255,8 +253,6 @@ def _bind(
         def advance(budget: int) -> int:
             return int(ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, loop, budget))
 
-    out = np.empty(mdl.N_INVENTORY)
-    inventory(loop.clock[ex.TIME], loop.y, loop.s, model, out)
     count = loop.count.copy()
     samples = loop.samples[:0]
     empty = loop._replace(samples=samples, y=loop.y.copy(), s=loop.s.copy(), count=count)

@@ -159,7 +159,7 @@ def highest(events, model, t, y, s, loop):
 
 
 @kernel
-def fire(events, apply, model, t, loop):
+def fire(rhs1, inventory1, events, apply, model, t, loop):
     """Carry out every event that is due at time t (a state within 1e-10 of a release is due); 1 to stop the run."""
     y, s, g = loop.y, loop.s, loop.g
     threads = 2 * model.threads.size
@@ -181,7 +181,7 @@ def fire(events, apply, model, t, loop):
         loop.log_t[n] = t
         loop.log_k[n] = due
         loop.count[EVENTS] = n + 1
-        if apply(t, y, s, model, due) != 0:
+        if apply(t, y, s, model, due, rhs1, inventory1) != 0:
             stop = 1
     events(t, y, s, model, g)
     for k in range(g.size):
@@ -221,7 +221,7 @@ def bracket(low, f_low, high, f_high, bias):
 
 
 @kernel
-def start_up(events, apply, project, model, loop):
+def start_up(rhs1, inventory1, events, apply, project, model, loop):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
     if loop.count[FRESH] == 0:
         return BUDGET
@@ -230,7 +230,7 @@ def start_up(events, apply, project, model, loop):
     project(t, loop.y, loop.s, model)
     for k in range(loop.g0.size):
         loop.g0[k] = 0.0
-    stop = fire(events, apply, model, t, loop)
+    stop = fire(rhs1, inventory1, events, apply, model, t, loop)
     if stop < 0:
         return LOG_FULL
     while loop.count[SAMPLE] < loop.samples.size and loop.samples[loop.count[SAMPLE]] <= t:
@@ -239,11 +239,11 @@ def start_up(events, apply, project, model, loop):
 
 
 @kernel
-def fixed_step(rhs1, events1, apply1, project1, A, b, c, model, loop, budget):
+def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop, budget):
     """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
     rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
     y, s, clock, count, y1 = loop.y, loop.s, loop.clock, loop.count, loop.y1
-    status = start_up(events, apply, project, model, loop)
+    status = start_up(rhs1, inventory1, events, apply, project, model, loop)
     if status != BUDGET:
         return status
     watch = loop.g.size > 0
@@ -304,7 +304,7 @@ def fixed_step(rhs1, events1, apply1, project1, A, b, c, model, loop, budget):
             count[GRID] += 1
         if watch:
             if at_event:
-                stop = fire(events, apply, model, target, loop)
+                stop = fire(rhs1, inventory1, events, apply, model, target, loop)
                 if stop < 0:
                     return LOG_FULL
                 if stop > 0:
@@ -366,7 +366,7 @@ def interpolate(P, y, K, h, theta, out):
 
 
 @kernel
-def adaptive(rhs1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, loop, budget):
+def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, loop, budget):
     """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
 
     Notes
@@ -377,7 +377,7 @@ def adaptive(rhs1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, 
     rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
     y, s, clock, count, y1, K = loop.y, loop.s, loop.clock, loop.count, loop.y1, loop.K
     fresh = count[FRESH] != 0
-    status = start_up(events, apply, project, model, loop)
+    status = start_up(rhs1, inventory1, events, apply, project, model, loop)
     if status != BUDGET:
         return status
     n = model.info[0].nq + model.info[0].nv
@@ -463,7 +463,7 @@ def adaptive(rhs1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, 
         changed = project(target, y, s, model) != 0
         stop = 0
         if at_event:
-            stop = fire(events, apply, model, target, loop)
+            stop = fire(rhs1, inventory1, events, apply, model, target, loop)
             if stop < 0:
                 return LOG_FULL
             changed = True
