@@ -214,6 +214,11 @@ def test_letting_go_leaves_straight_lines():
     assert np.all(np.isnan(run.body_rate_paper.values[gone]))
 
 
+def test_a_feed_too_fast_for_a_steady_lag_is_told():
+    run = evolvent.run("heliogyro", {**QUICK, "spool.rate": "16 rad/s", "solver.duration": "0.5 s"})
+    assert "the feed of 0.16 m/s is not below L0 W0 / 2 = 0.15 m/s" in run.attrs["warning"]
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

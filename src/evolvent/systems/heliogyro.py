@@ -81,7 +81,9 @@ _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 6
 class Body(Section):
     """The spinning body."""
 
-    inertia: units.Inertias = Field(description="about the spin axis, or three principal moments; without the thread")
+    inertia: units.Inertias = Field(
+        description="about every axis (only the spin axis counts unless free), or three principal moments; no thread"
+    )
     rate: units.AngularRate = Field(description="spin about Z at the start")
     spool_offset: units.Length = Field(description="L0, from the spin axis to the axis of each spool")
     blades: Annotated[int, units.Whole(least=1, most=64)] = Field(2, description="evenly spaced about Z")
@@ -619,8 +621,9 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
         solution=solution,
         laws=names,
     )
-    if slack:
-        dataset.attrs["warning"] = slack
+    warnings = [text for text in (slack, _wraps(case, seen.spool)) if text]
+    if warnings:
+        dataset.attrs["warning"] = "; ".join(warnings)
     return dataset
 
 
@@ -666,6 +669,18 @@ def _slack(case: Case, time: np.ndarray, tension: np.ndarray) -> str:
     )
 
 
+def _wraps(case: Case, spool: np.ndarray) -> str:
+    """A sentence on a feed too fast for any steady lag; '' if it is not."""
+    fastest = case.spool.radius * float(spool[:, :, 1].max())
+    limit = 0.5 * case.body.spool_offset * abs(case.body.rate)
+    if fastest < limit or limit == 0.0:
+        return ""
+    return (
+        f"the feed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
+        f"the blade may wrap back onto the body, which the model does not see"
+    )
+
+
 def _angle(R: np.ndarray, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Angle of the body about Z, unwrapped with the help of its rate, rad."""
     angle = np.arctan2(R[:, 1, 0], R[:, 0, 0])
@@ -687,7 +702,7 @@ def _accounts(
     energy = kinetic + elastic
     gained = booked[:, mdl.SPOOL] + booked[:, mdl.LOAD] + booked[:, mdl.DRIVE] + booked[:, mdl.RELEASE]
     defect = energy - energy[0] - gained + booked[:, mdl.DISSIPATED]
-    scale = energy[0] if energy[0] > 0.0 else max(float(np.abs(energy).max()), 1e-300)
+    largest = max(float(energy.max()), float(np.abs(booked[:, : mdl.JUMP_ANGULAR]).max()), 1e-300)
     body, thread, wound = (inventory[:, k : k + 3] for k in (mdl.H_BODY, mdl.H_RELEASED, mdl.H_WOUND))
     total = body + thread + (wound if case.carried else 0.0)
     jumps = booked[:, mdl.JUMP_ANGULAR : mdl.JUMP_ANGULAR + 3]
@@ -704,7 +719,9 @@ def _accounts(
         ),
         "load_work": variable(time, booked[:, mdl.LOAD], J, "work of the loads so far"),
         "drive_work": variable(time, booked[:, mdl.DRIVE], J, "work of what drives the body so far"),
-        "energy_balance": variable(time, defect / scale, "1", "what the energy account lacks, over the start"),
+        "energy_balance": variable(
+            time, defect / largest, "1", "what the energy account lacks, over the largest energy"
+        ),
         "angular_momentum": variable(time, total[:, 2], H, "angular momentum about Z of all that the model moves"),
         "angular_momentum_body": variable(time, body[:, 2], H, "angular momentum about Z of the body"),
         "angular_momentum_released": variable(time, thread[:, 2], H, "angular momentum about Z of the released thread"),
@@ -772,7 +789,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
         k = int(np.argmax(hub))
         text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
         found.append(Number(label="largest hub tension", value=text))
-    found.append(Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the start"))
+    found.append(
+        Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the largest energy")
+    )
     if "momentum_balance" in run:
         text = f"{run.momentum_balance.values.max():.2g} of the start"
         found.append(Number(label="angular momentum balance", value=text))
@@ -979,7 +998,7 @@ def _balance_figure(run: xr.Dataset) -> Figure:
         Panel(x_label="", y_label="energy, mJ", lines=parts(energy)),
         Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=parts(momentum)),
         Panel(x_label="", y_label="% of the start", lines=releases, title="brought in by nodes at their release"),
-        Panel(x_label="time, s", y_label="over the start", lines=defects, title="what the accounts lack", log=True),
+        Panel(x_label="time, s", y_label="relative defect", lines=defects, title="what the accounts lack", log=True),
     ]
     return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.0, 10.0))
 
