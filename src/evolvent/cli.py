@@ -142,11 +142,11 @@ def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: boo
     """Table, results file and figures of a run."""
     from evolvent import results
 
-    if output is not None:
-        results.save(found, output)
     if not quiet:
         _table(found)
-        if output is not None:
+    if output is not None:
+        results.save(found, output)
+        if not quiet:
             click.echo(f"results: {output}")
     if figures is not None:
         _draw(found, figures, quiet)
