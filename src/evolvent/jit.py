@@ -13,6 +13,7 @@ import hashlib
 import os
 import pathlib
 import tempfile
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -20,7 +21,11 @@ import numba
 import numpy as np
 from numba import config, f8, njit, types
 from numba.core import cgutils
+from numba.core.errors import NumbaExperimentalFeatureWarning
 from numba.extending import intrinsic
+
+# functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
+warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
 
 _PACKAGE = pathlib.Path(__file__).parent
 
