@@ -27,7 +27,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not several or on_worker or session.config.option.collectonly:
         return
     from evolvent import parts
-    from evolvent.flow.observe import observe
+    from evolvent.flow import observe
     from evolvent.solvers import solve
     from evolvent.system import System
 

@@ -271,7 +271,7 @@ TINY = """
 import json
 import numpy as np
 from evolvent import event_law, feed_law, force_law, parts, spring_law
-from evolvent.flow.observe import observe
+from evolvent.flow import observe
 from evolvent.solvers import solve
 from evolvent.system import System
 
@@ -299,7 +299,7 @@ def passing(t, y, p):
 def system(segments):
     s = System(gravity=(0.0, 0.0, -1.0))
     s.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.25), angular_velocity=(0.1, 0.0, 2.0)), "hub")
-    feed = parts.LawFeed(law=turning, parameters=(3.0, 40.0))
+    feed = parts.LawFeed(law=turning, parameters=(5.0, 40.0))
     s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, feed=feed), "reel")
     s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
                        damping=0.01, wound_mass="carried"), "thread")
