@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from evolvent import jit
 from evolvent import model as mdl
@@ -222,6 +220,9 @@ class Builder:
         n = len(entries)
         order = np.arange(n)
         if pairs:
+            from scipy.sparse import coo_matrix
+            from scipy.sparse.csgraph import reverse_cuthill_mckee
+
             p = np.array(pairs)
             graph = coo_matrix((np.ones(len(p)), (p[:, 0], p[:, 2])), shape=(n, n)).tocsr()
             order = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))

@@ -109,10 +109,16 @@ def release_node(t, y, s, model, p, rhs1):
             length = np.sqrt(length)
             for c in range(3):
                 e[c] /= length
-    m = nodes[threads[p].node + i].mass
-    fx = m * speed * (threads[p].X[0] - e[0])
-    fy = m * speed * (threads[p].X[1] - e[1])
-    fz = m * speed * (threads[p].X[2] - e[2])
+    if threads[p].carried and i > 0:
+        # while the node is still on the spool: it moves with the body, and the segment outwards pulls on Q
+        m = nodes[threads[p].node + i].mass
+        fx = m * speed * (threads[p].X[0] - e[0])
+        fy = m * speed * (threads[p].X[1] - e[1])
+        fz = m * speed * (threads[p].X[2] - e[2])
+        prepare(t, y, s, model)
+        impulse(y, s, model, p, fx, fy, fz)
+        rigid.kinematics(t, y, bodies)
+        thread.reels(t, y, s, threads, bodies, model.parameters)
     if threads[p].kind == thread.SPRINGS:
         for c in range(3):
             y[q + c] = threads[p].Q[c]
@@ -123,9 +129,6 @@ def release_node(t, y, s, model, p, rhs1):
             y[q + c] = e[c]
             y[v + c] = y[v - 3 + c] if i > 0 else 0.0
         s[p] += 1
-    if threads[p].carried and i > 0:
-        prepare(t, y, s, model)
-        impulse(y, s, model, p, fx, fy, fz)
     if threads[p].kind == thread.INEXTENSIBLE:
         if late:
             return

@@ -63,10 +63,7 @@ def inventory(t, y, s, model, out):
         if model.springs[k].law == 0:
             a = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].a)
             c = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].b)
-            extension = (
-                np.sqrt((a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2 + (a[2] - c[2]) ** 2)
-                - model.springs[k].length
-            )
+            extension = np.sqrt((a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2 + (a[2] - c[2]) ** 2) - model.springs[k].length
             out[ELASTIC] += springs.spring_energy(model.springs[k].stiffness, extension)
     for p in range(threads.size):
         thread_inventory(y, s, model, p, out)

@@ -20,9 +20,7 @@ def project(t, y, s, model):
     for b in range(bodies.size):
         if bodies[b].motion == rigid.FREE:
             q = bodies[b].iq + 3
-            scale = 1.0 / np.sqrt(
-                y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2] + y[q + 3] * y[q + 3]
-            )
+            scale = 1.0 / np.sqrt(y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2] + y[q + 3] * y[q + 3])
             for c in range(4):
                 y[q + c] *= scale
     for p in range(threads.size):

@@ -28,13 +28,9 @@ def rhs(t, y, s, model, dy):
     load_power = 0.0
     if falls:
         load_power += loads.weight(bodies, points, gravity)
-    dissipated, law_power = springs.spring_forces(
-        t, y, model.springs, model.markers, points, bodies, model.parameters
-    )
+    dissipated, law_power = springs.spring_forces(t, y, model.springs, model.markers, points, bodies, model.parameters)
     load_power += law_power
-    load_power += loads.concentrated_loads(
-        t, y, model.loads, model.markers, points, bodies, model.parameters
-    )
+    load_power += loads.concentrated_loads(t, y, model.loads, model.markers, points, bodies, model.parameters)
     spool_power = 0.0
     loaded = falls or model.loads.size > 0
     thread.reels(t, y, s, threads, bodies, model.parameters)
@@ -67,7 +63,8 @@ def rhs(t, y, s, model, dy):
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:
                 spool_power += thread.chain_rates(y, s, threads, nodes, bodies, p, loaded, dy)
-    drive_power = 0.0
+    carry_power, drive_power = thread.carry_power(s, threads, nodes, bodies)
+    spool_power += carry_power
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
     for i in range(points.size):

@@ -20,8 +20,7 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 
 @inlined
 def kinematics(t, y, bodies):
-    """Orientation, position and velocities of every body (R, x, v, w in inertial axes); wrenches F and masses M, J reset.
-    """
+    """Orientation, position and velocities of every body (R, x, v, w in inertial axes); wrenches F and masses M, J reset."""
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R
@@ -114,9 +113,7 @@ def add_carried_mass(bodies, b, copies, mass, dx, dy, dz, ux, uy, uz, ax, ay, az
     cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
     kx, ky, kz = cross(wx, wy, wz, ux, uy, uz)
     m = mass * copies
-    add_wrench(
-        bodies[b].F, dx, dy, dz, -m * (cx + 2.0 * kx + ax), -m * (cy + 2.0 * ky + ay), -m * (cz + 2.0 * kz + az)
-    )
+    add_wrench(bodies[b].F, dx, dy, dz, -m * (cx + 2.0 * kx + ax), -m * (cy + 2.0 * ky + ay), -m * (cz + 2.0 * kz + az))
     if bodies[b].motion == SPIN:
         nx, ny, nz = turn(bodies[b].R, bodies[b].axis[0], bodies[b].axis[1], bodies[b].axis[2])
         px, py, pz = cross(nx, ny, nz, dx, dy, dz)

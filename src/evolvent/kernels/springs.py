@@ -15,9 +15,7 @@ def marker_kinematics(y, markers, points, bodies, k):
     if markers[k].kind == ON_POINT:
         q, v = points[i].iq, points[i].iv
         return y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2]
-    dx, dy, dz, vx, vy, vz = point_kinematics(
-        bodies, i, markers[k].local[0], markers[k].local[1], markers[k].local[2]
-    )
+    dx, dy, dz, vx, vy, vz = point_kinematics(bodies, i, markers[k].local[0], markers[k].local[1], markers[k].local[2])
     return bodies[i].x[0] + dx, bodies[i].x[1] + dy, bodies[i].x[2] + dz, vx, vy, vz
 
 

@@ -17,7 +17,7 @@ from evolvent.jit import inlined, kernel
 from evolvent.kernels.feed import FREE as FREE_SPOOL
 from evolvent.kernels.feed import feed
 from evolvent.kernels.loads import AT_MARKER, thread_load
-from evolvent.kernels.rigid import add_carried_mass, add_wrench, centripetal, point_kinematics
+from evolvent.kernels.rigid import DRIVEN, add_carried_mass, add_wrench, centripetal, point_kinematics
 from evolvent.kernels.rotations import cross, turn
 
 SPRINGS, INEXTENSIBLE = 0, 1
@@ -30,9 +30,7 @@ def spool(t, y, threads, parameters, p):
     """(angle, rate, acceleration) of spool p; a free spool's acceleration is left at zero."""
     if threads[p].feed == FREE_SPOOL:
         return y[threads[p].spool_q], y[threads[p].spool_v], 0.0
-    return feed(
-        threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t
-    )
+    return feed(threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t)
 
 
 @inlined
@@ -48,7 +46,11 @@ def reels(t, y, s, threads, bodies, parameters):
         Q = threads[p].departure
         dx, dy, dz, vx, vy, vz = point_kinematics(bodies, b, Q[0], Q[1], Q[2])
         threads[p].d[0], threads[p].d[1], threads[p].d[2] = dx, dy, dz
-        threads[p].Q[0], threads[p].Q[1], threads[p].Q[2] = bodies[b].x[0] + dx, bodies[b].x[1] + dy, bodies[b].x[2] + dz
+        threads[p].Q[0], threads[p].Q[1], threads[p].Q[2] = (
+            bodies[b].x[0] + dx,
+            bodies[b].x[1] + dy,
+            bodies[b].x[2] + dz,
+        )
         threads[p].Q[3], threads[p].Q[4], threads[p].Q[5] = vx, vy, vz
         X = threads[p].feed_axis
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
@@ -103,9 +105,7 @@ def carry_wound(s, threads, nodes, bodies, gravity):
             m = nodes[threads[p].node + i].mass
             wound += m
             dx, dy, dz, ux, uy, uz, ax, ay, az = wound_node(threads, bodies, p, i)
-            add_carried_mass(
-                bodies, b, threads[p].copies, m, dx, dy, dz, ux, uy, uz, ax, ay, az
-            )
+            add_carried_mass(bodies, b, threads[p].copies, m, dx, dy, dz, ux, uy, uz, ax, ay, az)
         threads[p].spool += wound * r * r
         if wound > 0.0 and (gx != 0.0 or gy != 0.0 or gz != 0.0):
             Z = threads[p].normal
@@ -116,6 +116,38 @@ def carry_wound(s, threads, nodes, bodies, gravity):
             vx, vy, vz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], cx, cy, cz)
             power += k * (gx * (bodies[b].v[0] + vx) + gy * (bodies[b].v[1] + vy) + gz * (bodies[b].v[2] + vz))
     return power
+
+
+@inlined
+def carry_power(s, threads, nodes, bodies):
+    """Power of the spools and of drives on wound nodes that bodies carry, from the bodies' accelerations a, W.
+
+    Notes
+    -----
+    sum m A . u, A a node's whole acceleration and u its velocity relative to the body; a driven body's drive adds
+    sum m A . (v + omega x d).
+    """
+    power = 0.0
+    drive = 0.0
+    for p in range(threads.size):
+        if not threads[p].carried or threads[p].feed == FREE_SPOOL:
+            continue
+        b = threads[p].body
+        a, w = bodies[b].a, bodies[b].w
+        for i in range(s[p], threads[p].n):
+            dx, dy, dz, ux, uy, uz, ax, ay, az = wound_node(threads, bodies, p, i)
+            cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+            kx, ky, kz = cross(w[0], w[1], w[2], ux, uy, uz)
+            tx, ty, tz = cross(a[3], a[4], a[5], dx, dy, dz)
+            m = threads[p].copies * nodes[threads[p].node + i].mass
+            fx = m * (a[0] + tx + cx + 2.0 * kx + ax)
+            fy = m * (a[1] + ty + cy + 2.0 * ky + ay)
+            fz = m * (a[2] + tz + cz + 2.0 * kz + az)
+            power += ux * fx + uy * fy + uz * fz
+            if bodies[b].motion == DRIVEN:
+                rx, ry, rz = cross(w[0], w[1], w[2], dx, dy, dz)
+                drive += fx * (bodies[b].v[0] + rx) + fy * (bodies[b].v[1] + ry) + fz * (bodies[b].v[2] + rz)
+    return power, drive
 
 
 @inlined

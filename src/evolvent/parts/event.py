@@ -27,7 +27,5 @@ class Event:
     def write(self, builder: Builder, name: str) -> None:
         """Write the event into the family `events`."""
         first, last = builder.parameters(self.parameters)
-        index = builder.add(
-            "events", law=builder.law(self.law, "event"), first=first, last=last, stops=int(self.stops)
-        )
+        index = builder.add("events", law=builder.law(self.law, "event"), first=first, last=last, stops=int(self.stops))
         builder.names[name] = ("events", index)

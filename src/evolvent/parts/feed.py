@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
@@ -101,15 +100,21 @@ class TableFeed:
 
     def write(self, builder: Builder, name: str) -> FeedRow:
         """Store the piecewise polynomial."""
+        from scipy.interpolate import CubicSpline, PchipInterpolator  # 0.2 s that most runs do not need
+
         given = self.rate if self.rate is not None else self.angle
         if given is None or (self.rate is not None and self.angle is not None):
             raise InputError(f"{name}: a table needs either rate or angle beside time")
         t, values = np.array(self.time, dtype=float), np.array(given, dtype=float)
         if t.ndim != 1 or t.size < 2 or t.shape != values.shape:
-            raise InputError(f"{name}: the table has {t.size} times and {values.size} values; it needs two or more of each")
+            raise InputError(
+                f"{name}: the table has {t.size} times and {values.size} values; it needs two or more of each"
+            )
         if not (np.all(np.isfinite(t)) and np.all(np.isfinite(values))):
             row = int(np.flatnonzero(~(np.isfinite(t) & np.isfinite(values)))[0])
-            raise InputError(f"{name}: row {row + 1} of the table is ({t[row]}, {values[row]}); every value must be finite")
+            raise InputError(
+                f"{name}: row {row + 1} of the table is ({t[row]}, {values[row]}); every value must be finite"
+            )
         if not np.all(np.diff(t) > 0.0):
             row = int(np.flatnonzero(np.diff(t) <= 0.0)[0]) + 1
             raise InputError(f"{name}: row {row + 1} of the table is at {t[row]} s, not after the row before")

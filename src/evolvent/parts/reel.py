@@ -57,7 +57,5 @@ class Reel:
             row = builder.rows["bodies"][index]
             turns_with = abs(row["axis"] @ Y) > 1e-9 or abs(centre @ Y) > 1e-9
             if row["motion"] == rigid.FREE or (row["motion"] == rigid.SPIN and turns_with):
-                raise InputError(
-                    f"{name}: a free spool needs a driven body, or one that spins across the spool's axis"
-                )
+                raise InputError(f"{name}: a free spool needs a driven body, or one that spins across the spool's axis")
         builder.names[name] = ("reels", -1)

@@ -12,6 +12,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels import thread as kernels
 from evolvent.parts.checks import choice, not_negative, positive, unit_vector, vector
+from evolvent.parts.feed import RampFeed
 from evolvent.parts.reel import Reel
 
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
@@ -85,13 +86,20 @@ class Thread:
         X, Y, Z = reel.frame(self.reel)
         centre = vector(f"{self.reel}.centre", reel.centre)
         feed = reel.feed.write(builder, self.reel)
+        if kind == kernels.INEXTENSIBLE and isinstance(reel.feed, RampFeed):
+            if any(duration == 0.0 for _, duration, _ in reel.feed.steps):
+                raise InputError(
+                    f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"
+                )
         angle, rate, _ = reel.feed.at(builder, feed, 0.0)
         out = angle * reel.radius
         if out > length * (1.0 + 1e-12):
             raise InputError(f"{name}: {out:g} m are out at the start, more than its length {length:g} m")
         released = min(int(np.ceil(round(out / l0, 9))), n)
         direction = X if self.direction is None else unit_vector(f"{name}.direction", self.direction)
-        q, v = self._start(builder, body, centre + reel.radius * Z, direction, kind, n, released, out, rate * reel.radius)
+        q, v = self._start(
+            builder, body, centre + reel.radius * Z, direction, kind, n, released, out, rate * reel.radius
+        )
         first = len(builder.rows["nodes"])
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0

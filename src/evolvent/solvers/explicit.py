@@ -442,10 +442,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                         low, f_low = middle, f
                 if high < 1.0:
                     # samples before the event belong to this step's extension
-                    while (
-                        count[SAMPLE] < loop.samples.size
-                        and loop.samples[count[SAMPLE]] < t + high * h
-                    ):
+                    while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] < t + high * h:
                         interpolate(P, y, K, h, (loop.samples[count[SAMPLE]] - t) / h, loop.w)
                         keep_sample(loop, loop.w)
                     target = t + high * h

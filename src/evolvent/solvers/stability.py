@@ -15,11 +15,12 @@ from evolvent.solvers.explicit import Method
 
 
 class Mode(NamedTuple):
-    """The fastest mode: a bound of its frequency (rad/s), its damping rate (1/s), and where it sits."""
+    """The fastest mode: a bound of its frequency (rad/s) and its damping rate (1/s); where it sits; any damping rate."""
 
     frequency: float
     damping_rate: float
     where: str
+    largest_damping_rate: float
 
 
 def fastest_mode(assembly: Assembly) -> Mode:
@@ -51,28 +52,26 @@ def fastest_mode(assembly: Assembly) -> Mode:
             best.append(_largest(about / bodies["J"][i], names["bodies", i]))
         else:
             best.append(_largest(np.linalg.solve(bodies["M"][i], body[:, i]), names["bodies", i]))
-    squared, _, where = max(best)
-    return Mode(math.sqrt(squared), max(b[1] for b in best), where)
+    squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
+    return Mode(math.sqrt(squared), damping, where, max(bound[1] for bound in best))
 
 
 def _add_springs(model: mdl.Model, y: np.ndarray, moves: np.ndarray, body: np.ndarray, point: np.ndarray) -> None:
     """Diagonal blocks of stiffness and damping of all springs, tightened ones stiff across their line as well."""
     markers = model.markers
-    for spring in model.springs:
+    for number, spring in enumerate(model.springs):
         ends = [int(spring["a"]), int(spring["b"])]
-        x = [
-            np.array(springs.marker_kinematics(y, markers, model.points, model.bodies, k)[:3]) for k in ends
-        ]
+        x = [np.array(springs.marker_kinematics(y, markers, model.points, model.bodies, k)[:3]) for k in ends]
         free = [markers["kind"][k] == springs.ON_POINT or moves[markers["index"][k]] for k in ends]
         e = x[1] - x[0]
         length = float(np.linalg.norm(e))
         e = e / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
         along = np.outer(e, e)
         tight = max(1.0 - float(spring["length"]) / length, 0.0) if length > 0.0 else 0.0
-        blocks = [
-            spring["stiffness"] * (along + tight * (np.eye(3) - along)),
-            spring["damping"] * along,
-        ]
+        stiffness, damping = float(spring["stiffness"]), float(spring["damping"])
+        if spring["law"] != 0:
+            stiffness, damping = _law_slopes(model, number, length - float(spring["length"]), max(length, 1e-3))
+        blocks = [stiffness * (along + tight * (np.eye(3) - along)), damping * along]
         for k, position, moving in zip(ends, x, free, strict=True):
             index = markers["index"][k]
             for what in range(2):
@@ -86,6 +85,18 @@ def _add_springs(model: mdl.Model, y: np.ndarray, moves: np.ndarray, body: np.nd
                     arm = np.array([[0.0, -d[2], d[1]], [d[2], 0.0, -d[0]], [-d[1], d[0], 0.0]])
                     J = np.hstack([np.eye(3), -arm])
                     body[what, index] += J.T @ block @ J
+
+
+def _law_slopes(model: mdl.Model, k: int, extension: float, scale: float) -> tuple[float, float]:
+    """Stiffness and damping of a spring with a law at the start, by central differences; never below zero."""
+
+    def tension(e: float, rate: float) -> float:
+        return float(springs.spring_tension(model.springs, k, e, rate, 0.0, model.parameters)[0])
+
+    d = 1e-6 * scale
+    stiffness = (tension(extension + d, 0.0) - tension(extension - d, 0.0)) / (2.0 * d)
+    damping = (tension(extension, d) - tension(extension, -d)) / (2.0 * d)
+    return max(stiffness, 0.0), max(damping, 0.0)
 
 
 def _largest(blocks: np.ndarray, where: str) -> tuple[float, float, str]:
@@ -119,26 +130,27 @@ def amplification(method: Method, z: complex) -> float:
     return abs(1.0 + z * method.b @ np.linalg.solve(np.eye(n) - z * method.A, np.ones(n)))
 
 
-def stability_limit(method: Method, mode: Mode) -> float:
-    """Largest step (s) at which every step up to it keeps |R| <= 1 on the fastest mode, damping included.
+def stability_limit(method: Method, mode: Mode, duration: float) -> float:
+    """Largest step (s) at which the fastest mode does not grow, damping included, and no smaller step lets it grow.
 
     Notes
     -----
-    Heun's method is not stable on the imaginary axis at any step; |R|^2 = 1 + z^4 / 4 there. Growth of 1e-4 a step at
-    the highest frequency is accepted for it.
+    Heun's method has no stable step for an undamped mode, |R|^2 = 1 + z^4 / 4 on the imaginary axis: growth by a
+    twentieth over the whole `duration` is accepted of any method.
     """
     if mode.frequency == 0.0 and mode.damping_rate == 0.0:
         return math.inf
     half = 0.5 * mode.damping_rate
     root = np.sqrt(complex(half * half - mode.frequency**2))
-    poles = [-half + root, -half - root, 1j * mode.frequency]
-    allowed = 1.0 + (1e-4 if method.order == 2 else 1e-12)
+    poles = [-half + root, -half - root, complex(-mode.largest_damping_rate)]
 
     def stable(h: float) -> bool:
-        return all(amplification(method, h * pole) <= allowed for pole in poles)
+        return all(amplification(method, h * pole) <= 1.0 + 0.05 * h / duration for pole in poles)
 
     low = 0.0
-    scale = max(mode.frequency, mode.damping_rate)
+    scale = max(mode.frequency, mode.largest_damping_rate)
+    if not stable(0.01 / scale):
+        scale *= 100.0 * max(1.0, (mode.frequency * duration) ** (1 / 3))
     for k in range(1, 801):
         h = 0.01 * k / scale
         if not stable(h):
