@@ -198,7 +198,7 @@ class Builder:
 
     def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:
         """Constraint rows in reverse Cuthill-McKee order, and their coupled pairs (r, q < r, side, side)."""
-        entries = []  # kind, index, bodies, points
+        entries: list[tuple[Any, Any, Any, Any]] = []  # kind, index, bodies, points
         threads, links, markers = families["threads"], families["links"], families["markers"]
         for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
             entries.append((joints.THREAD, p, (threads["body"][p], -1), (-1, -1)))
@@ -223,8 +223,8 @@ class Builder:
             from scipy.sparse import coo_matrix
             from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-            p = np.array(pairs)
-            graph = coo_matrix((np.ones(len(p)), (p[:, 0], p[:, 2])), shape=(n, n)).tocsr()
+            table = np.array(pairs)
+            graph = coo_matrix((np.ones(len(pairs)), (table[:, 0], table[:, 2])), shape=(n, n)).tocsr()
             order = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True))
         place = np.empty(n, dtype=np.int64)
         place[order] = np.arange(n)

@@ -68,7 +68,7 @@ CACHE_DIR = _find_cache_dir()
 def _compile(signature: Any, function: Callable, *, inline: bool = False) -> Any:
     # without numba's reference counts: they cost more than the arithmetic of a small model; arrays are then borrowed
     # from the caller, and a kernel that tried to allocate one would not compile
-    options: dict[str, Any] = dict(error_model="numpy", _nrt=False, forceinline=inline)
+    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": inline}
     args = () if signature is None else (signature,)
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:

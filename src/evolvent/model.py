@@ -1,8 +1,8 @@
 """The Model: flat arrays of one type for every system.
 
 A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches (nodes released, threads
-let go); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch memory lives in the model, so
-that nothing is allocated in a time loop; two threads of execution therefore need two models.
+let go); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch memory lives in
+the model, so that nothing is allocated in a time loop; two threads of execution therefore need two models.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, N_INVENTORY = 0, 1, 2, 5, 
 
 def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
     """A family's record: integer and float fields that a part writes, then scratch that a call overwrites."""
-    names = [(name, np.int64) for name in integers.split()]
+    names: list[tuple[str, type]] = [(name, np.int64) for name in integers.split()]
     names += [(name, np.float64) for name in (floats + " " + scratch).split()]
     return np.dtype([(name, kind, shapes.get(name, ())) for name, kind in names], align=True)
 

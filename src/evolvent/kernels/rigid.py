@@ -20,7 +20,7 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 
 @inlined
 def kinematics(t, y, bodies):
-    """Orientation, position and velocities of every body (R, x, v, w in inertial axes); wrenches F and masses M, J reset."""
+    """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset."""
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R

@@ -86,11 +86,11 @@ class Thread:
         X, Y, Z = reel.frame(self.reel)
         centre = vector(f"{self.reel}.centre", reel.centre)
         feed = reel.feed.write(builder, self.reel)
-        if kind == kernels.INEXTENSIBLE and isinstance(reel.feed, RampFeed):
-            if any(duration == 0.0 for _, duration, _ in reel.feed.steps):
-                raise InputError(
-                    f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"
-                )
+        jerks = isinstance(reel.feed, RampFeed) and any(duration == 0.0 for _, duration, _ in reel.feed.steps)
+        if kind == kernels.INEXTENSIBLE and jerks:
+            raise InputError(
+                f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"
+            )
         angle, rate, _ = reel.feed.at(builder, feed, 0.0)
         out = angle * reel.radius
         if out > length * (1.0 + 1e-12):

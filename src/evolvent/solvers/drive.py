@@ -12,19 +12,19 @@ import numpy as np
 
 from evolvent import jit
 from evolvent import model as mdl
-from evolvent.flow import bind_flow, state_sums
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
+from evolvent.flow import bind_flow, state_sums
 from evolvent.kernels import thread
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
-#: Share of the stability limit taken by an automatic step. RK4 damps the ringing that every release leaves in a thread: at
-#: 0.4 that costs the heliogyro 0.9e-6 of its energy, at 0.8 1.5e-6.
+#: Share of the stability limit taken by an automatic step. RK4 damps the ringing that every release leaves in a
+#: thread: at 0.4 that costs the heliogyro 0.9e-6 of its energy, at 0.8 1.5e-6.
 SAFETY = {"heun": 0.5, "rk4": 0.4}
-#: Share of its energy that the fastest mode may lose (or gain) over a run with an automatic step, where that mode is not
-#: a thread's; and (k, f) of each method's share omega T (omega h)^k / f.
+#: Share of its energy that the fastest mode may lose (or gain) over a run with an automatic step, where that mode is
+#: not a thread's; and (k, f) of each method's share omega T (omega h)^k / f.
 FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 #: Relative defect of the energy account at which a run has failed.
@@ -187,8 +187,8 @@ def solve(
                 status, message = (
                     "failed",
                     (
-                        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s: the step is too "
-                        f"large for this motion; take a smaller step"
+                        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s: the step is "
+                        f"too large for this motion; take a smaller step"
                         + (f" than {loop.clock[ex.STEP]:.3g} s, or method dopri5" if fixed else " or tolerance")
                     ),
                 )
@@ -198,12 +198,12 @@ def solve(
         wall_time = clock.perf_counter() - began
         reached = float(loop.clock[ex.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
-    kept = int(loop.count[ex.SAMPLE])
-    n_events = int(loop.count[ex.EVENTS])
+    kept = int(loop.tally[ex.SAMPLE])
+    n_events = int(loop.tally[ex.EVENTS])
     statistics = {
-        "steps": int(loop.count[ex.STEPS]),
-        "rejected_steps": int(loop.count[ex.REJECTED]),
-        "rhs_evaluations": int(loop.count[ex.RHS]),
+        "steps": int(loop.tally[ex.STEPS]),
+        "rejected_steps": int(loop.tally[ex.REJECTED]),
+        "rhs_evaluations": int(loop.tally[ex.RHS]),
         "events": n_events,
         "step": float(step) if fixed and step is not None else float("nan"),
         "stability_limit": limit,
@@ -229,14 +229,14 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
     nodes = assembly.model.nodes.size
     log = 1000 + 100 * nodes
     span = times[-1] - times[0]
-    count = np.zeros(8, dtype=np.int64)
-    count[ex.FRESH] = 1
+    tally = np.zeros(8, dtype=np.int64)
+    tally[ex.FRESH] = 1
     first = step if step is not None else span * 1e-6
     return ex.Loop(
         y=assembly.y.copy(),
         s=assembly.s.copy(),
         clock=np.array([times[0], first, times[0], 1e-4]),
-        count=count,
+        tally=tally,
         samples=times.copy(),
         out_y=np.zeros((times.size, n)),
         out_s=np.zeros((times.size, n_s), dtype=np.int64),
@@ -266,10 +266,10 @@ def _bind(
         def advance(budget: int) -> int:
             return int(ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, loop, budget))
 
-    count = loop.count.copy()
+    tally = loop.tally.copy()
     samples = loop.samples[:0]
-    empty = loop._replace(samples=samples, y=loop.y.copy(), s=loop.s.copy(), count=count)
-    empty.count[ex.FRESH] = 0
+    empty = loop._replace(samples=samples, y=loop.y.copy(), s=loop.s.copy(), tally=tally)
+    empty.tally[ex.FRESH] = 0
     if fixed:
         ex.fixed_step(*flow, A, b, c, model, empty, 0)
     else:

@@ -16,7 +16,7 @@ from evolvent.jit import inlined, kernel
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, NOT_FINITE, TOO_SMALL, LOG_FULL = 0, 1, 2, -1, -2, -3
-# places in Loop.count
+# places in Loop.tally
 STEPS, RHS, REJECTED, EVENTS, SAMPLE, GRID, BREAK, FRESH = range(8)
 # places in Loop.clock
 TIME, STEP, ORIGIN, ERROR_OLD = range(4)
@@ -80,17 +80,17 @@ class Loop(NamedTuple):
     ----------
     y, s : state, overwritten
     clock : (4,) float, time, step, origin of the step grid, last error
-    count : (8,) int, counters (see the module's constants)
+    tally : (8,) int, counters (see the module's constants)
     samples : (nt,) float, times to keep the state at
     out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
     log_t, log_k : (nlog,) float and int, time and number of every event
-    K : (stages, ny), w, y1, g, g0 : scratch; s1 : (ns,) int scratch
+    K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
     """
 
     y: np.ndarray
     s: np.ndarray
     clock: np.ndarray
-    count: np.ndarray
+    tally: np.ndarray
     samples: np.ndarray
     out_y: np.ndarray
     out_s: np.ndarray
@@ -116,7 +116,7 @@ def stages(rhs, A, c, model, t, y, s, h, first, loop):
                 for n in range(y.size):
                     w[n] += a * K[j, n]
         rhs(t + c[i] * h, w, s, model, K[i])
-    loop.count[RHS] += c.size - first
+    loop.tally[RHS] += c.size - first
 
 
 @inlined
@@ -175,12 +175,12 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
             break
         if due >= threads:
             loop.g0[due] = g[due]
-        n = loop.count[EVENTS]
+        n = loop.tally[EVENTS]
         if n == loop.log_t.size:
             return -1
         loop.log_t[n] = t
         loop.log_k[n] = due
-        loop.count[EVENTS] = n + 1
+        loop.tally[EVENTS] = n + 1
         if apply(t, y, s, model, due, rhs1, inventory1) != 0:
             stop = 1
     events(t, y, s, model, g)
@@ -192,21 +192,21 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
 @kernel
 def keep_sample(loop, y):
     """Keep the state `y` as the next sample."""
-    i = loop.count[SAMPLE]
+    i = loop.tally[SAMPLE]
     for n in range(y.size):
         loop.out_y[i, n] = y[n]
     for n in range(loop.s.size):
         loop.out_s[i, n] = loop.s[n]
-    loop.count[SAMPLE] = i + 1
+    loop.tally[SAMPLE] = i + 1
 
 
 @kernel
 def next_break(model, loop, t):
     """Time of the next break after t, or infinity."""
-    i = loop.count[BREAK]
+    i = loop.tally[BREAK]
     while i < model.breaks.size and model.breaks[i] <= t:
         i += 1
-    loop.count[BREAK] = i
+    loop.tally[BREAK] = i
     if i < model.breaks.size:
         return model.breaks[i]
     return math.inf
@@ -223,9 +223,9 @@ def bracket(low, f_low, high, f_high, bias):
 @kernel
 def start_up(rhs1, inventory1, events, apply, project, model, loop):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
-    if loop.count[FRESH] == 0:
+    if loop.tally[FRESH] == 0:
         return BUDGET
-    loop.count[FRESH] = 0
+    loop.tally[FRESH] = 0
     t = loop.clock[TIME]
     project(t, loop.y, loop.s, model)
     for k in range(loop.g0.size):
@@ -233,7 +233,7 @@ def start_up(rhs1, inventory1, events, apply, project, model, loop):
     stop = fire(rhs1, inventory1, events, apply, model, t, loop)
     if stop < 0:
         return LOG_FULL
-    while loop.count[SAMPLE] < loop.samples.size and loop.samples[loop.count[SAMPLE]] <= t:
+    while loop.tally[SAMPLE] < loop.samples.size and loop.samples[loop.tally[SAMPLE]] <= t:
         keep_sample(loop, loop.y)
     return STOPPED if stop > 0 else BUDGET
 
@@ -242,18 +242,18 @@ def start_up(rhs1, inventory1, events, apply, project, model, loop):
 def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop, budget):
     """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
     rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
-    y, s, clock, count, y1 = loop.y, loop.s, loop.clock, loop.count, loop.y1
+    y, s, clock, tally, y1 = loop.y, loop.s, loop.clock, loop.tally, loop.y1
     status = start_up(rhs1, inventory1, events, apply, project, model, loop)
     if status != BUDGET:
         return status
     watch = loop.g.size > 0
     until = next_break(model, loop, clock[TIME])
     for _ in range(budget):
-        if count[SAMPLE] == loop.samples.size:
+        if tally[SAMPLE] == loop.samples.size:
             return DONE
         t = clock[TIME]
-        target = clock[ORIGIN] + (count[GRID] + 1) * clock[STEP]
-        sample = loop.samples[count[SAMPLE]]
+        target = clock[ORIGIN] + (tally[GRID] + 1) * clock[STEP]
+        sample = loop.samples[tally[SAMPLE]]
         on_grid = True
         if sample <= target + 1e-6 * clock[STEP]:
             on_grid = target <= sample + 1e-6 * clock[STEP]
@@ -263,10 +263,10 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
             target = until
         h = target - t
         rhs(t, y, s, model, loop.K[0])
-        count[RHS] += 1
+        tally[RHS] += 1
         stages(rhs, A, c, model, t, y, s, h, 1, loop)
         combine(b, y, h, loop.K, y1)
-        count[STEPS] += 1
+        tally[STEPS] += 1
         if not is_finite(y1):
             return NOT_FINITE
         at_event = False
@@ -301,7 +301,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         clock[TIME] = target
         project(target, y, s, model)
         if on_grid:
-            count[GRID] += 1
+            tally[GRID] += 1
         if watch:
             if at_event:
                 stop = fire(rhs1, inventory1, events, apply, model, target, loop)
@@ -323,7 +323,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
 @kernel
 def keep_rest(loop, t):
     """On a stop, the state there becomes the last sample (its time replaces the next one's)."""
-    i = loop.count[SAMPLE]
+    i = loop.tally[SAMPLE]
     if i < loop.samples.size:
         loop.samples[i] = t
         keep_sample(loop, loop.y)
@@ -375,8 +375,8 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
     controller). The last stage serves as the first of the next step unless an event or a projection changed the state.
     """
     rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
-    y, s, clock, count, y1, K = loop.y, loop.s, loop.clock, loop.count, loop.y1, loop.K
-    fresh = count[FRESH] != 0
+    y, s, clock, tally, y1, K = loop.y, loop.s, loop.clock, loop.tally, loop.y1, loop.K
+    fresh = tally[FRESH] != 0
     status = start_up(rhs1, inventory1, events, apply, project, model, loop)
     if status != BUDGET:
         return status
@@ -386,10 +386,10 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
     until = min(next_break(model, loop, clock[TIME]), end)
     if fresh:
         rhs(clock[TIME], y, s, model, K[0])
-        count[RHS] += 1
+        tally[RHS] += 1
     rejected = False
     for _ in range(budget):
-        if count[SAMPLE] == loop.samples.size:
+        if tally[SAMPLE] == loop.samples.size:
             return DONE
         t, h = clock[TIME], clock[STEP]
         landing = t + h * 1.01 >= until
@@ -399,10 +399,10 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
             return TOO_SMALL
         stages(rhs, A, c, model, t, y, s, h, 1, loop)
         combine(b, y, h, K, y1)
-        count[STEPS] += 1
+        tally[STEPS] += 1
         error = error_norm(y, y1, K, E, h, n, rtol, atol, loop.w)
         if not error < 1.0:
-            count[REJECTED] += 1
+            tally[REJECTED] += 1
             rejected = True
             if not math.isfinite(error):
                 clock[STEP] = 0.1 * h
@@ -442,8 +442,8 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                         low, f_low = middle, f
                 if high < 1.0:
                     # samples before the event belong to this step's extension
-                    while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] < t + high * h:
-                        interpolate(P, y, K, h, (loop.samples[count[SAMPLE]] - t) / h, loop.w)
+                    while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < t + high * h:
+                        interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
                         keep_sample(loop, loop.w)
                     target = t + high * h
                     h = target - t
@@ -451,8 +451,8 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                     combine(b, y, h, K, y1)
                     landing = False
         if not at_event:
-            while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] < target:
-                interpolate(P, y, K, h, (loop.samples[count[SAMPLE]] - t) / h, loop.w)
+            while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < target:
+                interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
                 keep_sample(loop, loop.w)
         for i in range(y.size):
             y[i] = y1[i]
@@ -472,14 +472,14 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         if stop > 0:
             keep_rest(loop, target)
             return STOPPED
-        while count[SAMPLE] < loop.samples.size and loop.samples[count[SAMPLE]] <= target:
+        while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] <= target:
             keep_sample(loop, y)
         if landing or target >= until:
             until = min(next_break(model, loop, target), end)
             changed = True
         if changed:
             rhs(target, y, s, model, K[0])
-            count[RHS] += 1
+            tally[RHS] += 1
         else:
             for i in range(y.size):
                 K[0, i] = K[6, i]

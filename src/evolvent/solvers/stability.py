@@ -15,7 +15,7 @@ from evolvent.solvers.explicit import Method
 
 
 class Mode(NamedTuple):
-    """The fastest mode: a bound of its frequency (rad/s) and its damping rate (1/s); where it sits; any damping rate."""
+    """The fastest mode: bounds of frequency (rad/s) and damping rate (1/s), its place; and the largest rate of all."""
 
     frequency: float
     damping_rate: float
@@ -45,7 +45,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
         best.append(_largest(point[:, i] / points["mass"][i], names["points", i]))
     for p in range(model.threads.size):
         best += _thread_modes(model, p, names["threads", p], body)
-    for i in np.flatnonzero(moves):
+    for i in (int(k) for k in np.flatnonzero(moves)):
         if bodies["motion"][i] == rigid.SPIN:
             n = bodies["R"][i] @ bodies["axis"][i]
             about = np.array([[[n @ body[a, i, 3:, 3:] @ n]] for a in range(2)])
@@ -127,7 +127,7 @@ def _thread_modes(model: mdl.Model, p: int, name: str, body: np.ndarray) -> list
 def amplification(method: Method, z: complex) -> float:
     """|R(z)| of a Runge-Kutta method, R(z) = 1 + z b^T (I - z A)^-1 1."""
     n = method.b.size
-    return abs(1.0 + z * method.b @ np.linalg.solve(np.eye(n) - z * method.A, np.ones(n)))
+    return float(abs(1.0 + z * (method.b @ np.linalg.solve(np.eye(n) - z * method.A, np.ones(n)))))
 
 
 def stability_limit(method: Method, mode: Mode, duration: float) -> float:
