@@ -1,0 +1,332 @@
+"""What to show of a run: numbers, figures, the scene of an animation."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.systems.heliogyro.case import Case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.figures import Figure, Number, Scene
+
+_WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
+
+
+def case_of(run: xr.Dataset) -> Case:
+    """The case that a run was made from."""
+    loaded: Case = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    return loaded
+
+
+def numbers(run: xr.Dataset) -> list[Number]:
+    """The results that a user wants to see at once."""
+    from evolvent.figures import Number
+
+    time, rate = run.time.values, run.body_rate.values
+    found = [
+        Number(label="time reached", value=f"{time[-1]:.6g} s"),
+        Number(
+            label="deployed length", value=" / ".join(f"{x:.6g}" for x in _distinct(run.deployed_length[-1])) + " m"
+        ),
+        Number(label="body rate at the end", value=f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
+    ]
+    for name, label in (("body_rate_paper", "eq. (18)"), ("body_rate_corrected", "corrected formula")):
+        if name in run and np.all(rate != 0.0):
+            gap = (run[name].values - rate) / rate
+            k = int(np.nanargmax(np.abs(gap)))
+            text = f"{100.0 * abs(gap[k]):.3g} % at {time[k]:.6g} s"
+            found.append(Number(label=f"largest gap to {label}", value=text))
+    lag = np.where(run.let_go.values, np.nan, np.degrees(run.lag_angle.values[:, :, 0]))
+    for low, high in itertools.pairwise(_WINDOWS):
+        inside = (time >= low * time[-1]) & (time <= high * time[-1])
+        window = lag[inside]
+        if np.all(np.any(np.isfinite(window), axis=0)):
+            means = [f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag)]
+            label = f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s"
+            found.append(Number(label=label, value=" / ".join(means) + " deg"))
+    if np.any(run.hub_tension.values):
+        hub = run.hub_tension.values.max(axis=1)
+        k = int(np.argmax(hub))
+        text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
+        found.append(Number(label="largest hub tension", value=text))
+    found.append(
+        Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the largest energy")
+    )
+    if "momentum_balance" in run:
+        text = f"{run.momentum_balance.values.max():.2g} of the start"
+        found.append(Number(label="angular momentum balance", value=text))
+    if "linear_momentum" in run:
+        drift = np.abs(run.linear_momentum.values - run.linear_momentum.values[0]).max()
+        found.append(Number(label="drift of linear momentum", value=f"{drift:.2g} kg m/s"))
+    if run.attrs.get("warning"):
+        found.append(Number(label="warning", value=run.attrs["warning"]))
+    statistics = json.loads(run.attrs["statistics"])
+    steps = f"{statistics['steps']:,} of {run.attrs['solver']}"
+    if statistics.get("rejected_steps"):
+        steps += f", {statistics['rejected_steps']:,} rejected"
+    if statistics.get("step"):
+        steps += f", {statistics['step']:.4g} s each"
+    found.append(Number(label="steps", value=steps))
+    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
+    found.append(Number(label="time of the solve", value=text))
+    return found
+
+
+def _distinct(values: Any) -> list[float]:
+    """Values without those equal to the first, if all are."""
+    listed = [float(v) for v in np.asarray(values)]
+    return listed[:1] if np.ptp(listed) <= 1e-9 * max(abs(listed[0]), 1e-300) else listed
+
+
+def _unlike(values: np.ndarray) -> list[int]:
+    """Blades to show: the first alone if all have the same (nt, blades) values."""
+    first = values[:, :1]
+    alike = np.allclose(values, first, rtol=1e-9, atol=1e-12, equal_nan=True)
+    return [0] if alike else list(range(values.shape[1]))
+
+
+def figures(run: xr.Dataset) -> list[Figure]:
+    """What to draw of a run."""
+    found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _balance_figure(run)]
+    if "body_position" in run:
+        found.append(_body_figure(run))
+    return found
+
+
+def _rate_figure(run: xr.Dataset) -> Figure:
+    """Body rate beside both formulas."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, rate = run.time.values, run.body_rate.values
+    lines, gaps = [Line(x=time, y=rate, label="computed")], []
+    for name, label, color in (
+        ("body_rate_paper", "eq. (18)", 2),
+        ("body_rate_corrected", "eq. (18) with spool offset", 1),
+    ):
+        if name in run:
+            lines.append(Line(x=time, y=run[name].values, label=label, color=color, style="--"))
+        if name in run and np.all(rate != 0.0):
+            gaps.append(Line(x=time, y=100.0 * (run[name].values - rate) / rate, label=label, color=color))
+    panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
+    if gaps:
+        panels.append(Panel(x_label="time, s", y_label="formula less computed, %", lines=gaps))
+    size = (8.0, 6.5) if gaps else (8.0, 4.0)
+    return Figure(name="body_rate", title="Rate of the body", panels=panels, size=size)
+
+
+def _lag_figure(run: xr.Dataset) -> Figure:
+    """Tip lag, whole and at the start."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, lag = run.time.values, np.degrees(run.lag_angle.values[:, :, 0])
+    shown = _unlike(lag)
+
+    def lines(upto: float) -> list[Line]:
+        k = time <= upto
+        marker = "." if k.sum() < 80 else ""
+        return [
+            Line(x=time[k], y=lag[k, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, marker=marker)
+            for c, b in enumerate(shown)
+        ]
+
+    first = min(5.0, float(time[-1]))
+    panels = [Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(float(time[-1])))]
+    if first < 0.5 * time[-1]:
+        panels.append(
+            Panel(
+                x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(first), title=f"first {first:g} s"
+            )
+        )
+    return Figure(name="tip_lag", title="Lag of the tip (eq. 19)", panels=panels, size=(8.0, 3.3 * len(panels)))
+
+
+def _moments(run: xr.Dataset, count: int) -> list[int]:
+    """Samples evenly spread over a run, without the first."""
+    return sorted({int(k) for k in np.linspace(0, run.sizes["time"] - 1, count + 1)[1:]})
+
+
+def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
+    """Points of a blade at sample k from the tip to the spool, (n + 1, 3), m, body axes; wound nodes at the spool."""
+    case = case_of(run)
+    turn = 2.0 * np.pi * blade / case.body.blades
+    L0 = case.body.spool_offset
+    Q = np.array([L0 * np.cos(turn), L0 * np.sin(turn), case.spool.radius])
+    x = run.position.values[k, blade][run.released.values[k, blade]]
+    return x if run.let_go.values[k, blade] else np.vstack([x, Q])
+
+
+def _shape_figure(run: xr.Dataset) -> Figure:
+    """Shape at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
+    from evolvent.figures import Figure, Line, Panel
+
+    case, time, blades = case_of(run), run.time.values, run.sizes["blade"]
+    top, side, lag, height, reach = [], [], [], 0.0, 0.0
+    for k in reversed(_moments(run, 7)):
+        color = float(time[k] / time[-1])
+        for b in range(blades):
+            x = _blade_points(run, k, b)
+            label = f"{time[k]:.4g} s" if b == 0 else ""
+            distance = np.hypot(x[:, 0], x[:, 1])
+            top.append(
+                Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker=".", width=1.0 + 3.0 * (1.0 - color))
+            )
+            side.append(Line(x=distance, y=x[:, 2], label=label, color=color, marker="."))
+            height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(distance.max()))
+        out = run.released.values[k, 0]
+        length = run.deployed_length.values[k, 0] - case.blade.length / case.blade.nodes * np.arange(out.sum())
+        angle = np.degrees(run.lag_angle.values[k, 0, out])
+        lag.append(Line(x=length, y=angle, label=f"{time[k]:.4g} s", color=color, marker="."))
+    panels = [
+        Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True),
+        Panel(x_label="length from the spool, m", y_label="lag angle (19), deg", lines=lag, title="nodes of blade 1"),
+    ]
+    if height > 0.01 * reach:
+        panels.append(
+            Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side")
+        )
+    heights = [2.2 if blades > 2 else 1.0] + [1.0] * (len(panels) - 1)
+    size = (8.0, 3.5 * sum(heights))
+    return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
+
+
+def _tension_figure(run: xr.Dataset) -> Figure:
+    """Tension at the hub over time, and along the thread at several times."""
+    from evolvent.figures import Figure, Line, Panel
+
+    case, time = case_of(run), run.time.values
+    hub = run.hub_tension.values
+    shown = _unlike(hub)
+    lines = [
+        Line(x=time, y=1e3 * hub[:, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, width=1.0)
+        for c, b in enumerate(shown)
+    ]
+    along = []
+    segment = case.blade.length / case.blade.nodes
+    for k in _moments(run, 7):
+        tension = run.tension.values[k, 0]
+        count = int(np.sum(run.released.values[k, 0]))
+        from_tip = segment * (np.arange(count) + 0.5)
+        color = float(time[k] / time[-1])
+        along.append(Line(x=from_tip, y=1e3 * tension[:count], label=f"{time[k]:.4g} s", color=color, marker="."))
+    panels = [
+        Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines),
+        Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title="along blade 1"),
+    ]
+    return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
+
+
+def _balance_figure(run: xr.Dataset) -> Figure:
+    """Energy, momentum, what releases bring in, and how well both accounts close."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time = run.time.values
+
+    def parts(names: list[tuple[str, str, float]]) -> list[Line]:
+        lines = []
+        for color, (name, label, sign) in enumerate(names):
+            seen = name in run and np.abs(run[name].values).max() > 1e-4 * np.abs(run[names[0][0]].values).max()
+            if seen or color < 2:
+                lines.append(Line(x=time, y=1e3 * sign * run[name].values, label=label, color=color))
+        return lines
+
+    energy = [
+        ("energy_kinetic", "kinetic", 1.0),
+        ("spool_work", "taken by the spools", -1.0),
+        ("energy_elastic", "elastic", 1.0),
+        ("energy_dissipated", "dissipated", 1.0),
+        ("load_work", "from loads", 1.0),
+        ("drive_work", "from the drive", 1.0),
+    ]
+    momentum = [
+        ("angular_momentum", "all that the model moves", 1.0),
+        ("angular_momentum_body", "body", 1.0),
+        ("angular_momentum_released", "released thread", 1.0),
+        ("angular_momentum_wound", "wound thread", 1.0),
+    ]
+    releases, defects = [], []
+    for color, kind, name, start in (
+        (1, "energy", "energy_released", run.energy_kinetic.values[0] + run.energy_elastic.values[0]),
+        (2, "angular momentum", "angular_momentum_jumps", run.angular_momentum.values[0]),
+    ):
+        if start != 0.0:
+            releases.append(Line(x=time, y=100.0 * run[name].values / start, label=kind, color=color))
+    for color, kind, name in ((1, "energy", "energy_balance"), (2, "angular momentum", "momentum_balance")):
+        if name in run:
+            values = np.abs(run[name].values)
+            defects.append(Line(x=time, y=np.where(values > 0.0, values, np.nan), label=kind, color=color, width=1.0))
+    panels = [
+        Panel(x_label="", y_label="energy, mJ", lines=parts(energy)),
+        Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=parts(momentum)),
+        Panel(x_label="", y_label="% of the start", lines=releases, title="brought in by nodes at their release"),
+        Panel(x_label="time, s", y_label="relative defect", lines=defects, title="what the accounts lack", log=True),
+    ]
+    return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.0, 10.0))
+
+
+def _body_figure(run: xr.Dataset) -> Figure:
+    """Motion of a free body: its centre and the tilt of its axis."""
+    from evolvent.figures import Figure, Line, Panel
+
+    time, q = run.time.values, run.body_quaternion.values
+    tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2), -1.0, 1.0)))
+    centre = [
+        Line(x=time, y=1e3 * run.body_position.values[:, c], label=axis, color=c + 1) for c, axis in enumerate("xyz")
+    ]
+    panels = [
+        Panel(x_label="time, s", y_label="centre of the body, mm", lines=centre, title="inertial axes"),
+        Panel(x_label="time, s", y_label="tilt of the body's axis, deg", lines=[Line(x=time, y=tilt)]),
+    ]
+    return Figure(name="body", title="Motion of the body", panels=panels, size=(8.0, 6.5))
+
+
+def scene(run: xr.Dataset) -> Scene:
+    """The deployment in three dimensions."""
+    from evolvent.figures import Scene
+
+    case, time = case_of(run), run.time.values
+    blades, n = run.sizes["blade"], run.sizes["node"]
+    turns = 2.0 * np.pi * np.arange(blades) / blades
+    L0, radius = case.body.spool_offset, case.spool.radius
+    Q = np.stack([L0 * np.cos(turns), L0 * np.sin(turns), np.full(blades, radius)], axis=1)
+    released = run.released.values
+    points = np.empty((time.size, blades, n + 1, 3))
+    points[:, :, :n] = np.where(released[..., None], run.position.values, Q[:, None])
+    points[:, :, n] = np.where(run.let_go.values[..., None], points[:, :, n - 1], Q)
+    angle = run.body_angle.values
+    tilt = np.tile([1.0, 0.0, 0.0, 0.0], (time.size, 1))
+    origin = np.zeros((time.size, 3))
+    if "body_quaternion" in run:
+        tilt, origin = _tilt(run.body_quaternion.values, angle), run.body_position.values
+    around = np.linspace(0.0, 2.0 * np.pi, 25)
+    hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
+    numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
+    numbers["tip lag, deg"] = np.degrees(run.lag_angle.values[:, 0, 0])
+    return Scene(
+        title="Deployment of the heliogyro's blades",
+        time=time,
+        points=points,
+        value=1e3 * run.tension.values,
+        value_label="tension, mN",
+        origin=origin,
+        angle=angle,
+        tilt=tilt,
+        body=[hub],
+        numbers=numbers,
+    )
+
+
+def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """What is left of attitudes q once the turn by `angle` about Z is taken out: (angle about Z)^-1 q."""
+    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
+    left = np.stack(
+        [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]],
+        axis=1,
+    )
+    return np.where(left[:, :1] < 0.0, -left, left)
