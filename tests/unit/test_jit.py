@@ -98,11 +98,10 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
     def f(x):
         return x
 
+    assert jit.kernel(f)(2.0) == 2.0  # outside the package it is the user's affair
     f.__module__ = "evolvent.parts.point"
     with pytest.raises(RuntimeError, match=r"evolvent\.parts\.point"):
         jit.kernel(f)
-    f.__module__ = "somebody.elses"
-    assert jit.kernel(f)(2.0) == 2.0
 
 
 # ------------------------------------------------------------------------------------------------ laws
