@@ -166,6 +166,12 @@ class Case(Section):
                 raise InputError(f"{key} has {len(rate)} values, but body.blades is {self.body.blades}")
         if self.body.motion == "free" and self.blade.wound_mass == "ignored":
             raise InputError("blade.wound_mass is 'ignored'; on a body with motion 'free' it must be 'carried'")
+        for k, change in enumerate(self.spool.changes):
+            if self.blade.segments == "inextensible" and change.ramp == 0.0:
+                raise InputError(
+                    f"spool.changes.{k}.ramp is 0, but an inextensible thread cannot follow a jump of the feed; "
+                    f"give it a time, such as '1 s'"
+                )
         if self.sunlight is not None and self.blade.width is None:
             raise InputError("blade.width is missing; sunlight needs it, such as '10 cm'")
         if self.spool.start_length > self.blade.length:
@@ -178,6 +184,3 @@ class Case(Section):
     def carried(self) -> bool:
         """Whether wound thread acts on the body."""
         return self.blade.wound_mass == "carried" or self.body.motion == "free"
-
-
-# ------------------------------------------------------------------------------------------------ the system

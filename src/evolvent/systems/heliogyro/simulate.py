@@ -268,12 +268,6 @@ def _check_inextensible(case: Case, assembly: Assembly) -> None:
             "spool.start_length is 0, but the feed starts at rest, where an inextensible thread has no direction; "
             "give a length that is already out, such as '5 mm'"
         )
-    for k, change in enumerate(case.spool.changes):
-        if change.ramp == 0.0:
-            raise InputError(
-                f"spool.changes.{k}.ramp is 0, but an inextensible thread cannot follow a jump of the feed; "
-                f"give it a time, such as '1 s'"
-            )
 
 
 def _all_out(case: Case, assembly: Assembly) -> float | None:
