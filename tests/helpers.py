@@ -1,0 +1,210 @@
+"""Composing and observing, shared by the tests of physics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import parts
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.flow import Observations, bind_flow, observe
+from evolvent.solvers import Solution, solve
+from evolvent.system import System
+
+Array = np.ndarray
+
+#: Data of Tenenbaum (2014): J kg m2, W0 rad/s, L0 m, r m, spool rad/s, rho kg/m, L m, tip kg.
+J, W0, L0, R, SPOOL, RHO, L, TIP = 0.004, 6.0, 0.05, 0.01, 3.5, 0.000735, 5.0, 0.0005
+#: Speed of the feed, m/s, and the time that it takes to pay the thread out, s.
+V = R * SPOOL
+END = L / V
+
+
+class Run(NamedTuple):
+    """An assembly, what the solver returned and what can be read off it."""
+
+    assembly: Assembly
+    solution: Solution
+    seen: Observations
+
+    @property
+    def t(self) -> Array:
+        return self.solution.t
+
+    @property
+    def y(self) -> Array:
+        return self.solution.y
+
+    @property
+    def accounts(self) -> Array:
+        """(nt, N_ACCOUNTS) accounts."""
+        return accounts(self.assembly, self.solution.y)
+
+    @property
+    def energy(self) -> Array:
+        """(nt,) kinetic and elastic energy, J."""
+        return self.seen.inventory[:, mdl.KINETIC] + self.seen.inventory[:, mdl.ELASTIC]
+
+    @property
+    def energy_defect(self) -> Array:
+        """(nt,) energy less what the accounts booked since the first sample, J."""
+        a = self.accounts
+        booked = a[:, mdl.SPOOL] + a[:, mdl.LOAD] + a[:, mdl.DRIVE] + a[:, mdl.RELEASE] - a[:, mdl.DISSIPATED]
+        return (self.energy - self.energy[0]) - (booked - booked[0])
+
+    @property
+    def momentum(self) -> Array:
+        """(nt, 3) angular momentum of bodies and released thread about the origin, kg m2/s."""
+        return self.seen.inventory[:, mdl.H_BODY : mdl.H_BODY + 3] + self.released_momentum
+
+    @property
+    def released_momentum(self) -> Array:
+        return self.seen.inventory[:, mdl.H_RELEASED : mdl.H_RELEASED + 3]
+
+    @property
+    def wound_momentum(self) -> Array:
+        return self.seen.inventory[:, mdl.H_WOUND : mdl.H_WOUND + 3]
+
+    @property
+    def linear_momentum(self) -> Array:
+        """(nt, 3) linear momentum, kg m/s."""
+        return self.seen.inventory[:, mdl.P_ALL : mdl.P_ALL + 3]
+
+    @property
+    def jumps(self) -> Array:
+        """(nt, 3) angular momentum that events brought in."""
+        return self.accounts[:, mdl.JUMP_ANGULAR : mdl.JUMP_ANGULAR + 3]
+
+    def rate(self, body: int = 1) -> Array:
+        """(nt,) rate of a body about Z, rad/s."""
+        return self.seen.body_rate[:, body, 2]
+
+    def in_body(self, vectors: Array, body: int = 1) -> Array:
+        """(nt, n, 3) inertial vectors in a body's axes."""
+        return np.einsum("tji,tnj->tni", self.seen.body_rotation[:, body], vectors)
+
+    def lag(self, node: int = 0, departure: Sequence[float] = (L0, 0.0, R), body: int = 1) -> Array:
+        """(nt,) signed lag angle of a node of the first thread in the plane of the spin, degrees (eq. 19)."""
+        x = self.in_body(self.seen.position - self.seen.body_position[:, [body]], body)[:, node] - np.array(departure)
+        return np.degrees(np.arctan2(-x[:, 1], x[:, 0]))
+
+
+def accounts(assembly: Assembly, y: Array) -> Array:
+    """The accounts of states (see `evolvent.model`)."""
+    return y[..., int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0]) :]
+
+
+def run(assembly: Assembly, samples: Any, method: str = "dopri5", **options: Any) -> Run:
+    """Solve and observe; the run must end well."""
+    solution = solve(assembly, samples=samples, method=method, **options)
+    assert solution.success, solution.message
+    return Run(assembly, solution, observe(assembly.model, solution.t, solution.y, solution.s))
+
+
+def heliogyro(
+    *,
+    motion: str = "spin",
+    copies: int = 2,
+    out: float = 0.0,
+    spool: float = SPOOL,
+    rate: float = W0,
+    feed: Any = None,
+    gravity: Sequence[float] = (0.0, 0.0, 0.0),
+    loads: Callable[[System], None] | None = None,
+    **thread: Any,
+) -> Assembly:
+    """The paper's heliogyro: one thread for two on a body that spins about Z, `out` metres already out."""
+    system = System(gravity=gravity)
+    system.add(parts.RigidBody(motion=motion, inertia=J, rate=rate), "hub")
+    feed = parts.ConstantFeed(rate=spool, angle=out / R) if feed is None else feed
+    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
+    given: dict[str, Any] = {
+        "length": L,
+        "line_density": RHO,
+        "tip_mass": TIP,
+        "nodes": 20,
+        "segments": "inextensible",
+        "stiffness": 1e4,
+        "damping": 1e-3,
+    }
+    system.add(parts.Thread(reel="reel", copies=copies, **(given | thread)), "blade")
+    if loads is not None:
+        loads(system)
+    return system.assemble()
+
+
+def derivative(assembly: Assembly, s: Array | None = None) -> Callable[[float, Array], Array]:
+    """The right-hand side as SciPy wants it."""
+    switches = assembly.s.copy() if s is None else s
+    rhs = bind_flow(assembly.model).rhs[0]
+
+    def f(t: float, y: Array) -> Array:
+        dy = np.empty_like(y)
+        rhs(t, np.ascontiguousarray(y), switches, assembly.model, dy)
+        return dy
+
+    return f
+
+
+def rotating_accelerations(assembly: Assembly, omega: float) -> Callable[[Array, Array], Array]:
+    """Second derivatives, seen in a frame turning at `omega` about Z, of a model all of whose coordinates are vectors.
+
+    The function takes q and q' in that frame; a = v' - 2 W x q' - W x (W x q), v = q' + W x q.
+    """
+    n = int(assembly.model.info["nq"][0])
+    f = derivative(assembly)
+    W = np.array([0.0, 0.0, omega])
+
+    def accelerations(q: Array, rate: Array) -> Array:
+        x, w = q.reshape(-1, 3), rate.reshape(-1, 3)
+        y = assembly.y.copy()
+        y[:n], y[n : 2 * n] = q, (w + np.cross(W, x)).ravel()
+        a = f(0.0, y)[n : 2 * n].reshape(-1, 3)
+        return (a - 2.0 * np.cross(W, w) - np.cross(W, np.cross(W, x))).ravel()
+
+    return accelerations
+
+
+def stiffness_matrix(accelerations: Callable[[Array, Array], Array], q: Array, basis: Array, h: float = 1e-5) -> Array:
+    """-d(acceleration)/dq at rest in `q` along the columns of an orthonormal `basis`, by central differences.
+
+    Directions must keep the constraints to first order; what they break is even in h and cancels.
+    """
+    rest = np.zeros_like(q)
+    columns = [(accelerations(q + h * e, rest) - accelerations(q - h * e, rest)) / (2.0 * h) for e in basis.T]
+    return -basis.T @ np.array(columns).T
+
+
+def across(n: int, axis: int) -> Array:
+    """Basis of the displacements of n vectors along one axis: (3 n, n)."""
+    basis = np.zeros((3 * n, n))
+    basis[3 * np.arange(n) + axis, np.arange(n)] = 1.0
+    return basis
+
+
+def eigenvalues(matrix: Array) -> Array:
+    """Real eigenvalues, ascending; complex ones are refused."""
+    values = np.linalg.eigvals(matrix)
+    assert np.abs(values.imag).max() <= 1e-6 * np.abs(values).max()
+    return np.sort(values.real)
+
+
+def fitted_order(steps: Sequence[float], errors: Sequence[float]) -> float:
+    """Slope of log error over log step."""
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def rotation(quaternion: Sequence[float]) -> Array:
+    """Rotation matrix of a quaternion, scalar part first."""
+    w, x, y, z = np.array(quaternion) / np.linalg.norm(quaternion)
+    u = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + 2.0 * w * u + 2.0 * u @ u
+
+
+def steady_lag(rate: float = W0, offset: float = L0, speed: float = V) -> float:
+    """Lag of a blade in steady feed, rad: sin delta = 2 v / (L0 W)."""
+    return math.asin(2.0 * speed / (offset * rate))
