@@ -61,8 +61,8 @@ class Assembly:
 class Builder:
     """What parts write into: rows of families, coordinates with their initial values, parameters, laws."""
 
-    def __init__(self, gravity: Sequence[float]) -> None:
-        self.gravity = np.array(gravity, dtype=float)
+    def __init__(self, gravity: Array) -> None:
+        self.gravity = gravity
         self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in ("info", "rows")}
         self.names: dict[str, tuple[str, int]] = {}
         self.specs: dict[str, Any] = {}

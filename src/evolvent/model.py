@@ -52,7 +52,7 @@ RECORDS: dict[str, np.dtype] = {
         departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node bears
-    "nodes": _record("", "mass compliance span", "x v af T piv off rhs", x=_3, v=_3, af=_3),
+    "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
     "loads": _record("kind target law first last", ""),
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none

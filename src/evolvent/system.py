@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
+
 from evolvent.builder import Assembly, Builder
 from evolvent.errors import InputError
 
@@ -33,9 +35,9 @@ class System:
     """
 
     def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
-        self._gravity = tuple(float(g) for g in gravity)
-        if len(self._gravity) != 3:
-            raise InputError(f"gravity has {len(self._gravity)} components, it needs 3")
+        self._gravity = np.array(gravity, dtype=float)
+        if self._gravity.shape != (3,) or not np.all(np.isfinite(self._gravity)):
+            raise InputError(f"gravity is {gravity!r}; it must be 3 finite numbers")
         self._parts: dict[str, Part] = {}
 
     def add(self, part: Part, name: str | None = None) -> str:

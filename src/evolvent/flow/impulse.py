@@ -59,11 +59,11 @@ def kick_chain(y, s, model, p):
     links, bound = thread.chain_links(s, threads, p)
     first, q, v, j = threads[p].node, threads[p].iq, threads[p].iv, s[p]
     if threads[p].feed == thread.FREE_SPOOL and bound:
-        y[threads[p].spool_v] += threads[p].radius * nodes[first + links].T / threads[p].spool
+        y[threads[p].spool_v] += threads[p].radius * nodes[first + links].tension / threads[p].spool
     for c in range(3):
         outer = pull = 0.0
         for i in range(j):
-            inner = nodes[first + i].T * y[q + 3 * i + c] if (i < links or bound) else 0.0
+            inner = nodes[first + i].tension * y[q + 3 * i + c] if (i < links or bound) else 0.0
             jump = (pull - inner) / nodes[first + i].mass
             if i > 0:
                 y[v + 3 * (i - 1) + c] += (outer - jump) / threads[p].segment

@@ -44,7 +44,7 @@ def fill_observations(rhs1, inventory1, times, Y, S, model, position, velocity, 
         rhs1[0](times[n], Y[n], S[n], model, model.dy[0])
         for p in range(threads.size):
             for i in range(S[n, p]):
-                tension[n, threads[p].node + i] = nodes[threads[p].node + i].T
+                tension[n, threads[p].node + i] = nodes[threads[p].node + i].tension
         inventory1[0](times[n], Y[n], S[n], model, sums[n])
         for p in range(threads.size):
             first, b = threads[p].node, threads[p].body

@@ -7,7 +7,7 @@ from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
 
 @kernel
 def rhs(t, y, s, model, dy):
-    """State derivative dy : (ny,) at time t of the state y, s; leaves tensions in nodes' T and in la.
+    """State derivative dy : (ny,) at time t of the state y, s; leaves tensions in the nodes and in la.
 
     Raises
     ------

@@ -227,7 +227,7 @@ def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch
 def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
-    Tensions go to T. Returns (power dissipated, power of the spool), W.
+    Tensions go to the nodes. Returns (power dissipated, power of the spool), W.
     """
     j = s[p]
     if j == 0:
@@ -248,7 +248,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
         rate = ((vx - vx1) * ex + (vy - vy1) * ey + (vz - vz1) * ez) * scale
         T = stiffness * (length - l0) + damping * rate
         dissipated += damping * rate * rate
-        nodes[first + i].T = T
+        nodes[first + i].tension = T
         scale *= T
         ex *= scale
         ey *= scale
@@ -276,7 +276,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
     if s[threads.size + p] != 0:  # let go
         elastic = rate = 0.0
     T = elastic + damping * rate
-    nodes[first + j - 1].T = T
+    nodes[first + j - 1].tension = T
     a, c = q + 3 * (j - 1), v + 3 * (j - 1)
     m = nodes[first + j - 1].compliance
     dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
@@ -371,12 +371,12 @@ def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
 
 @inlined
 def chain_solve(s, threads, nodes, p, boundary_tension):
-    """Tensions T of all links once the boundary's is known."""
+    """Tensions of all links once the boundary's is known."""
     links, bound = chain_links(s, threads, p)
     first = threads[p].node
     outer = 0.0
     if bound:
-        nodes[first + links].T = boundary_tension
+        nodes[first + links].tension = boundary_tension
         outer = boundary_tension
     for i in range(links - 1, -1, -1):
         k = first + i
@@ -384,7 +384,7 @@ def chain_solve(s, threads, nodes, p, boundary_tension):
         if i < links - 1 or bound:
             value -= nodes[k].off * outer
         outer = value
-        nodes[k].T = outer
+        nodes[k].tension = outer
 
 
 @inlined
@@ -399,7 +399,7 @@ def departure_acceleration(threads, bodies, p):
 
 @inlined
 def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
-    """Right-hand side of an inextensible thread from its tensions T and its body's acceleration a.
+    """Right-hand side of an inextensible thread from its tensions and its body's acceleration a.
 
     Returns the power of the spool, W.
     """
@@ -415,7 +415,7 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
         m = nodes[k].compliance
         ax, ay, az = px * m, py * m, pz * m
         if i < links or bound:
-            T = nodes[k].T
+            T = nodes[k].tension
             px, py, pz = T * y[a], T * y[a + 1], T * y[a + 2]
             ax -= px * m
             ay -= py * m
@@ -435,7 +435,7 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
         dy[c], dy[c + 1], dy[c + 2] = ox, oy, oz
         return 0.0
     b0, b1, b2 = threads[p].b[0], threads[p].b[1], threads[p].b[2]
-    T = nodes[first + links].T
+    T = nodes[first + links].tension
     power = -T * b1
     if threads[p].feed == FREE_SPOOL:
         k = threads[p].spool_v

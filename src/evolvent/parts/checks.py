@@ -11,23 +11,33 @@ import numpy as np
 from evolvent.errors import InputError, nearest
 
 
-def positive(name: str, value: float) -> float:
+def number(name: str, value: Any, *, least: float = -math.inf, allowed: str = "a finite number") -> float:
+    """`value` as a float; refused unless it is a finite number, `least` or above."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        result = math.nan
+    if not (math.isfinite(result) and result >= least):
+        raise InputError(f"{name} is {value!r}; it must be {allowed}")
+    return result
+
+
+def positive(name: str, value: Any) -> float:
     """`value` as a float; refused unless finite and above zero."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise InputError(f"{name} is {value!r}; it must be a finite number above 0")
-    return float(value)
+    return number(name, value, least=math.nextafter(0.0, 1.0), allowed="a finite number above 0")
 
 
-def not_negative(name: str, value: float) -> float:
+def not_negative(name: str, value: Any) -> float:
     """`value` as a float; refused unless finite and at least zero."""
-    if not (math.isfinite(value) and value >= 0.0):
-        raise InputError(f"{name} is {value!r}; it must be a finite number, 0 or above")
-    return float(value)
+    return number(name, value, least=0.0, allowed="a finite number, 0 or above")
 
 
 def vector(name: str, value: Sequence[float], size: int = 3) -> np.ndarray:
     """`value` as (size,) float; refused unless finite."""
-    array = np.array(value, dtype=float)
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        array = np.full(0, math.nan)
     if array.shape != (size,) or not np.all(np.isfinite(array)):
         raise InputError(f"{name} is {value!r}; it must be {size} finite numbers")
     return array

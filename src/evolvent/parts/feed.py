@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import feed as kernels
-from evolvent.parts.checks import not_negative, vector
+from evolvent.parts.checks import not_negative, number, vector
 
 
 class FeedRow(NamedTuple):
@@ -60,7 +60,11 @@ class RampFeed:
 
     def write(self, builder: Builder, name: str) -> FeedRow:
         """Store the ramps and their corners."""
-        flat = [not_negative(f"{name}.angle", self.angle), float(self.rate), float(len(self.steps))]
+        flat = [
+            not_negative(f"{name}.angle", self.angle),
+            number(f"{name}.rate", self.rate),
+            float(len(self.steps)),
+        ]
         end = -np.inf
         for step in self.steps:
             time, duration, rate = vector(f"{name}.steps", step)
@@ -177,8 +181,8 @@ class FreeSpool:
         """Reserve the spool's angle and rate as coordinates."""
         inertia = not_negative(f"{name}.inertia", self.inertia)
         angle = not_negative(f"{name}.angle", self.angle)
-        q, v = builder.coordinates([angle], [float(self.rate)])
-        return FeedRow(kernels.FREE, 0, 0, 0, q, v, inertia, float(self.torque))
+        q, v = builder.coordinates([angle], [number(f"{name}.rate", self.rate)])
+        return FeedRow(kernels.FREE, 0, 0, 0, q, v, inertia, number(f"{name}.torque", self.torque))
 
     def at(self, builder: Builder, row: FeedRow, time: float) -> tuple[float, float, float]:
         """Angle and rate at the start."""

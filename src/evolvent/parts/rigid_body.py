@@ -11,7 +11,7 @@ from evolvent.builder import Builder, Pose
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.parts.checks import choice, not_negative, unit_vector, vector
+from evolvent.parts.checks import choice, not_negative, number, unit_vector, vector
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 
@@ -52,20 +52,22 @@ class RigidBody:
 
     def inertia_tensor(self) -> np.ndarray:
         """Inertia as a (3, 3) tensor in body axes."""
-        tensor = np.array(self.inertia, dtype=float)
-        if tensor.ndim < 2:
+        given = " ".join(str(self.inertia).split())
+        try:
+            tensor = np.array(self.inertia, dtype=float)
+        except (TypeError, ValueError):
+            tensor = np.full(0, np.nan)
+        if tensor.shape in ((), (3,)):
             tensor = np.diag(np.broadcast_to(tensor, 3).astype(float))
         if tensor.shape != (3, 3) or not np.all(np.isfinite(tensor)):
-            raise InputError(f"inertia is {self.inertia!r}; give a number, three, or a 3 x 3 tensor")
+            raise InputError(f"inertia is {given}; give a number, three, or a 3 x 3 tensor")
         if not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-            raise InputError(f"inertia is {self.inertia!r}; the tensor must be symmetric")
+            raise InputError(f"inertia is {given}; the tensor must be symmetric")
         moments = np.linalg.eigvalsh(tensor)
         if moments[0] < 0.0 or (self.motion == "free" and moments[0] <= 0.0):
-            raise InputError(f"inertia is {self.inertia!r}; its principal moments must be above 0")
+            raise InputError(f"inertia is {given}; its principal moments must be above 0")
         if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
-            raise InputError(
-                f"inertia is {self.inertia!r}; no body has it: one principal moment exceeds the sum of the others"
-            )
+            raise InputError(f"inertia is {given}; no body has it: one principal moment exceeds the sum of the others")
         return tensor
 
     def write(self, builder: Builder, name: str) -> None:
@@ -74,6 +76,7 @@ class RigidBody:
         mass = not_negative(f"{name}.mass", self.mass)
         tensor = self.inertia_tensor()
         axis = unit_vector(f"{name}.axis", self.axis)
+        rate = number(f"{name}.rate", self.rate)
         spin_inertia = float(axis @ tensor @ axis)
         q4 = unit_vector4(f"{name}.orientation", self.orientation)
         R = np.empty((3, 3))
@@ -89,10 +92,10 @@ class RigidBody:
         else:
             if motion == rigid.SPIN and spin_inertia <= 0.0:
                 raise InputError(f"{name}.inertia is {self.inertia!r}; about the spin axis it must be above 0")
-            q, v = (-1, -1) if motion == rigid.DRIVEN else builder.coordinates([0.0], [self.rate])
+            q, v = (-1, -1) if motion == rigid.DRIVEN else builder.coordinates([0.0], [rate])
             turned = np.empty((3, 3))
             rotation_about_axis(axis, 0.0, R, turned)
-            pose = Pose(x, turned, np.zeros(3), turned @ axis * float(self.rate))
+            pose = Pose(x, turned, np.zeros(3), turned @ axis * rate)
         builder.poses.append(pose)
         index = builder.add(
             "bodies",
@@ -104,7 +107,7 @@ class RigidBody:
             axis=axis,
             R0=R,
             x0=x,
-            rate=float(self.rate),
+            rate=rate,
             spin_inertia=spin_inertia,
         )
         builder.names[name] = ("bodies", index)

@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels import thread as kernels
-from evolvent.parts.checks import choice, not_negative, positive, unit_vector, vector
+from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
 from evolvent.parts.feed import RampFeed
 from evolvent.parts.reel import Reel
 
@@ -69,9 +69,10 @@ class Thread:
             raise InputError(f"{name}.reel is {self.reel!r}; {nearest(self.reel, known)}")
         kind = choice(f"{name}.segments", self.segments, SEGMENTS)
         carried = choice(f"{name}.wound_mass", self.wound_mass, {"ignored": 0, "carried": 1})
-        if isinstance(self.nodes, bool) or int(self.nodes) != self.nodes or self.nodes < 1:
-            raise InputError(f"{name}.nodes is {self.nodes!r}; it must be a whole number, 1 or above")
-        n = int(self.nodes)
+        allowed = "a whole number, 1 or above"
+        n = int(number(f"{name}.nodes", self.nodes, least=1.0, allowed=allowed))
+        if isinstance(self.nodes, bool) or n != self.nodes:
+            raise InputError(f"{name}.nodes is {self.nodes!r}; it must be {allowed}")
         length = positive(f"{name}.length", self.length)
         density = positive(f"{name}.line_density", self.line_density)
         tip = not_negative(f"{name}.tip_mass", self.tip_mass)

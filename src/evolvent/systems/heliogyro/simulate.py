@@ -519,6 +519,3 @@ def _accounts(
             "what the account of angular momentum lacks, over the start",
         )
     return data
-
-
-# ------------------------------------------------------------------------------------------------ on the screen
