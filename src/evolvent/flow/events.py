@@ -153,9 +153,13 @@ def start_link(t, y, s, model, p, v, rhs1):
     first, later = model.dy[0], model.dy[1]
     if threads[p].b[1] <= 0.0:
         return
-    short = 10.0 * thread.SHORT * threads[p].segment / threads[p].b[1]
+    reach = 10.0 * thread.SHORT * threads[p].segment
     for _ in range(2):
         rhs1[0](t, y, s, model, first)
+        b1, b2 = threads[p].b[1], threads[p].b[2]
+        if threads[p].feed == thread.FREE_SPOOL:
+            b2 = threads[p].radius * first[threads[p].spool_v]
+        short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))
         for k in range(y.size):
             later[k] = y[k] + short * first[k]
         rhs1[0](t + short, later, s, model, first)

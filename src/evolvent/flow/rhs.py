@@ -1,5 +1,7 @@
 """Right-hand side of the equations of motion."""
 
+import math
+
 from evolvent.jit import kernel
 from evolvent.kernels import joints, loads, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
@@ -9,10 +11,7 @@ from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
 def rhs(t, y, s, model, dy):
     """State derivative dy : (ny,) at time t of the state y, s; leaves tensions in the nodes and in la.
 
-    Raises
-    ------
-    ValueError
-        If constraints are redundant (one of them follows from the others).
+    Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
     info = model.info[0]
@@ -57,7 +56,9 @@ def rhs(t, y, s, model, dy):
             points[i].a[c] = points[i].f[c] / points[i].mass
     if model.rows.size > 0:
         if joints.build_rows(y, s, model) >= 0:
-            raise ValueError("redundant constraints")
+            for i in range(y.size):
+                dy[i] = math.nan
+            return
         joints.row_velocity_terms(y, s, model, loaded)
         joints.solve_rows(s, model)
         for p in range(threads.size):

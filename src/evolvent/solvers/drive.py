@@ -282,7 +282,7 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
         worst = int(np.argmax(~np.isfinite(loop.y1)))
         return (
             f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
-            "take a smaller step, or check loads and laws there"
+            "take a smaller step, or check loads, laws and constraints there"
         )
     if code == ex.TOO_SMALL:
         return (

@@ -104,8 +104,12 @@ class Loop(NamedTuple):
 
 
 @kernel
-def stages(rhs, A, c, model, t, y, s, h, first, loop):
-    """Stages `first` and later of one step into loop.K."""
+def stages(rhs, A, c, model, t, y, s, h, first, until, loop):
+    """Stages `first` and later of one step into loop.K.
+
+    A stage at the next break `until` sees the time just before it: what jumps there jumps in the step that follows.
+    """
+    latest = np.nextafter(until, -math.inf)
     K, w = loop.K, loop.w
     for i in range(first, c.size):
         for n in range(y.size):
@@ -115,7 +119,7 @@ def stages(rhs, A, c, model, t, y, s, h, first, loop):
                 a = h * A[i, j]
                 for n in range(y.size):
                     w[n] += a * K[j, n]
-        rhs(t + c[i] * h, w, s, model, K[i])
+        rhs(min(t + c[i] * h, latest), w, s, model, K[i])
     loop.tally[RHS] += c.size - first
 
 
@@ -264,7 +268,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         h = target - t
         rhs(t, y, s, model, loop.K[0])
         tally[RHS] += 1
-        stages(rhs, A, c, model, t, y, s, h, 1, loop)
+        stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
         combine(b, y, h, loop.K, y1)
         tally[STEPS] += 1
         if not is_finite(y1):
@@ -282,7 +286,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
                     middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
                     if middle <= low or middle >= high:
                         middle = 0.5 * (low + high)
-                    stages(rhs, A, c, model, t, y, s, middle, 1, loop)
+                    stages(rhs, A, c, model, t, y, s, middle, 1, until, loop)
                     combine(b, y, middle, loop.K, y1)
                     f = highest(events, model, t + middle, y1, s, loop)
                     if f >= 0.0:
@@ -291,7 +295,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
                             break
                     else:
                         low, f_low = middle, f
-                stages(rhs, A, c, model, t, y, s, high, 1, loop)
+                stages(rhs, A, c, model, t, y, s, high, 1, until, loop)
                 combine(b, y, high, loop.K, y1)
                 if high < h:
                     on_grid = False
@@ -397,7 +401,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
             h = until - t
         if not h > 1e-14 * max(abs(t), 1e-3):
             return TOO_SMALL
-        stages(rhs, A, c, model, t, y, s, h, 1, loop)
+        stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
         combine(b, y, h, K, y1)
         tally[STEPS] += 1
         error = error_norm(y, y1, K, E, h, n, rtol, atol, loop.w)
@@ -447,7 +451,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                         keep_sample(loop, loop.w)
                     target = t + high * h
                     h = target - t
-                    stages(rhs, A, c, model, t, y, s, h, 1, loop)
+                    stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
                     combine(b, y, h, K, y1)
                     landing = False
         if not at_event:
