@@ -26,18 +26,45 @@ class Flow(NamedTuple):
     project: tuple[Any]
 
 
-def bind_flow(model: Model) -> Flow:
-    """Compile (or load) the functions of `model`; the same for every model, since all are of one type."""
+class Signatures(NamedTuple):
+    """Types of the functions in a `Flow`."""
+
+    rhs: Any
+    inventory: Any
+    events: Any
+    apply: Any
+    project: Any
+
+
+def signatures(model: Model) -> Signatures:
+    """The signatures with which the functions of `model` are compiled."""
     m, y, s = typeof(model), f8[::1], i8[::1]
-    derivative = void(f8, y, s, m, y)
-    pointer = types.UniTuple(types.FunctionType(derivative), 1)
-    return Flow(
-        rhs=(jit.bind(rhs, derivative),),
-        inventory=(jit.bind(inventory, derivative),),
-        events=(jit.bind(event_values, derivative),),
-        apply=(jit.bind(apply_event, types.int64(f8, y, s, m, i8, pointer, pointer)),),
-        project=(jit.bind(project, types.int64(f8, y, s, m)),),
+    rates = void(f8, y, s, m, y)
+    return Signatures(
+        rates, rates, rates, types.int64(f8, y, s, m, i8, pointer(rates), pointer(rates)), types.int64(f8, y, s, m)
     )
+
+
+def pointer(signature: Any) -> Any:
+    """Type of a 1-tuple of a function with that signature."""
+    return types.UniTuple(types.FunctionType(signature), 1)
+
+
+def bind_rates(model: Model) -> tuple[Any, Any, Any]:
+    """Compile (or load) right-hand side, inventory and events of `model`, each in a 1-tuple."""
+    kind = signatures(model)
+    return (jit.bind(rhs, kind.rhs),), (jit.bind(inventory, kind.inventory),), (jit.bind(event_values, kind.events),)
+
+
+def bind_corrections(model: Model) -> tuple[Any, Any]:
+    """Compile (or load) what changes a state between steps: apply_event and project, each in a 1-tuple."""
+    kind = signatures(model)
+    return (jit.bind(apply_event, kind.apply),), (jit.bind(project, kind.project),)
+
+
+def bind_flow(model: Model) -> Flow:
+    """All functions of `model`, compiled or loaded; the same for every model, since all are of one type."""
+    return Flow(*bind_rates(model), *bind_corrections(model))
 
 
 def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:
@@ -49,13 +76,13 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observ
     t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
     """
     out = empty_observations(model, t.size)
-    flow = bind_flow(model)
-    fill_observations(flow.rhs, flow.inventory, t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
+    derivative, sums, _ = bind_rates(model)
+    fill_observations(derivative, sums, t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
     return out
 
 
 def state_sums(model: Model, t: float, y: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Energies and momenta of one state: (N_INVENTORY,) float, see `evolvent.flow.inventory`."""
     out = np.empty(N_INVENTORY)
-    bind_flow(model).inventory[0](t, y, s, model, out)
+    bind_rates(model)[1][0](t, y, s, model, out)
     return out

@@ -26,7 +26,7 @@ def rhs(t, y, s, model, dy):
     falls = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0
     load_power = 0.0
     if falls:
-        load_power += loads.weight(bodies, points, gravity)
+        load_power += loads.weight(y, bodies, points, gravity)
     dissipated, law_power = springs.spring_forces(t, y, model.springs, model.markers, points, bodies, model.parameters)
     load_power += law_power
     load_power += loads.concentrated_loads(t, y, model.loads, model.markers, points, bodies, model.parameters)
@@ -52,8 +52,8 @@ def rhs(t, y, s, model, dy):
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
     for i in range(points.size):
-        for c in range(3):
-            points[i].a[c] = points[i].f[c] / points[i].mass
+        compliance, f, a = points[i].compliance, points[i].f, points[i].a
+        a[0], a[1], a[2] = f[0] * compliance, f[1] * compliance, f[2] * compliance
     if model.rows.size > 0:
         if joints.build_rows(y, s, model) >= 0:
             for i in range(y.size):
@@ -69,12 +69,9 @@ def rhs(t, y, s, model, dy):
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
     for i in range(points.size):
-        q, v = points[i].iq, points[i].iv
-        for c in range(3):
-            dy[q + c] = y[v + c]
-            dy[v + c] = points[i].a[c]
-            if falls:
-                load_power += points[i].mass * gravity[c] * y[v + c]
+        q, v, a = points[i].iq, points[i].iv, points[i].a
+        dy[q], dy[q + 1], dy[q + 2] = y[v], y[v + 1], y[v + 2]
+        dy[v], dy[v + 1], dy[v + 2] = a[0], a[1], a[2]
     dy[n_v + DISSIPATED] = dissipated
     dy[n_v + SPOOL] = spool_power
     dy[n_v + LOAD] = load_power

@@ -78,7 +78,7 @@ def concentrated_loads(t, y, loads, markers, points, bodies, parameters):
 
 
 @inlined
-def weight(bodies, points, gravity):
+def weight(y, bodies, points, gravity):
     """Gravity (or any uniform inertial acceleration) on bodies and points; returns its power, W."""
     gx, gy, gz = gravity[0], gravity[1], gravity[2]
     power = 0.0
@@ -92,8 +92,9 @@ def weight(bodies, points, gravity):
             bodies[b].F[2] += m * gz
             power += m * (gx * bodies[b].v[0] + gy * bodies[b].v[1] + gz * bodies[b].v[2])
     for i in range(points.size):
-        m = points[i].mass
+        m, v = points[i].mass, points[i].iv
         points[i].f[0] += m * gx
         points[i].f[1] += m * gy
         points[i].f[2] += m * gz
+        power += m * (gx * y[v] + gy * y[v + 1] + gz * y[v + 2])
     return power

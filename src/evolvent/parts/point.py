@@ -29,5 +29,6 @@ class Point:
             list(vector(f"{name}.position", self.position)),
             list(vector(f"{name}.velocity", self.velocity)),
         )
-        index = builder.add("points", iq=q, iv=v, mass=positive(f"{name}.mass", self.mass))
+        mass = positive(f"{name}.mass", self.mass)
+        index = builder.add("points", iq=q, iv=v, mass=mass, compliance=1.0 / mass)
         builder.names[name] = ("points", index)

@@ -6,16 +6,19 @@ import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
+from subprocess import Popen
 from typing import Any
 
 import numpy as np
+from numba import typeof
 
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.flow import bind_flow, state_sums
+from evolvent.flow import bind_corrections, bind_rates, pointer, signatures, state_sums
 from evolvent.kernels import thread
+from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
@@ -142,6 +145,7 @@ def solve(
     times = np.array(samples, dtype=float)
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
+    aside = cold_start.start(method)
     tableau = METHODS[method]
     fixed = method != "dopri5"
     model = assembly.model
@@ -155,7 +159,7 @@ def solve(
         raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
     loop = _make_loop(assembly, times, tableau, step)
     began = clock.perf_counter()
-    advance = _bind(model, loop, tableau, fixed, rtol, atol)
+    advance = _bind(model, loop, tableau, rtol=rtol, atol=atol, aside=aside)
     compile_time = clock.perf_counter() - began
 
     start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
@@ -251,29 +255,28 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
 
 
 def _bind(
-    model: mdl.Model, loop: ex.Loop, tableau: ex.Method, fixed: bool, rtol: float, atol: float
+    model: mdl.Model, loop: ex.Loop, tableau: ex.Method, *, rtol: float, atol: float, aside: Popen | None
 ) -> Callable[[int], int]:
-    """The loop as a function of its budget alone, compiled (a budget of nothing makes that happen here)."""
-    flow = bind_flow(model)
-    A, b, c = tableau.A, tableau.b, tableau.c
-    if fixed:
+    """The loop as a function of its budget alone, compiled (a budget of nothing makes that happen here).
 
-        def advance(budget: int) -> int:
-            return int(ex.fixed_step(*flow, A, b, c, model, loop, budget))
-    else:
-        E, P = ex.DOPRI5_ERROR, ex.DOPRI5_DENSE
+    `aside` is a process that compiles a part of it (see `cold_start`).
+    """
+    rates = bind_rates(model)
+    steps: Any = ex.fixed_step if tableau is not ex.DOPRI5 else ex.adaptive
+    options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
+    if steps is ex.adaptive:
+        options += (ex.DOPRI5_ERROR, ex.DOPRI5_DENSE, rtol, atol)
+    if aside is not None:
+        steps.compile((*(pointer(s) for s in signatures(model)), *(typeof(a) for a in (*options, model, loop, 0))))
+        aside.wait()
+    arguments = (*rates, *bind_corrections(model), *options, model)
 
-        def advance(budget: int) -> int:
-            return int(ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, loop, budget))
+    def advance(budget: int) -> int:
+        return int(steps(*arguments, loop, budget))
 
     tally = loop.tally.copy()
-    samples = loop.samples[:0]
-    empty = loop._replace(samples=samples, y=loop.y.copy(), s=loop.s.copy(), tally=tally)
-    empty.tally[ex.FRESH] = 0
-    if fixed:
-        ex.fixed_step(*flow, A, b, c, model, empty, 0)
-    else:
-        ex.adaptive(*flow, A, b, c, E, P, rtol, atol, model, empty._replace(samples=loop.samples), 0)
+    tally[ex.FRESH] = 0
+    steps(*arguments, loop._replace(y=loop.y.copy(), s=loop.s.copy(), tally=tally), 0)
     return advance
 
 

@@ -103,6 +103,23 @@ class Loop(NamedTuple):
     g0: np.ndarray
 
 
+@inlined
+def add_stages(b, count, y, h, K, out):
+    """Out = y + h sum of b_i K_i over the first `count` stages."""
+    started = False
+    for i in range(count):
+        if b[i] == 0.0:
+            continue
+        a = h * b[i]
+        if started:
+            for n in range(y.size):
+                out[n] += a * K[i, n]
+        else:
+            started = True
+            for n in range(y.size):
+                out[n] = y[n] + a * K[i, n]
+
+
 @kernel
 def stages(rhs, A, c, model, t, y, s, h, first, until, loop):
     """Stages `first` and later of one step into loop.K.
@@ -112,27 +129,9 @@ def stages(rhs, A, c, model, t, y, s, h, first, until, loop):
     latest = np.nextafter(until, -math.inf)
     K, w = loop.K, loop.w
     for i in range(first, c.size):
-        for n in range(y.size):
-            w[n] = y[n]
-        for j in range(i):
-            if A[i, j] != 0.0:
-                a = h * A[i, j]
-                for n in range(y.size):
-                    w[n] += a * K[j, n]
+        add_stages(A[i], i, y, h, K, w)
         rhs(min(t + c[i] * h, latest), w, s, model, K[i])
     loop.tally[RHS] += c.size - first
-
-
-@inlined
-def combine(b, y, h, K, y1):
-    """y1 = y + h sum b_i K_i."""
-    for n in range(y.size):
-        y1[n] = y[n]
-    for i in range(b.size):
-        if b[i] != 0.0:
-            a = h * b[i]
-            for n in range(y.size):
-                y1[n] += a * K[i, n]
 
 
 @inlined
@@ -269,7 +268,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         rhs(t, y, s, model, loop.K[0])
         tally[RHS] += 1
         stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
-        combine(b, y, h, loop.K, y1)
+        add_stages(b, b.size, y, h, loop.K, y1)
         tally[STEPS] += 1
         if not is_finite(y1):
             return NOT_FINITE
@@ -287,7 +286,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
                     if middle <= low or middle >= high:
                         middle = 0.5 * (low + high)
                     stages(rhs, A, c, model, t, y, s, middle, 1, until, loop)
-                    combine(b, y, middle, loop.K, y1)
+                    add_stages(b, b.size, y, middle, loop.K, y1)
                     f = highest(events, model, t + middle, y1, s, loop)
                     if f >= 0.0:
                         high, f_high = middle, f
@@ -296,7 +295,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
                     else:
                         low, f_low = middle, f
                 stages(rhs, A, c, model, t, y, s, high, 1, until, loop)
-                combine(b, y, high, loop.K, y1)
+                add_stages(b, b.size, y, high, loop.K, y1)
                 if high < h:
                     on_grid = False
                     target = t + high
@@ -402,7 +401,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         if not h > 1e-14 * max(abs(t), 1e-3):
             return TOO_SMALL
         stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
-        combine(b, y, h, K, y1)
+        add_stages(b, b.size, y, h, K, y1)
         tally[STEPS] += 1
         error = error_norm(y, y1, K, E, h, n, rtol, atol, loop.w)
         if not error < 1.0:
@@ -452,7 +451,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                     target = t + high * h
                     h = target - t
                     stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
-                    combine(b, y, h, K, y1)
+                    add_stages(b, b.size, y, h, K, y1)
                     landing = False
         if not at_event:
             while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < target:

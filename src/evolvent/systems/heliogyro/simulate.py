@@ -272,8 +272,6 @@ def _check_inextensible(case: Case, assembly: Assembly) -> None:
 
 def _all_out(case: Case, assembly: Assembly) -> float | None:
     """Time at which the first blade is all out, s; None if that does not happen."""
-    from scipy.optimize import brentq
-
     angle = case.blade.length / case.spool.radius
     last = float(assembly.model.breaks.max(initial=0.0))
     times = np.linspace(0.0, last, 2001) if last > 0.0 else np.zeros(1)
@@ -283,6 +281,8 @@ def _all_out(case: Case, assembly: Assembly) -> float | None:
         k = int(beyond[0])
         if k == 0:
             return None
+        from scipy.optimize import brentq  # 0.2 s that most runs do not need
+
         return float(brentq(lambda t: _turned(assembly, np.array([t])).max() - angle, times[k - 1], times[k]))
     end = _turned(assembly, np.array([last, last + 1.0]))
     rates = end[1] - end[0]
