@@ -73,8 +73,9 @@ def _compile(signature: Any, function: Callable, *, inline: bool = False) -> Any
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
         return njit(*args, cache=True, **options)(function)
-    except RuntimeError as error:  # no source file to key the cache by (interactive prompt)
-        if "cannot cache" not in str(error):
+    except (RuntimeError, ImportError) as error:
+        # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
+        if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
             raise
         return njit(*args, **options)(function)
     finally:

@@ -3,8 +3,9 @@
 import numpy as np
 
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.jit import event_law_at, kernel
+from evolvent.jit import event_law_at, inlined, kernel
 from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
     H_BODY,
@@ -92,8 +93,8 @@ def release_node(t, y, s, model, p, rhs1):
     rigid.kinematics(t, y, bodies)
     thread.reels(t, y, s, threads, bodies, model.parameters)
     speed = threads[p].b[1]
-    # a spool that turned back before the node was wound up frees it with some length already out
-    late = i > 0 and threads[p].b[0] > (1.0 + thread.SHORT) * threads[p].segment
+    # a spool that turned back just after the node was taken up frees it with some length already out
+    out = max(threads[p].b[0] - threads[p].segment, 0.0)
     e = model.scratch[0]
     for c in range(3):
         e[c] = threads[p].X[c]
@@ -121,7 +122,7 @@ def release_node(t, y, s, model, p, rhs1):
         thread.reels(t, y, s, threads, bodies, model.parameters)
     if threads[p].kind == thread.SPRINGS:
         for c in range(3):
-            y[q + c] = threads[p].Q[c]
+            y[q + c] = threads[p].Q[c] + out * e[c]
             y[v + c] = threads[p].Q[3 + c] + speed * e[c]
         s[p] += 1
     else:
@@ -130,41 +131,57 @@ def release_node(t, y, s, model, p, rhs1):
             y[v + c] = y[v - 3 + c] if i > 0 else 0.0
         s[p] += 1
     if threads[p].kind == thread.INEXTENSIBLE:
-        if late:
-            return
         for c in range(3):
-            y[v + c] = 0.0
             threads[p].start[c] = 0.0
-        rhs1[0](t, y, s, model, model.dy[0])
-        thread.regular_rate(y, threads, nodes, bodies, p, i)
-        start_link(t, y, s, model, p, v, rhs1)
+        start_links(t, y, s, model, rhs1)
 
 
 @kernel
-def start_link(t, y, s, model, p, v, rhs1):
-    """Rate of change g of a new boundary link's turning u, regular where its length b is zero.
+def start_links(t, y, s, model, rhs1):
+    """Put the boundary links that have no length yet onto their regular solution: their turning u and its rate g.
+
+    All of them, since a release on one thread changes the acceleration of the body that carries the others.
 
     Notes
     -----
     b u' + 2 b' u = A. Where A = A0 + t A' the regular solution is u = A0 / 2 b' + t g, g = A' / 3 b'. From a short time
     later, reached with any g, u' = A' / b' - 2 g there: hence g = (u' + 2 g) / 3. Two rounds remove what A' owes to g.
     """
-    threads = model.threads
-    first, later = model.dy[0], model.dy[1]
-    if threads[p].b[1] <= 0.0:
-        return
-    reach = 10.0 * thread.SHORT * threads[p].segment
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    now, later = model.dy[0], model.dy[1]
+    rhs1[0](t, y, s, model, now)
+    for p in range(threads.size):
+        if is_short(threads, s, p):
+            thread.regular_rate(y, threads, nodes, bodies, p, s[p] - 1)
     for _ in range(2):
-        rhs1[0](t, y, s, model, first)
-        b1, b2 = threads[p].b[1], threads[p].b[2]
-        if threads[p].feed == thread.FREE_SPOOL:
-            b2 = threads[p].radius * first[threads[p].spool_v]
-        short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))
-        for k in range(y.size):
-            later[k] = y[k] + short * first[k]
-        rhs1[0](t + short, later, s, model, first)
-        for c in range(3):
-            threads[p].start[c] = (first[v + c] + 2.0 * threads[p].start[c]) / 3.0
+        for p in range(threads.size):
+            if not is_short(threads, s, p):
+                continue
+            rhs1[0](t, y, s, model, now)
+            b1, b2 = threads[p].b[1], threads[p].b[2]
+            if threads[p].feed == thread.FREE_SPOOL:
+                b2 = threads[p].radius * now[threads[p].spool_v]
+            reach = 10.0 * thread.SHORT * threads[p].segment
+            short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))
+            for k in range(y.size):
+                later[k] = y[k] + short * now[k]
+            rhs1[0](t + short, later, s, model, now)
+            v = threads[p].iv + 3 * (s[p] - 1)
+            for c in range(3):
+                threads[p].start[c] = (now[v + c] + 2.0 * threads[p].start[c]) / 3.0
+            rhs1[0](t, y, s, model, now)
+
+
+@inlined
+def is_short(threads, s, p):
+    """Whether thread p pays out of fixed segments and its boundary link has no length to speak of."""
+    return (
+        threads[p].kind == thread.INEXTENSIBLE
+        and s[p] > 0
+        and s[threads.size + p] == 0
+        and threads[p].b[0] <= thread.SHORT * threads[p].segment
+        and threads[p].b[1] > 0.0
+    )
 
 
 @kernel
@@ -183,11 +200,22 @@ def capture_node(t, y, s, model, p):
     k = threads[p].node + i
     m = nodes[k].mass
     speed = threads[p].b[1]
-    fx = m * (nodes[k].v[0] - threads[p].Q[3] - speed * threads[p].X[0])
-    fy = m * (nodes[k].v[1] - threads[p].Q[4] - speed * threads[p].X[1])
-    fz = m * (nodes[k].v[2] - threads[p].Q[5] - speed * threads[p].X[2])
+    # the node's momentum less what it has on the spool, as a force impulse at Q and a couple
+    x, u, Q, b = nodes[k].x, nodes[k].v, threads[p].Q, threads[p].body
+    dx, dy, dz, ux, uy, uz, ax, ay, az = thread.wound_node(threads, bodies, p, i)
+    wx, wy, wz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], dx, dy, dz)
+    wx, wy, wz = bodies[b].v[0] + wx + ux, bodies[b].v[1] + wy + uy, bodies[b].v[2] + wz + uz
+    fx, fy, fz = m * (u[0] - wx), m * (u[1] - wy), m * (u[2] - wz)
+    before = cross(x[0], x[1], x[2], m * u[0], m * u[1], m * u[2])
+    after = cross(bodies[b].x[0] + dx, bodies[b].x[1] + dy, bodies[b].x[2] + dz, m * wx, m * wy, m * wz)
+    moment = cross(Q[0], Q[1], Q[2], fx, fy, fz)
+    couple = model.scratch[0]
+    for c in range(3):
+        couple[c] = before[c] - after[c] - moment[c]
     if not threads[p].carried:
         fx = fy = fz = 0.0
+        for c in range(3):
+            couple[c] = 0.0
     s[p] = i
     if inextensible and i > 0:
         q, v = threads[p].iq + 3 * (i - 1), threads[p].iv + 3 * (i - 1)
@@ -205,12 +233,16 @@ def capture_node(t, y, s, model, p):
         for c in range(3):
             y[v + c] = (y[v + c] - along * y[q + c]) / b0
         prepare(t, y, s, model)
+        for c in range(3):
+            bodies[b].F[3 + c] = threads[p].copies * couple[c]
         for r in range(model.rows.size):
             if model.rows[r].kind == joints.THREAD and model.rows[r].index == p:
                 model.rows[r].rx = threads[p].copies * (along - speed)
         impulse(y, s, model, p, fx, fy, fz)
     elif threads[p].carried:
         prepare(t, y, s, model)
+        for c in range(3):
+            bodies[b].F[3 + c] = threads[p].copies * couple[c]
         impulse(y, s, model, p, fx, fy, fz)
 
 

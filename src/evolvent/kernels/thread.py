@@ -267,8 +267,17 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
         ex *= scale
         ey *= scale
         ez *= scale
-    else:
-        ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    else:  # along the velocity with which the node leaves: the feed's (eq. 11), or that turned along the thread
+        ex, ey, ez = vx - threads[p].Q[3], vy - threads[p].Q[4], vz - threads[p].Q[5]
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        if length > 0.0:
+            scale = 1.0 / length
+            ex *= scale
+            ey *= scale
+            ez *= scale
+        else:
+            ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+        length = 0.0
     stretch_rate = (vx - threads[p].Q[3]) * ex + (vy - threads[p].Q[4]) * ey + (vz - threads[p].Q[5]) * ez
     b1 = threads[p].b[1]
     rate = stretch_rate - b1 * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)

@@ -93,6 +93,11 @@ class Thread:
                 f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"
             )
         angle, rate, _ = reel.feed.at(builder, feed, 0.0)
+        if kind == kernels.INEXTENSIBLE and angle == 0.0 and rate == 0.0:
+            raise InputError(
+                f"{self.reel}.feed starts at rest with nothing out, where an inextensible thread has no direction; "
+                "start with some length out (an angle above 0), or at a rate above 0"
+            )
         out = angle * reel.radius
         if out > length * (1.0 + 1e-12):
             raise InputError(f"{name}: {out:g} m are out at the start, more than its length {length:g} m")
