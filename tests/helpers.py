@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import parts
 from evolvent import model as mdl
+from evolvent import parts
 from evolvent.builder import Assembly
 from evolvent.flow import Observations, bind_flow, observe
 from evolvent.solvers import Solution, solve

@@ -6,9 +6,9 @@ import functools
 
 import numpy as np
 import pytest
-from helpers import END, L0, RHO, TIP, W0, J, L, Run, V, heliogyro, run
 
 from evolvent import model as mdl
+from helpers import END, L0, RHO, TIP, W0, J, L, Run, V, heliogyro, run
 
 TIMES = np.arange(0.0, END, 0.05)
 #: Mean tip lag of the limit of many nodes, degrees, over windows of time, s.
@@ -133,9 +133,7 @@ def test_stiffness_hardly_matters(stiffness: float, difference: float, tolerance
 def test_damping_hardly_matters() -> None:
     """d between 1e-6 and 1 N s/m changes the lag by less than 0.002 deg (thread.md): c = 1e4, [20, 60] s, mean."""
     t = np.arange(0.0, 60.0, 0.05)
-    lags = [
-        run(heliogyro(segments="springs", damping=d), t, "rk4").lag()[t >= 20.0].mean() for d in (1e-6, 1e-3, 1e-1)
-    ]
+    lags = [run(heliogyro(segments="springs", damping=d), t, "rk4").lag()[t >= 20.0].mean() for d in (1e-6, 1e-3, 1e-1)]
     assert np.ptp(lags) < 0.002
 
 
@@ -144,9 +142,7 @@ def test_velocity_turn_hardly_matters() -> None:
 
     So it does up to 100 s, by 0.0003 deg up to 60 s; by 0.007 deg in the last window.
     """
-    lags = [
-        means(run(heliogyro(segments="springs", velocity_turn=turn), TIMES, "rk4").lag()) for turn in (True, False)
-    ]
+    lags = [means(run(heliogyro(segments="springs", velocity_turn=turn), TIMES, "rk4").lag()) for turn in (True, False)]
     differences = np.abs(np.subtract(*lags))
     assert np.all(differences < [0.0005, 0.0005, 0.006, 0.008])
 

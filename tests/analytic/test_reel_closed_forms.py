@@ -6,6 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import j1
+
+from evolvent import parts
+from evolvent.system import System
 from helpers import (
     L0,
     RHO,
@@ -25,11 +30,6 @@ from helpers import (
     steady_lag,
     stiffness_matrix,
 )
-from scipy.integrate import solve_ivp
-from scipy.special import j1
-
-from evolvent import parts
-from evolvent.system import System
 
 G = 9.81
 
@@ -38,9 +38,7 @@ def straight(segments: str, out: float, spool: float, rate: float = W0, **thread
     """A driven body, a thread `out` metres out along the lag of steady feed."""
     lag = steady_lag(rate, speed=spool * R)
     direction = (math.cos(lag), -math.sin(lag), 0.0)
-    return heliogyro(
-        motion="driven", rate=rate, spool=spool, out=out, direction=direction, segments=segments, **thread
-    )
+    return heliogyro(motion="driven", rate=rate, spool=spool, out=out, direction=direction, segments=segments, **thread)
 
 
 @pytest.mark.parametrize("out", [1.35, 3.0 * L / 20.0])
@@ -190,28 +188,24 @@ def test_pendulum_that_wraps_on_a_peg() -> None:
     assert seen.y[:, 1] == pytest.approx(y, abs=1e-8)
 
 
-@pytest.mark.parametrize("sense", [1, -1])
-def test_involute(sense: int) -> None:
-    """A point mass on a cord and a fixed cylinder: l^2 = l0^2 +- 2 R v0 t, tension m v0^2 / l (validation.md)."""
+@pytest.mark.parametrize(("sense", "change"), [(1, -1.0), (-1, 1.0)])
+def test_involute(sense: int, change: float) -> None:
+    """A point mass on a cord and a fixed cylinder: l^2 = l0^2 +- 2 R v0 t, tension m v0^2 / l (validation.md).
+
+    The cord leaves the cylinder at (R, 0); the mass turns to the left about it, which winds a cord of sense +1 up and
+    one of sense -1 off.
+    """
     drum, free, speed, total = 0.2, 0.5, 1.5, 6.0
     system = System()
-    mass = system.add(parts.Point(mass=2.0, position=(drum, free, 0.0), velocity=(-speed, 0.0, 0.0)))
-    # the cord leaves the tangent point (R, 0) upwards; the mass turns to the left: sense +1 winds it up
-    side = -1.0 if sense < 0 else 1.0
-    if side < 0.0:
-        system = System()
-        mass = system.add(parts.Point(mass=2.0, position=(drum, -free, 0.0), velocity=(speed, 0.0, 0.0)))
+    start = parts.Point(mass=2.0, position=(drum, sense * free, 0.0), velocity=(-sense * speed, 0.0, 0.0))
+    mass = system.add(start)
     wound = sense * (total - free) / drum
-    anchor = (math.cos(-wound), math.sin(-wound), 0.0)
+    anchor = (math.cos(wound), -math.sin(wound), 0.0)
     system.add(parts.Link(a="ground", b=mass, length=total, drum=drum, anchor=anchor, sense=sense))
     assembly = system.assemble()
-    winds = np.array([1.0 if sense > 0 else -1.0])[0]
-    end = 0.3 if winds > 0 else 2.0
-    t = np.linspace(0.0, end, 51)
+    t = np.linspace(0.0, 0.3 if change < 0.0 else 2.0, 51)
     seen = run(assembly, t, rtol=1e-11, atol=1e-12)
-    x = seen.y[:, :3]
-    squared = np.sum(x**2, axis=1) - drum**2
-    change = np.sign(squared[-1] - squared[0])
+    squared = np.sum(seen.y[:, :3] ** 2, axis=1) - drum**2
     assert squared == pytest.approx(free**2 + change * 2.0 * drum * speed * t, rel=1e-8)
     f = derivative(assembly)
     for time, y, s2 in zip(t, seen.y, squared, strict=True):
@@ -352,7 +346,7 @@ def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tup
 
 @pytest.mark.parametrize("axis", [1, 2])
 def test_hanging_chain_modes(axis: int) -> None:
-    """10 equal masses on equal links: omega / sqrt(g / L) = 1.173855, 2.700842 (validation.md, zeros of Laguerre's L_10).
+    """10 equal masses on equal links: omega / sqrt(g / L) = 1.173855, 2.700842 (validation.md: zeros of L_10).
 
     The thread's tip has half a node's mass; a tip mass of rho l0 / 2 makes all equal.
     """

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers import fitted_order, rotation, run
 from scipy.integrate import solve_ivp
 
 import evolvent
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.system import System
+from helpers import fitted_order, rotation, run
 
 G = 9.81
 
@@ -32,7 +32,9 @@ def test_dzhanibekov() -> None:
     """
     system = System()
     system.add(
-        parts.RigidBody(mass=2.0, inertia=(1.0, 2.0, 3.0), angular_velocity=(0.01, 1.0, 0.01), velocity=(0.1, 0.2, -0.3))
+        parts.RigidBody(
+            mass=2.0, inertia=(1.0, 2.0, 3.0), angular_velocity=(0.01, 1.0, 0.01), velocity=(0.1, 0.2, -0.3)
+        )
     )
     middle = 7 + 4  # position and quaternion, velocity, then the second rate
     system.add(parts.Event(law=rises, parameters=[middle]))
@@ -146,9 +148,7 @@ def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> No
     """Two free bodies tied point to point: both momenta and the energy are kept, the link keeps its length."""
     system = System()
     for k in range(2):
-        system.add(
-            parts.RigidBody(mass=1.0 + k, inertia=(0.2, 0.3, 0.4), position=(2.0 * k, 0.0, 0.0)), f"body-{k}"
-        )
+        system.add(parts.RigidBody(mass=1.0 + k, inertia=(0.2, 0.3, 0.4), position=(2.0 * k, 0.0, 0.0)), f"body-{k}")
     ends = [("body-0", (0.3, 0.1, 0.0)), ("body-1", (-0.2, 0.0, 0.1))]
     system.add(parts.Link(a=ends[0], b=ends[1]))
     system.add(parts.Torque(at="body-0", force=(0.3, 1.0, -0.5), end=1.0))
