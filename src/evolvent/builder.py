@@ -12,7 +12,7 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.errors import InputError, nearest
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import joints, rigid, springs, thread
+from evolvent.kernels import joints, loads, rigid, springs, thread
 
 Array = np.ndarray
 
@@ -157,6 +157,7 @@ class Builder:
         """All families as arrays, constraint rows ordered for a narrow band, scratch memory, initial state."""
         n_q, n_v = len(self.q), len(self.v)
         families = {name: self._family(name, rows) for name, rows in self.rows.items()}
+        self._check_copies()
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
@@ -184,6 +185,30 @@ class Builder:
         assembly = Assembly(model, y, s, dict(self.names), list(self.laws))
         _check_constraints(assembly)
         return assembly
+
+    def _check_copies(self) -> None:
+        """Refuse loads that differ from copy to copy of a thread that stands for several."""
+        names = {found: name for name, found in self.names.items()}
+        for p, row in enumerate(self.rows["threads"]):
+            if row["copies"] == 1:
+                continue
+            body = self.rows["bodies"][row["body"]]
+            axis = body["R0"] @ body["axis"]
+            differ = ["gravity"] if _off(axis, self.gravity) else []
+            for k, load in enumerate(self.rows["loads"]):
+                if load["kind"] >= loads.AT_MARKER or load["target"] != p:
+                    continue
+                values = np.array(self.values[load["first"] : load["last"]])
+                if load["kind"] == loads.UNIFORM:
+                    off = _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                else:
+                    off = load["kind"] == loads.LAW or _off(axis, values[2:5])
+                differ += [names["loads", k]] if off else []
+            if differ:
+                raise InputError(
+                    f"{names['threads', p]!r} stands for {row['copies']} copies, but {differ[0]!r} is not the same for "
+                    "all of them; add a thread for each"
+                )
 
     def _family(self, name: str, rows: list[dict[str, Any]]) -> Array:
         """One record a row; scratch fields stay zero."""
@@ -234,6 +259,11 @@ class Builder:
             for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
                 rows[field][k] = value
         return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
+
+
+def _off(axis: Array, vector: Array) -> bool:
+    """Whether a vector has a part across an axis."""
+    return bool(np.linalg.norm(np.cross(axis, vector)) > 1e-9 * np.linalg.norm(vector))
 
 
 def _check_constraints(assembly: Assembly) -> None:

@@ -18,7 +18,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
-import numpy as np
 from numba import config, f8, njit, types
 from numba.core import cgutils
 from numba.core.errors import NumbaExperimentalFeatureWarning
@@ -45,10 +44,11 @@ def _source_hash() -> str:
 
 
 def _find_cache_dir() -> pathlib.Path:
-    """First writable of ``$EVOLVENT_CACHE``, the user's cache folder and the temporary folder."""
+    """First writable of ``$EVOLVENT_CACHE``, the user's cache folder and one of theirs in the temporary folder."""
     name = f"numba-{numba.__version__}-{_source_hash()}"
     user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    candidates = [os.environ.get("EVOLVENT_CACHE"), os.path.join(user, "evolvent")]
+    shared = os.path.join(tempfile.gettempdir(), f"evolvent-{os.getuid() if hasattr(os, 'getuid') else 'user'}")
+    candidates = [os.environ.get("EVOLVENT_CACHE"), os.path.join(user, "evolvent"), shared]
     for base in candidates:
         if not base:
             continue
@@ -211,11 +211,6 @@ force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 feed_law_at = _make_lookup(LAWS["feed"])
 event_law_at = _make_lookup(LAWS["event"])
-
-
-def address_table(addresses: list[int]) -> np.ndarray:
-    """Addresses as the model holds them: (n,) int64."""
-    return np.array(addresses, dtype=np.int64).reshape(-1)
 
 
 def is_warm(name: str) -> bool:

@@ -33,8 +33,8 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 #: One record a part; iq and iv are the places of its coordinates and velocities in the state, -1 for none.
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
-    # size of the parts of the state, events, bandwidth of the constraint rows
-    "info": _record("nq nv ny ns ne bandwidth", "gravity", gravity=_3),
+    # sizes of the parts of the state, number of events, bandwidth of the rows; step: a bound for fixed steps, s
+    "info": _record("nq nv ny ns ne bandwidth", "gravity", "step", gravity=_3),
     "bodies": _record(
         "motion iq iv",
         "mass inertia axis R0 x0 rate spin_inertia",

@@ -52,13 +52,17 @@ def top() -> Assembly:
     return system.assemble()
 
 
-def thread() -> Assembly:
-    """A heavy, soft thread of springs on a light body; a node is released after 0.37 s.
-
-    Without damping: by eq. (11) a damper's direction jumps where the new segment's length leaves zero.
-    """
+def thread(damping: float = 0.0) -> Assembly:
+    """A heavy, soft thread of springs on a light body; a node is released after 0.37 s."""
     return heliogyro(
-        nodes=10, out=0.487, segments="springs", stiffness=80.0, damping=0.0, line_density=0.5, tip_mass=0.1, rate=3.0
+        nodes=10,
+        out=0.487,
+        segments="springs",
+        stiffness=80.0,
+        damping=damping,
+        line_density=0.5,
+        tip_mass=0.1,
+        rate=3.0,
     )
 
 
@@ -73,6 +77,7 @@ CASES = {
     "links": (links, (400, 50, 40), 0),
     "a free body": (top, (1600, 400, 320), 0),
     "spring thread, release": (thread, (1600, 200, 160), 1),
+    "damped spring thread, release": (lambda: thread(0.3), (1600, 200, 160), 1),
     "inextensible thread": (lambda: chain(0.6, 6.0), (1600, 800, 100), 0),
 }
 

@@ -210,8 +210,7 @@ def test_one_blade_slower(segments: str) -> None:
 def test_out_stop_and_in_again(segments: str, capture: float) -> None:
     """Reel out, stop, reel in: momentum is kept (wound thread carried), the account closes, the nodes come back.
 
-    A node is captured `capture` of a segment before the spool, and carried over that distance: the angular momentum
-    is kept to 1.1e-3 of `capture` here (1.1e-6 at 1e-3), which is also what the account of jumps says.
+    A node is captured `capture` of a segment before the spool; what its place then lacks goes to the body.
     """
     feed = parts.RampFeed(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
     t = np.linspace(0.0, 23.0, 231)
@@ -231,9 +230,7 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
     assert count.max() == 6
     assert count[-1] == 5
     total = (seen.momentum + seen.wound_momentum)[:, 2]
-    assert np.ptp(total) < 1.5e-3 * capture * total[0]
-    booked = total - seen.jumps[:, 2]
-    assert np.ptp(booked) < 3e-9 * total[0]
+    assert np.ptp(total) < 2e-9 * total[0]
     limit = 1e-8 if segments == "inextensible" else 2e-6
     assert np.max(np.abs(seen.energy_defect)) < limit * seen.energy[0]
     angle = R * seen.seen.spool[:, 0, 0]
@@ -265,3 +262,18 @@ def test_separation(segments: str) -> None:
     limit = 1e-8 if segments == "inextensible" else 2e-6
     assert np.max(np.abs(seen.energy_defect)) < limit * seen.energy[0]
     assert seen.accounts[-1, mdl.SPOOL] == pytest.approx(seen.accounts[31, mdl.SPOOL], abs=1e-15)
+
+
+@pytest.mark.parametrize("mass", [10.0, 1000.0])
+def test_simultaneous_releases_at_a_tight_tolerance(mass: float) -> None:
+    """Two blades release at the same moment; the second changes what the first one's new link starts from.
+
+    Both must start regularly, or a tolerance of 1e-11 finds no step that is short enough.
+    """
+    seen = run(two_blades(mass=mass), [0.0, 8.0, 15.0], rtol=1e-11, atol=1e-13)
+    assert seen.solution.event_times == pytest.approx([0.0, 0.0, 50 / 7, 50 / 7, 100 / 7, 100 / 7], abs=1e-9)
+    H = seen.momentum + seen.wound_momentum
+    assert drift(seen, H) < 1e-10 * np.linalg.norm(H[0])
+    # the second impulse of a pair finds the first one's new node at Q on a link of no length
+    assert np.max(np.abs(H - H[0])) < 3e-8 * np.linalg.norm(H[0])
+    assert seen.solution.statistics["rejected_steps"] < 60

@@ -18,6 +18,9 @@ from evolvent.model import (
     RELEASE,
 )
 
+#: Share of a segment by which a feed may run past the end of its thread (round-off of a run that ends just there).
+OVERRUN = 1e-6
+
 
 @kernel
 def event_values(t, y, s, model, g):
@@ -36,10 +39,14 @@ def event_values(t, y, s, model, g):
         g[2 * p + 1] = -1.0
         if s[n + p] != 0:
             continue
-        if rate > 0.0 and (s[p] < threads[p].n or threads[p].lets_go):
+        if rate > 0.0:
             g[2 * p] = phi / turn_per_node - s[p]
-        if rate < 0.0 and s[p] > 0:
+            if s[p] == threads[p].n and not threads[p].lets_go:
+                g[2 * p] -= OVERRUN
+        if rate < 0.0:
             g[2 * p + 1] = (s[p] - 1) + threads[p].capture - phi / turn_per_node
+            if s[p] == 0:
+                g[2 * p + 1] = -phi / turn_per_node - OVERRUN
     for k in range(model.events.size):
         parameters = model.parameters[model.events[k].first : model.events[k].last]
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
@@ -47,7 +54,7 @@ def event_values(t, y, s, model, g):
 
 @kernel
 def apply_event(t, y, s, model, k, rhs1, inventory1):
-    """Carry out event k on the state; returns 1 if the run is to stop there.
+    """Carry out event k on the state; returns 1 if the run is to stop there, -1 if a feed has outrun its thread.
 
     rhs1 and inventory1 are 1-tuples of these functions: called through pointers they are compiled once, not here again.
     """
@@ -58,6 +65,8 @@ def apply_event(t, y, s, model, k, rhs1, inventory1):
     inventory1[0](t, y, s, model, model.sums[0])
     energy = model.sums[0][KINETIC] + model.sums[0][ELASTIC]
     p = k // 2
+    if (s[p] == 0 and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
+        return -1
     for c in range(3):
         y[account + JUMP_ANGULAR + c] -= counted_momentum(model, model.sums[0], p, c)
         y[account + JUMP_LINEAR + c] -= model.sums[0][P_ALL + c]

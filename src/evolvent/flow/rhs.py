@@ -16,6 +16,7 @@ def rhs(t, y, s, model, dy):
     bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
     info = model.info[0]
     n_v = info.nq + info.nv
+    info.step = math.inf
     for i in range(y.size):
         dy[i] = 0.0
     rigid.kinematics(t, y, bodies)
@@ -64,6 +65,7 @@ def rhs(t, y, s, model, dy):
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:
                 spool_power += thread.chain_rates(y, s, threads, nodes, bodies, p, loaded, dy)
+                info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
     carry_power, drive_power = thread.carry_power(s, threads, nodes, bodies)
     spool_power += carry_power
     for b in range(bodies.size):

@@ -27,7 +27,7 @@ def feed_ramps(p, t):
         start, duration, after = p[3 + 3 * k], p[4 + 3 * k], p[5 + 3 * k]
         jump = after - before
         before = after
-        if t <= start:
+        if t < start:
             continue
         if t >= start + duration:
             angle += jump * (t - start - 0.5 * duration)

@@ -191,13 +191,18 @@ def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch
             nodes[k].af[c] = gravity[c]
     if loads.size > 0:
         last = j - 1
+        held = s[threads.size + p] == 0
         e, position, velocity = scratch[0], scratch[1], scratch[2]
         for i in range(j):
             k = first + i
             tangent = 0.0
             for c in range(3):
                 outer = nodes[k - 1].x[c] if i > 0 else nodes[k].x[c]
-                inner = nodes[k + 1].x[c] if i < last else threads[p].Q[c]
+                inner = nodes[k].x[c]
+                if i < last:
+                    inner = nodes[k + 1].x[c]
+                elif held:
+                    inner = threads[p].Q[c]
                 e[c] = outer - inner
                 tangent += e[c] * e[c]
             tangent = math.sqrt(tangent)
@@ -387,6 +392,8 @@ def chain_solve(s, threads, nodes, p, boundary_tension):
     if bound:
         nodes[first + links].tension = boundary_tension
         outer = boundary_tension
+    elif s[p] > 0:
+        nodes[first + links].tension = 0.0
     for i in range(links - 1, -1, -1):
         k = first + i
         value = nodes[k].rhs * nodes[k].piv
@@ -462,6 +469,18 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
         for i in range(3):
             dy[c + i] = threads[p].start[i]
     return power * threads[p].copies
+
+
+@inlined
+def boundary_step(s, threads, nodes, p):
+    """A step (s) in which the boundary link turns through about one radian of its own swing: h^2 T / m = b + b' h."""
+    links, bound = chain_links(s, threads, p)
+    k = threads[p].node + links
+    if not bound or nodes[k].tension <= 0.0:
+        return math.inf
+    scale = nodes[k].mass / nodes[k].tension
+    half = 0.5 * threads[p].b[1] * scale
+    return half + math.sqrt(half * half + max(threads[p].b[0], SHORT * threads[p].segment) * scale)
 
 
 @inlined

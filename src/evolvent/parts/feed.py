@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import feed as kernels
-from evolvent.parts.checks import not_negative, number, vector
+from evolvent.parts.checks import not_negative, number, positive, vector
 
 
 class FeedRow(NamedTuple):
@@ -179,7 +179,7 @@ class FreeSpool:
 
     def write(self, builder: Builder, name: str) -> FeedRow:
         """Reserve the spool's angle and rate as coordinates."""
-        inertia = not_negative(f"{name}.inertia", self.inertia)
+        inertia = positive(f"{name}.inertia", self.inertia)
         angle = not_negative(f"{name}.angle", self.angle)
         q, v = builder.coordinates([angle], [number(f"{name}.rate", self.rate)])
         return FeedRow(kernels.FREE, 0, 0, 0, q, v, inertia, number(f"{name}.torque", self.torque))

@@ -51,7 +51,7 @@ class RadiationPressure:
     ----------
     thread : str
     pressure : float, Pa, of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit)
-    width : float, m, the blade's chord
+    width : float, m, the blade's chord, measured across the thread's tangent
     direction : (3,) float, in which the light travels, inertial frame
     reflectivity : float, 0 (absorbs all) to 1 (mirror)
     """

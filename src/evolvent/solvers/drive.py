@@ -292,4 +292,9 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
             f"the step shrank to nothing at t = {reached:.6g} s with {method}: the motion is singular there "
             "or a law jumps; look at the last samples, or loosen the tolerance"
         )
+    if code == ex.NO_THREAD:
+        return (
+            f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
+            "already wound; stop the feed in time, end the run earlier, or let the thread go"
+        )
     return f"more than {loop.log_t.size} events by t = {reached:.6g} s: an event fires again and again"

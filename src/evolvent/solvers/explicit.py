@@ -18,7 +18,7 @@ import numpy as np
 from evolvent.jit import inlined, kernel
 
 # status codes of a loop
-BUDGET, DONE, STOPPED, NOT_FINITE, TOO_SMALL, LOG_FULL = 0, 1, 2, -1, -2, -3
+BUDGET, DONE, STOPPED, NOT_FINITE, TOO_SMALL, LOG_FULL, NO_THREAD = 0, 1, 2, -1, -2, -3, -4
 # places in Loop.tally
 STEPS, RHS, REJECTED, EVENTS, SAMPLE, GRID, BREAK, FRESH = range(8)
 # places in Loop.clock
@@ -166,7 +166,10 @@ def highest(events, model, t, y, s, loop):
 
 @kernel
 def fire(rhs1, inventory1, events, apply, model, t, loop):
-    """Carry out every event that is due at time t (a state within 1e-10 of a release is due); 1 to stop the run."""
+    """Carry out every event that is due at time t (a state within 1e-10 of a release is due).
+
+    Returns 1 to stop the run, a negative status where it has failed.
+    """
     y, s, g = loop.y, loop.s, loop.g
     threads = 2 * model.threads.size
     stop = 0
@@ -183,12 +186,14 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
             loop.g0[due] = g[due]
         n = loop.tally[EVENTS]
         if n == loop.log_t.size:
-            return -1
+            return LOG_FULL
         loop.log_t[n] = t
         loop.log_k[n] = due
         loop.tally[EVENTS] = n + 1
-        if apply(t, y, s, model, due, rhs1, inventory1) != 0:
-            stop = 1
+        answer = apply(t, y, s, model, due, rhs1, inventory1)
+        if answer < 0:
+            return NO_THREAD
+        stop = max(stop, answer)
     events(t, y, s, model, g)
     for k in range(g.size):
         loop.g0[k] = g[k]
@@ -238,7 +243,7 @@ def start_up(rhs1, inventory1, events, apply, project, model, loop):
         loop.g0[k] = 0.0
     stop = fire(rhs1, inventory1, events, apply, model, t, loop)
     if stop < 0:
-        return LOG_FULL
+        return stop
     while loop.tally[SAMPLE] < loop.samples.size and loop.samples[loop.tally[SAMPLE]] <= t:
         keep_sample(loop, loop.y)
     return STOPPED if stop > 0 else BUDGET
@@ -270,6 +275,10 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         h = target - t
         rhs(t, y, s, model, loop.K[0])
         tally[RHS] += 1
+        if h > model.info[0].step:  # a link that has just been released is stiff while it is short
+            on_grid = False
+            h = model.info[0].step
+            target = t + h
         stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
         add_stages(b, b.size, y, h, loop.K, y1)
         tally[STEPS] += 1
@@ -312,7 +321,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
             if at_event:
                 stop = fire(rhs1, inventory1, events, apply, model, target, loop)
                 if stop < 0:
-                    return LOG_FULL
+                    return stop
                 if stop > 0:
                     keep_rest(loop, target)
                     return STOPPED
@@ -356,7 +365,10 @@ def error_norm(y, y1, K, E, h, n, rtol, atol, w):
         odd += w[i + 1] * w[i + 1]
     if n % 2 == 1:
         even += w[n - 1] * w[n - 1]
-    return math.sqrt((even + odd) / max(n, 1))
+    active = 0  # coordinates of thread that is still wound do not move and must not count
+    for i in range(n):
+        active += w[i] != 0.0
+    return math.sqrt((even + odd) / max(active, 1))
 
 
 @kernel
@@ -426,6 +438,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         if landing:
             following = max(following, clock[STEP])
         at_event = False
+        whole = True
         if watch:
             f_high = highest(events, model, target, y1, s, loop)
             if f_high >= 0.0:
@@ -446,7 +459,8 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                             break
                     else:
                         low, f_low = middle, f
-                if high < 1.0:
+                whole = high == 1.0
+                if not whole:
                     # samples before the event belong to this step's extension
                     while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < t + high * h:
                         interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
@@ -456,7 +470,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                     stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
                     add_stages(b, b.size, y, h, K, y1)
                     landing = False
-        if not at_event:
+        if whole:
             while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < target:
                 interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
                 keep_sample(loop, loop.w)
@@ -468,7 +482,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         if at_event:
             stop = fire(rhs1, inventory1, events, apply, model, target, loop)
             if stop < 0:
-                return LOG_FULL
+                return stop
             changed = True
             following = min(following, max(clock[STEP], h)) * 0.1
         elif watch:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from evolvent import units
 from evolvent.cases import Section
 from evolvent.errors import InputError
-
-if TYPE_CHECKING:
-    pass
 
 
 class Body(Section):

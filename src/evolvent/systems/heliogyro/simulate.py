@@ -51,7 +51,7 @@ def _feed(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
         return parts.LawFeed(law=law, parameters=parameters)
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
-        if time[0] > 0.0:
+        if time[0] != 0.0:
             raise InputError(f"spool.table starts at {time[0]:g} s; its first row must be at 0 s")
         return parts.TableFeed(time=time, rate=rate, start=angle)
     if spool.rate is None:
@@ -198,7 +198,6 @@ def run(
             atol=solver.atol,
             progress=progress,
         )
-        return _results(case, assembly, solution, laws)
     except InputError:
         raise
     except Exception as error:
@@ -206,6 +205,7 @@ def run(
             raise
         names = " or ".join(repr(name) for name in sorted(laws))
         raise InputError(f"the law {names} raised {type(error).__name__}: {' '.join(str(error).split())}") from error
+    return _results(case, assembly, solution, laws)
 
 
 def duration(case: Case, *, laws: Mapping[str, Any] | None = None) -> float:
@@ -362,9 +362,7 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
             ("body_rate_corrected", True, "rate of the body by (18) with the offset of the spools"),
         ):
             inertia = straight_inertia(case, deployed, corrected=corrected)
-            start = np.full((1, N), case.spool.start_length)
-            first = straight_inertia(case, start, corrected=corrected)[0]
-            formula = np.where(np.any(gone, axis=1), np.nan, case.body.rate * first / inertia)
+            formula = np.where(np.any(gone, axis=1), np.nan, case.body.rate * inertia[0] / inertia)
             data[name] = variable(time, formula, "rad s-1", what)
     if case.body.motion == "free":
         at = int(model.bodies["iq"][b])
