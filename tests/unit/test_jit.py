@@ -11,6 +11,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import tempfile
 
 import numba
 import numpy as np
@@ -82,7 +83,9 @@ def test_without_any_usable_folder_a_temporary_one_is_taken(tmp_path, monkeypatc
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "too"))
-    assert jit._find_cache_dir().parent.name.startswith("evolvent-cache-")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert jit._find_cache_dir().parent.name.startswith("evolvent-")
+    assert jit._find_cache_dir() == jit._find_cache_dir()
 
 
 @compiled_only

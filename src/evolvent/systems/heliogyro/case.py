@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from evolvent import units
@@ -163,6 +164,16 @@ class Case(Section):
                 raise InputError(f"{key} has {len(rate)} values, but body.blades is {self.body.blades}")
         if self.body.motion == "free" and self.blade.wound_mass == "ignored":
             raise InputError("blade.wound_mass is 'ignored'; on a body with motion 'free' it must be 'carried'")
+        at_rest = self.spool.ramp > 0.0
+        if self.spool.table is not None:
+            at_rest = self.spool.table[0][1] == 0.0
+        elif self.spool.rate is not None:
+            at_rest = at_rest or 0.0 in np.atleast_1d(self.spool.rate)
+        if self.blade.segments == "inextensible" and self.spool.start_length == 0.0 and at_rest:
+            raise InputError(
+                "spool.start_length is 0, but the feed starts at rest, where an inextensible thread has no direction; "
+                "give a length that is already out, such as '5 mm'"
+            )
         for k, change in enumerate(self.spool.changes):
             if self.blade.segments == "inextensible" and change.ramp == 0.0:
                 raise InputError(

@@ -247,8 +247,6 @@ def _samples(case: Case, assembly: Assembly, by_law: bool) -> np.ndarray:
     if out.min() < -1e-9 * length:
         k = int(np.flatnonzero(out.min(axis=1) < -1e-9 * length)[0])
         raise InputError(f"the feed reels in more than is out at t = {times[k]:.6g} s; stop it before")
-    if case.blade.segments == "inextensible":
-        _check_inextensible(case, assembly)
     every = case.output.every
     count = end / every
     if count * assembly.y.size > MOST_VALUES:
@@ -258,16 +256,6 @@ def _samples(case: Case, assembly: Assembly, by_law: bool) -> np.ndarray:
         return np.append(samples, end)
     samples[-1] = end
     return samples
-
-
-def _check_inextensible(case: Case, assembly: Assembly) -> None:
-    """Refuse what links of fixed length cannot follow."""
-    first = case.spool.radius * np.diff(_turned(assembly, np.array([0.0, 1e-6])), axis=0)
-    if case.spool.start_length == 0.0 and np.any(np.abs(first) < 1e-12):
-        raise InputError(
-            "spool.start_length is 0, but the feed starts at rest, where an inextensible thread has no direction; "
-            "give a length that is already out, such as '5 mm'"
-        )
 
 
 def _all_out(case: Case, assembly: Assembly) -> float | None:
