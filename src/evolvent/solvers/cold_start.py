@@ -10,7 +10,11 @@ import os
 import subprocess
 import sys
 
+import numpy as np
+
 from evolvent import jit
+from evolvent.builder import Builder
+from evolvent.flow import bind_corrections
 
 
 def start(method: str) -> subprocess.Popen | None:
@@ -32,10 +36,7 @@ def start(method: str) -> subprocess.Popen | None:
 
 def main() -> None:
     """Compile the functions of a model that need no right-hand side."""
-    from evolvent.flow import bind_corrections
-    from evolvent.system import System
-
-    bind_corrections(System().assemble().model)
+    bind_corrections(Builder(np.zeros(3)).build().model)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,110 @@
+"""Events that fall on the end of a step, feeds past the end of a thread, loads that copies do not share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from evolvent import event_law, parts
+from evolvent.errors import InputError
+from evolvent.solvers import solve
+from evolvent.system import System
+
+
+@event_law
+def at_time(t, y, p):
+    return t - p[0]
+
+
+def oscillator(*added) -> System:
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.5, 0.0, 0.0)), "p")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="p", stiffness=4.0, length=1.0))
+    for part in added:
+        system.add(part)
+    return system
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_samples_of_a_step_that_ends_on_an_event(stops: bool) -> None:
+    """An event at the very time of a break: all samples before it hold the motion 1 + cos(2 t) / 2."""
+    law = parts.Event(law=at_time, parameters=(2.0,), stops=stops)
+    nothing = parts.Force(at="p", force=(0.0, 0.0, 0.0), start=2.0, end=5.0)
+    samples = np.linspace(0.0, 2.0 if stops else 4.0, 161)
+    found = solve(oscillator(law, nothing).assemble(), samples=samples, method="dopri5", rtol=1e-9, atol=1e-11)
+    assert found.success
+    assert found.t == pytest.approx(samples, abs=1e-12)
+    assert found.y[:, 0] == pytest.approx(1.0 + 0.5 * np.cos(2.0 * found.t), abs=1e-7)
+
+
+def hub(feed, segments: str = "inextensible", gravity=(0.0, 0.0, 0.0), **thread) -> System:
+    system = System(gravity=gravity)
+    system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    given = {"length": 1.0, "line_density": 0.000735, "tip_mass": 0.0005, "nodes": 8} | thread
+    system.add(parts.Thread(reel="reel", segments=segments, **given), "blade")
+    return system
+
+
+@pytest.mark.parametrize("segments", ["springs", "inextensible"])
+@pytest.mark.parametrize(("feed", "time"), [((3.5, 90.0), 10.0 / 3.5), ((-3.5, 10.0), 10.0 / 3.5)])
+def test_a_feed_past_the_end_of_its_thread_fails(segments: str, feed: tuple[float, float], time: float) -> None:
+    """Paying out more than there is, or reeling in what is wound already, ends the run at that moment."""
+    law = parts.ConstantFeed(rate=feed[0], angle=feed[1])
+    method = "rk4" if segments == "springs" else "dopri5"
+    found = solve(hub(law, segments, wound_mass="carried").assemble(), samples=[0.0, 4.0], method=method)
+    assert found.status == "failed"
+    assert "outruns its thread" in found.message
+    assert float(found.message.split("t = ")[1].split(" s")[0]) == pytest.approx(time, abs=1e-3)
+
+
+@pytest.mark.parametrize("angle", [30.0, 12.5])
+def test_automatic_fixed_step_of_fixed_segments_is_stable(angle: float) -> None:
+    """Just after a release the boundary link is short and stiff; the step follows it (rk4, heun)."""
+    feed = parts.ConstantFeed(rate=3.5, angle=angle)
+    found = solve(hub(feed).assemble(), samples=[0.0, 15.0], method="rk4")
+    assert found.success, found.message
+    assert found.statistics["energy_defect"] < 1e-4
+
+
+def test_a_jump_of_the_feed_keeps_the_order() -> None:
+    """The step that begins at a jump of the rate sees the new rate from its first stage on: RK4 stays of order 4."""
+    defects = []
+    for step in (1e-3, 5e-4):
+        feed = parts.RampFeed(rate=3.5, angle=20.0, steps=[(0.1, 0.0, 1.0)])
+        system = hub(feed, "springs", stiffness=20.0, nodes=4)
+        defects.append(
+            solve(system.assemble(), samples=[0.0, 0.4], method="rk4", step=step).statistics["energy_defect"]
+        )
+    assert defects[1] < defects[0] / 12.0
+
+
+def test_tension_is_gone_after_separation() -> None:
+    """The last node of a thread that was let go pulls on nothing."""
+    feed = parts.ConstantFeed(rate=3.5, angle=95.0)
+    assembly = hub(feed, lets_go=True).assemble()
+    found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
+    assert found.s[-1, 1] == 1
+    from evolvent.flow import observe
+
+    tension = observe(assembly.model, found.t, found.y, found.s).tension
+    assert tension[0, -1] > 0.0
+    assert tension[-1, -1] == 0.0
+
+
+def test_copies_refuse_what_they_do_not_share() -> None:
+    """Gravity along the spin axis is the same for all copies; across it, or a law, is not."""
+    feed = parts.ConstantFeed(rate=3.5, angle=30.0)
+    hub(feed, copies=2, gravity=(0.0, 0.0, -1.0)).assemble()
+    with pytest.raises(InputError, match="'blade' stands for 2 copies, but 'gravity'"):
+        hub(feed, copies=2, gravity=(0.5, 0.0, 0.0)).assemble()
+    system = hub(feed, copies=2)
+    system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
+    with pytest.raises(InputError, match="'light' is not the same"):
+        system.assemble()
+
+
+def test_a_free_spool_does_not_carry_thread_on_a_turning_body() -> None:
+    """The wound thread's inertia about the body would drive the spool, which is not modelled."""
+    with pytest.raises(InputError, match="free spool"):
+        hub(parts.FreeSpool(inertia=1e-6, angle=30.0, rate=1.0), wound_mass="carried").assemble()
