@@ -24,7 +24,7 @@ def start(method: str) -> subprocess.Popen | None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     try:
         return subprocess.Popen(
-            [sys.executable, "-m", "evolvent.solvers.cold_start"],
+            [sys.executable, "-c", f"from {__name__} import main; main()"],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -37,7 +37,3 @@ def start(method: str) -> subprocess.Popen | None:
 def main() -> None:
     """Compile the functions of a model that need no right-hand side."""
     bind_corrections(Builder(np.zeros(3)).build().model)
-
-
-if __name__ == "__main__":
-    main()
