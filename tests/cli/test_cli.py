@@ -193,9 +193,16 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path):
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     evolvent.run("heliogyro", {"solver.duration": "0.01 s"})  # compiled before the clock starts
     process = subprocess.Popen(
-        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=tmp_path,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # a shell starts background jobs with SIGINT ignored, and that would be inherited
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
-    time.sleep(4.0)
+    time.sleep(8.0)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
