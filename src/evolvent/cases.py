@@ -9,7 +9,7 @@ import pathlib
 import pkgutil
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -25,17 +25,31 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+class Plan(NamedTuple):
+    """What a run will take.
+
+    Attributes
+    ----------
+    duration : float, s, time that the run covers
+    solver : str, the solver that must be compiled for it, '' for none
+    """
+
+    duration: float
+    solver: str = ""
+
+
 # ------------------------------------------------------------------------------------------------ systems
 
 
 @functools.cache
 def systems() -> tuple[str, ...]:
-    """Names of all systems; each is one module of `evolvent.systems`."""
-    return tuple(sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules([str(_FOLDER)])))
+    """Names of all systems; each is one module of `evolvent.systems`, which says what such a module provides."""
+    found = (m.name for m in pkgutil.iter_modules([str(_FOLDER)]) if not m.name.startswith("_"))
+    return tuple(sorted(name.replace("_", "-") for name in found))
 
 
 def system(name: str) -> Any:
-    """The module of a system: it has ``Case``, ``build``, ``run``, ``numbers``, ``figures`` and ``scene``.
+    """The module of a system; `evolvent.systems` says what it provides.
 
     Raises
     ------
@@ -47,13 +61,17 @@ def system(name: str) -> Any:
     return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}")
 
 
+@functools.cache
+def _files() -> dict[str, pathlib.Path]:
+    """Files of the built-in cases by name."""
+    found = {path.stem.replace("_", "-"): path for path in _FOLDER.rglob("*.yaml")}
+    return dict(sorted(found.items()))
+
+
 def built_in() -> dict[str, str]:
     """Built-in cases, name -> what it is (the first line of its file)."""
-    found = {}
-    for path in sorted(_FOLDER.glob("*.yaml")):
-        first = path.read_text(encoding="utf-8").partition("\n")[0]
-        found[path.stem.replace("_", "-")] = first.lstrip("# ").strip()
-    return found
+    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in _files().items()}
+    return {name: line.lstrip("# ").strip() for name, line in first.items()}
 
 
 def text(name: str) -> str:
@@ -64,9 +82,9 @@ def text(name: str) -> str:
     InputError
         If there is no such case.
     """
-    if name not in built_in():
-        raise InputError(f"no case is called {name!r}; {nearest(name, built_in())}")
-    return (_FOLDER / f"{name.replace('-', '_')}.yaml").read_text(encoding="utf-8")
+    if name not in _files():
+        raise InputError(f"no case is called {name!r}; {nearest(name, _files())}")
+    return _files()[name].read_text(encoding="utf-8")
 
 
 def json_schema(name: str) -> dict[str, Any]:
@@ -175,11 +193,11 @@ def _content(case: Any) -> dict[str, Any]:
     if not isinstance(case, (str, os.PathLike)):
         raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
     name = os.fspath(case)
-    if name in built_in():
+    if name in _files():
         source = text(name)
     else:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
-            raise InputError(f"no case is called {name!r}; {nearest(name, built_in())}")
+            raise InputError(f"no case is called {name!r}; {nearest(name, _files())}")
         try:
             source = pathlib.Path(name).read_text(encoding="utf-8")
         except UnicodeDecodeError:

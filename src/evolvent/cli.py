@@ -123,11 +123,13 @@ def run(case: str, assignments: tuple[str, ...], output: str | None, figures: st
         results.claim(output)
     if figures is not None:
         results.claim_folder(figures)
-    from evolvent import jit
+    plan = module.plan(loaded)
+    if plan.solver:
+        from evolvent import jit
 
-    if not jit.is_warm(loaded.solver.method):
-        click.echo("evolvent: compiling for this machine, once; this takes half a minute", err=True)
-    with _progress(module.duration(loaded), quiet) as progress:
+        if not jit.is_warm(plan.solver):
+            click.echo("evolvent: compiling for this machine, once; this takes half a minute", err=True)
+    with _progress(plan.duration, quiet) as progress:
         found = module.run(loaded, progress=progress)
     _keep(found, output, figures, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
@@ -154,14 +156,16 @@ def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: boo
 
 def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     """Figures and animation of a run."""
-    if found.sizes["time"] < 2:
-        click.echo("evolvent: no figures, for the run has a single sample", err=True)
-        return
     from evolvent import animation, cases, plots
 
     module = cases.system(found.attrs["system"])
-    paths = plots.draw(module.figures(found), folder)
-    paths.append(animation.write(module.scene(found), os.path.join(folder, "deployment.html")))
+    figures, scene = module.figures(found), module.scene(found)
+    if not figures and scene is None:
+        click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
+        return
+    paths = plots.draw(figures, folder)
+    if scene is not None:
+        paths.append(animation.write(scene, os.path.join(folder, f"{scene.name}.html")))
     if not quiet:
         click.echo(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
 

@@ -78,6 +78,7 @@ class Scene:
 
     Attributes
     ----------
+    name : str, of the file
     time : (nt,) float, s
     points : (nt, nl, np, 3) float, m, points of every line, body axes from the body's origin
     value : (nt, nl, np - 1) float, of each piece of a line, shown as its color; NaN for none
@@ -89,6 +90,7 @@ class Scene:
     numbers : mapping, label with its unit -> (nt,) float, shown beside the picture
     """
 
+    name: str = "animation"
     title: str
     time: Array
     points: Array

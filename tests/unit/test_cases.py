@@ -194,3 +194,20 @@ def test_schema_knows_every_key():
     for key in cases.keys(Case):
         assert json.dumps(key.rpartition(".")[2]) in json.dumps(schema)
     assert schema["additionalProperties"] is False
+
+
+@pytest.mark.parametrize("name", cases.systems())
+def test_every_system_provides_what_the_command_asks_for(name):
+    module = cases.system(name)
+    assert module.Case.model_fields["system"].default == name
+    for function in ("plan", "run", "layout", "numbers", "figures", "scene"):
+        assert callable(getattr(module, function)), function
+
+
+@pytest.mark.parametrize("name", cases.built_in())
+def test_every_built_in_case_can_be_planned(name):
+    case = cases.load(name)
+    module = cases.system(case.system)
+    assert module.plan(case).duration >= 0.0
+    assert module.layout(case)
+    assert cases.built_in()[name]

@@ -77,7 +77,7 @@ def test_its_own_case_gives_the_same_numbers(quick):
 def test_times_end_with_the_duration():
     run = evolvent.run("heliogyro", {**QUICK, "solver.duration": "0.25 s"})
     np.testing.assert_allclose(run.time.values, [0.0, 0.1, 0.2, 0.25], rtol=1e-15)
-    assert heliogyro.duration(cases.load("heliogyro")) == pytest.approx(5.0 / 0.035, rel=1e-14)
+    assert heliogyro.plan(cases.load("heliogyro")).duration == pytest.approx(5.0 / 0.035, rel=1e-14)
 
 
 def test_geometry(quick):

@@ -1,1 +1,26 @@
-"""Systems: each a Case, build(case) -> System, run(case) -> Run, its numbers, figures and scene."""
+"""Systems: what can be run by name. Each is one module or package of this folder, and its built-in cases as YAML.
+
+A module ``inertia_stand`` (a name with ``_`` first is no system) is the system ``inertia-stand``. It is found by its
+name alone: `evolvent.cases.system` imports it when a case asks for it, and nothing outside it knows more than this:
+
+``Case``
+    The pydantic model (an `evolvent.cases.Section`) of its cases. Its key ``system`` holds the system's name.
+``plan(case) -> evolvent.cases.Plan``
+    What a run will take. Refuses, with an `InputError`, whatever can be found before the run; it is called before a
+    compilation is announced, so it must not start a long one.
+``run(case, *, laws=None, progress=None) -> xarray.Dataset``
+    The run, whatever its status, labelled by `evolvent.results.label`. `laws` may hold laws of the user's, by name;
+    `progress` is called with the time reached.
+``layout(case) -> {variable: {dimension: size or None}}``
+    The numeric variables that ``numbers``, ``figures`` and ``scene`` read; a file without them is refused. None is any
+    size from 1.
+``numbers(run) -> [evolvent.figures.Number]``
+    The table on the screen.
+``figures(run) -> [evolvent.figures.Figure]``
+    What to draw; may be empty.
+``scene(run) -> evolvent.figures.Scene or None``
+    The animation, if there is one.
+
+A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
+Its name is the file's, with ``-`` for ``_``.
+"""

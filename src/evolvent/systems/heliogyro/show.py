@@ -93,7 +93,9 @@ def _unlike(values: np.ndarray) -> list[int]:
 
 
 def figures(run: xr.Dataset) -> list[Figure]:
-    """What to draw of a run."""
+    """What to draw of a run; nothing of one with a single sample."""
+    if run.sizes["time"] < 2:
+        return []
     found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _balance_figure(run)]
     if "body_position" in run:
         found.append(_body_figure(run))
@@ -286,9 +288,12 @@ def _body_figure(run: xr.Dataset) -> Figure:
     return Figure(name="body", title="Motion of the body", panels=panels, size=(8.0, 6.5))
 
 
-def scene(run: xr.Dataset) -> Scene:
-    """The deployment in three dimensions."""
+def scene(run: xr.Dataset) -> Scene | None:
+    """The deployment in three dimensions; None of a run with a single sample."""
     from evolvent.figures import Scene
+
+    if run.sizes["time"] < 2:
+        return None
 
     case, time = case_of(run), run.time.values
     blades, n = run.sizes["blade"], run.sizes["node"]
@@ -309,6 +314,7 @@ def scene(run: xr.Dataset) -> Scene:
     numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
     numbers["tip lag, deg"] = np.degrees(run.lag_angle.values[:, 0, 0])
     return Scene(
+        name="deployment",
         title="Deployment of the heliogyro's blades",
         time=time,
         points=points,

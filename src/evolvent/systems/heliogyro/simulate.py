@@ -186,7 +186,7 @@ def run(
             raise InputError(f"no law is called {name!r}; {nearest(name, LAWS)}")
     try:
         assembly = build(case, laws=laws).assemble()
-        samples = _samples(case, assembly, "feed" in laws)
+        samples = _samples(case, assembly, by_law="feed" in laws)
         solver = case.solver
         step = solver.step if isinstance(solver.step, float) else None
         solution = solve(
@@ -208,9 +208,30 @@ def run(
     return _results(case, assembly, solution, laws)
 
 
-def duration(case: Case, *, laws: Mapping[str, Any] | None = None) -> float:
-    """Time that a case runs over, s."""
-    return float(_samples(case, build(case, laws=laws).assemble(), "feed" in (laws or {}))[-1])
+def plan(case: Case) -> cases.Plan:
+    """What a run of a case takes; refuses what `run` would refuse, before anything long is compiled."""
+    end = float(_samples(case, build(case).assemble(), by_law=False)[-1])
+    return cases.Plan(duration=end, solver=case.solver.method)
+
+
+def layout(case: Case) -> dict[str, dict[str, int | None]]:
+    """Variables that every run has, with the sizes of their dimensions; None for any size."""
+    time: dict[str, int | None] = {"time": None}
+    blade = time | {"blade": case.body.blades}
+    node = blade | {"node": case.blade.nodes}
+    found = dict.fromkeys(("time", "body_rate", "body_angle", "energy_balance", "angular_momentum"), time)
+    found |= dict.fromkeys(("energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released"), time)
+    found |= dict.fromkeys(("spool_work", "load_work", "drive_work"), time)
+    found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
+    found |= dict.fromkeys(("let_go", "deployed_length", "hub_tension"), blade)
+    found |= dict.fromkeys(("tension", "lag_angle", "released"), node)
+    found |= {"position": node | {"axis": 3}, "velocity": node | {"axis": 3}}
+    if case.body.motion != "driven":
+        found |= dict.fromkeys(("body_rate_paper", "body_rate_corrected"), time)
+    if case.body.motion == "free":
+        found |= {"body_quaternion": time | {"quaternion": 4}, "body_position": time | {"axis": 3}}
+        found |= {"linear_momentum": time | {"axis": 3}}
+    return found
 
 
 def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:
@@ -226,7 +247,7 @@ def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     return angles
 
 
-def _samples(case: Case, assembly: Assembly, by_law: bool) -> np.ndarray:
+def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
     """Times of the samples; refuses a feed that pays out more than there is, or less than nothing."""
     length, radius = case.blade.length, case.spool.radius
     end = _all_out(case, assembly) if case.solver.duration == "auto" else float(case.solver.duration)
