@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
+import numbers
 import os
 import pathlib
 import tempfile
+import uuid
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__
+from evolvent import __version__, cases
 from evolvent.errors import InputError
 
 #: Engine that reads and writes NetCDF files.
 _ENGINE: Literal["h5netcdf"] = "h5netcdf"
+#: How a run can end.
+STATUSES = ("success", "stopped by event", "interrupted", "failed")
+#: Attributes of a run, as `label` writes them; those of `_JSON` hold a mapping.
+_TEXTS = ("title", "system", "case", "version", "solver", "status", "message", "statistics", "laws")
+_NUMBERS = ("wall_time_s", "compile_time_s")
+_JSON = ("statistics", "laws")
+#: Longest name of a file, bytes, on all common file systems.
+_LONGEST = 255
 
 
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **attrs: Any) -> xr.Variable:
@@ -60,21 +71,68 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.o
     InputError
         If the file cannot be read, or holds something else.
     """
-    name = os.fspath(path)
+    name = _named(path, "read")
     if os.path.isdir(name):
         raise InputError(f"cannot read {name!r}: it is a folder")
+    if os.path.exists(name) and not os.path.isfile(name):
+        raise InputError(f"cannot read {name!r}: it is not a regular file")
     try:
         with pathlib.Path(name).open("rb") as file:
             file.read(1)
     except OSError as error:
-        raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot read {name!r}: {_reason(error)}") from None
     try:
         dataset = xr.load_dataset(name, engine=_ENGINE, decode_times=False)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
         raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")
+    try:
+        _check(dataset)
+    except InputError as error:
+        raise InputError(f"cannot read {name!r}: it is no whole run of evolvent: {error}") from None
     return dataset
+
+
+def _check(run: xr.Dataset) -> None:
+    """Refuse a run without what its system shows of it."""
+    attrs = run.attrs
+    for key in (*_TEXTS, *_NUMBERS):
+        kind, what = (str, "a text") if key in _TEXTS else (numbers.Real, "a number")
+        if key not in attrs:
+            raise InputError(f"its attribute {key!r} is missing")
+        if not isinstance(attrs[key], kind):
+            raise InputError(f"its attribute {key!r} is {attrs[key]!s:.60}; it must be {what}")
+    if attrs["status"] not in STATUSES:
+        raise InputError(f"its attribute 'status' is {attrs['status']!r}; known: {', '.join(STATUSES)}")
+    if not isinstance(attrs.get("warning", ""), str):
+        raise InputError(f"its attribute 'warning' is {attrs['warning']!s:.60}; it must be a text")
+    for key in _JSON:
+        try:
+            mapping = isinstance(json.loads(attrs[key]), dict)
+        except ValueError:
+            mapping = False
+        if not mapping:
+            raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
+    case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
+    if case.system != attrs["system"]:
+        raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
+    for name, sizes in cases.system(case.system).layout(case).items():
+        if name not in run.variables:
+            raise InputError(f"the variable {name!r} is missing")
+        found = dict(run.variables[name].sizes)
+        if list(found) != list(sizes):
+            raise InputError(f"the variable {name!r} is over {tuple(found)}; it must be over {tuple(sizes)}")
+        for dimension, size in sizes.items():
+            if found[dimension] < 1 or size not in (None, found[dimension]):
+                wanted = "at least one" if size is None else str(size)
+                raise InputError(
+                    f"the variable {name!r} has {found[dimension]} of {dimension!r}; it must have {wanted}"
+                )
+        if run.variables[name].dtype.kind not in "biuf":
+            raise InputError(f"the variable {name!r} holds no numbers")
+        if name in run.dims and not np.all(np.isfinite(run.variables[name].values)):
+            raise InputError(f"the variable {name!r} is not finite")
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
@@ -91,38 +149,48 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
 
 @contextlib.contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A temporary name beside `path`; what was written there takes its place if all went well, else it is removed."""
-    name = os.fspath(path)
-    claim(name)
-    temporary = os.path.join(os.path.dirname(name) or ".", f".{os.path.basename(name)}.{os.getpid()}.part")
+    """A temporary name beside `path`; what was written there takes its place if all went well, else it is removed.
+
+    A link is followed: the file that it points to is replaced.
+    """
+    name = claim(path)
+    real = os.path.realpath(name)
+    short = os.path.basename(real)[:40]
+    temporary = os.path.join(os.path.dirname(real), f".{short}.{uuid.uuid4().hex[:12]}.part")
     try:
         yield temporary
-        os.replace(temporary, name)
+        os.replace(temporary, real)
     except OSError as error:
-        raise InputError(f"cannot write {name!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
     finally:
         with contextlib.suppress(OSError):
             os.unlink(temporary)
 
 
-def claim(path: str | os.PathLike[str]) -> None:
-    """Refuse a file that could not be written, before any work is done for it.
+def claim(path: str | os.PathLike[str]) -> str:
+    """Refuse a file that could not be written, before any work is done for it; returns its name.
 
     Raises
     ------
     InputError
-        If its folder is missing or closed to writing, or it is a folder itself.
+        If its folder is missing or closed to writing, or it is there already and no file that may be written.
     """
-    name = os.fspath(path)
-    folder = os.path.dirname(name) or "."
-    if os.path.isdir(name) or not os.path.basename(name):
+    name = _named(path, "write")
+    real = os.path.realpath(name)
+    folder = os.path.dirname(real)
+    if os.path.isdir(real) or name.endswith(os.sep):
         raise InputError(f"cannot write {name!r}: it is a folder")
     if not os.path.isdir(folder):
-        raise InputError(f"cannot write {name!r}: there is no folder {folder!r}")
+        raise InputError(f"cannot write {name!r}: there is no folder {os.path.dirname(name) or folder!r}")
+    if os.path.exists(real) and not os.path.isfile(real):
+        raise InputError(f"cannot write {name!r}: it is not a regular file")
+    if os.path.exists(real) and not os.access(real, os.W_OK):
+        raise InputError(f"cannot write {name!r}: permission denied")
     _probe(folder, name)
+    return name
 
 
-def claim_folder(path: str | os.PathLike[str]) -> None:
+def claim_folder(path: str | os.PathLike[str]) -> str:
     """Refuse a folder that could not be made or written into, before any work is done for it; nothing is made yet.
 
     Raises
@@ -130,13 +198,14 @@ def claim_folder(path: str | os.PathLike[str]) -> None:
     InputError
         If it is a file, or it, or the nearest folder above it that exists, is closed to writing.
     """
-    name = os.fspath(path)
-    place = os.path.abspath(name)
+    name = _named(path, "write into")
+    place = os.path.realpath(name)
     while not os.path.lexists(place):
         place = os.path.dirname(place)
     if not os.path.isdir(place):
         raise InputError(f"cannot write into {name!r}: {os.path.relpath(place)!r} is not a folder")
     _probe(place, name)
+    return name
 
 
 def make_folder(path: str | os.PathLike[str]) -> None:
@@ -147,10 +216,31 @@ def make_folder(path: str | os.PathLike[str]) -> None:
     InputError
         If it cannot be made.
     """
+    name = claim_folder(path)
     try:
-        os.makedirs(path, exist_ok=True)
+        os.makedirs(os.path.realpath(name), exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot write into {os.fspath(path)!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write into {name!r}: {_reason(error)}") from None
+
+
+def _named(path: Any, verb: str) -> str:
+    """The name of a file or folder as a text; refuses what can be none."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"cannot {verb} {path!r}: a file is named by a text or a path")
+    name = os.fsdecode(path)
+    if not name:
+        raise InputError(f"cannot {verb} '': the name is empty")
+    if "\0" in name:
+        raise InputError(f"cannot {verb} {name!r}: no name may hold a null character")
+    try:
+        os.lstat(name)
+    except OSError as error:
+        too_long = error.errno == errno.ENAMETOOLONG
+    else:
+        too_long = False
+    if too_long or any(len(os.fsencode(part)) > _LONGEST for part in pathlib.Path(name).parts):
+        raise InputError(f"cannot {verb} {name[:40] + '...'!r}: the name is too long, with {len(name)} characters")
+    return name
 
 
 def _probe(folder: str, name: str) -> None:
@@ -158,4 +248,8 @@ def _probe(folder: str, name: str) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise InputError(f"cannot write {name!r}: {(error.strerror or str(error)).lower()}") from None
+        raise InputError(f"cannot write {name!r}: {_reason(error)}") from None
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()

@@ -361,7 +361,70 @@ def test_where_files_may_be_written(tmp_path):
         (results.claim, tmp_path / "none" / "run.nc", "there is no folder"),
         (results.claim_folder, tmp_path / "file", "is not a folder"),
         (results.claim_folder, tmp_path / "file" / "x", "is not a folder"),
-        (results.make_folder, tmp_path / "file", "file exists"),
+        (results.make_folder, tmp_path / "file", "is not a folder"),
+        (results.claim, "/dev/null", "it is not a regular file"),
+        (results.claim, "", "the name is empty"),
+        (results.claim, "a\0b", "no name may hold a null character"),
+        (results.claim, 5, "a file is named by a text or a path"),
+        (results.claim, tmp_path / ("x" * 300), "the name is too long"),
+        (results.claim_folder, "", "the name is empty"),
+        (results.claim_folder, tmp_path / ("x" * 300) / "f", "the name is too long"),
+        (results.make_folder, "", "the name is empty"),
+        (evolvent.open, 5, "cannot read 5: a file is named by"),
+        (evolvent.open, "", "the name is empty"),
+        (evolvent.open, "/dev/null", "it is not a regular file"),
     ):
         with pytest.raises(evolvent.InputError, match=words):
             refuse(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_file_that_may_not_be_written_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "run.nc").write_text("old")
+    monkeypatch.setattr(results.os, "access", lambda path, mode: False)
+    with pytest.raises(evolvent.InputError, match="permission denied"):
+        results.claim(tmp_path / "run.nc")
+
+
+def test_links_are_followed(quick, tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link.nc").symlink_to(tmp_path / "folder" / "run.nc")
+    for _ in range(2):
+        results.save(quick, tmp_path / "link.nc")
+        assert (tmp_path / "link.nc").is_symlink()
+        assert [p.name for p in (tmp_path / "folder").iterdir()] == ["run.nc"]
+    assert evolvent.open(tmp_path / "link.nc").attrs["status"] == "success"
+    results.save(quick, tmp_path / ("x" * 252 + ".nc"))
+
+
+def _without(run, key):
+    return {name: value for name, value in run.attrs.items() if name != key}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda run: run.assign_attrs(system=3), "'system' is 3; it must be a text"),
+        (lambda run: run.drop_attrs(deep=False).assign_attrs(_without(run, "solver")), "'solver' is missing"),
+        (lambda run: run.assign_attrs(system="heliogiro"), "'system' is 'heliogiro', but its case is of 'heliogyro'"),
+        (lambda run: run.assign_attrs(status="good"), "'status' is 'good'; known: success"),
+        (lambda run: run.assign_attrs(wall_time_s="long"), "'wall_time_s' is long; it must be a number"),
+        (lambda run: run.assign_attrs(statistics="{"), "'statistics' is '{'; it must be a mapping"),
+        (lambda run: run.assign_attrs(laws="[]"), "'laws' is '\\[\\]'; it must be a mapping"),
+        (lambda run: run.assign_attrs(warning=1.0), "'warning' is 1.0"),
+        (lambda run: run.assign_attrs(case="a: ["), "its case, line 1"),
+        (lambda run: run.assign_attrs(case="system: heliogyro"), "body is missing"),
+        (lambda run: run.drop_vars("body_rate"), "the variable 'body_rate' is missing"),
+        (lambda run: run.isel(time=slice(0)), "'time' has 0 of 'time'; it must have at least one"),
+        (lambda run: run.isel(node=slice(3)), "has 3 of 'node'; it must have 40"),
+        (lambda run: run.assign(body_rate=run.tension), r"'body_rate' is over \('time', 'blade', 'node'\)"),
+        (lambda run: run.assign(body_rate=("time", ["x"] * run.sizes["time"])), "'body_rate' holds no numbers"),
+        (lambda run: run.assign_coords(time=run.time * np.nan), "'time' is not finite"),
+    ],
+)
+def test_damaged_runs_are_refused_in_one_sentence(quick, tmp_path, change, words):
+    change(quick).to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with pytest.raises(evolvent.InputError, match=words) as caught:
+        evolvent.open(tmp_path / "run.nc")
+    assert "run.nc" in str(caught.value)
+    assert "\n" not in str(caught.value)
