@@ -89,6 +89,8 @@ def run(
     """
     from evolvent import cases
 
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress is {progress!r}; it must be a function of the time reached")
     loaded = cases.load(case, overrides)
     results = cases.system(loaded.system).run(loaded, laws=laws, progress=progress)
     if results.attrs["status"] == "failed":

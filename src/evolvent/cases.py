@@ -113,20 +113,30 @@ _Loader.add_implicit_resolver(
     re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z|[-+]?\.(inf|Inf|INF)\Z|\.(nan|NaN|NAN)\Z"),
     list("-+.0123456789"),
 )
-_Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
+# an integer of more digits than a float can hold is infinite, and refused as such by the key that it is for
+_Loader.add_constructor(
+    "tag:yaml.org,2002:int", lambda _, node: int(node.value) if len(node.value) < 310 else float(node.value)
+)
 
 
 def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
-    """A mapping in which no key stands twice."""
-    keys = [loader.construct_object(key) for key, _ in node.value]
-    for k, key in enumerate(keys):
-        if key in keys[:k]:
-            mark = node.value[k][0].start_mark
-            raise yaml.constructor.ConstructorError(None, None, f"the key {key!r} stands twice", mark)
+    """A mapping whose keys are words, none of them twice."""
+    keys: set[str] = set()
+    for name, _ in node.value:
+        key = loader.construct_object(name, deep=True)
+        problem = _key_problem(key) or (f"the key {key!r} stands twice" if key in keys else "")
+        if problem:
+            raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
+        keys.add(key)
     return loader.construct_mapping(node, deep=True)
 
 
 _Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
+
+
+def _key_problem(key: Any) -> str:
+    """What is wrong with a key; '' for nothing."""
+    return "" if isinstance(key, str) else f"the key {_shown(key)} is not a word, such as 'body'"
 
 
 def parse_yaml(source: str, name: str) -> Any:
@@ -171,12 +181,19 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
         One sentence that names the key, its value and what is allowed.
     """
     content = _content(case)
+    if not isinstance(overrides, Mapping | None):
+        raise InputError(
+            f"the overrides are {_shown(overrides)}; they must be a mapping of dotted keys to values, "
+            f"such as {{'blade.nodes': 40}}"
+        )
     for key, value in (overrides or {}).items():
+        if not isinstance(key, str):
+            raise InputError(f"among the overrides {_key_problem(key)}")
         _override(content, key, value)
     if "system" not in content:
         raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
     if not isinstance(content["system"], str):
-        raise InputError(f"system is {content['system']!r}; known: {', '.join(systems())}")
+        raise InputError(f"system is {_shown(content['system'])}; known: {', '.join(systems())}")
     kind = system(content["system"]).Case
     try:
         return kind.model_validate(content)
@@ -186,10 +203,8 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
 
 def _content(case: Any) -> dict[str, Any]:
     """Content of a case as nested dicts that may be changed."""
-    if isinstance(case, Section):
-        return case.model_dump()
-    if isinstance(case, Mapping):
-        return {k: _content(v) if isinstance(v, Mapping) else v for k, v in case.items()}
+    if isinstance(case, (Section, Mapping)):
+        return _copied(case.model_dump() if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):
         raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
     name = os.fspath(case)
@@ -207,8 +222,19 @@ def _content(case: Any) -> dict[str, Any]:
             raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
     content = parse_yaml(source, name)
     if not isinstance(content, dict):
-        raise InputError(f"{name}: a case is a mapping of keys to values, this is not")
+        what = "it is empty" if content is None else f"it holds {_shown(content)}"
+        raise InputError(f"{name}: {what}; a case is a mapping of keys to values, as 'evolvent show' prints one")
     return content
+
+
+def _copied(content: Any) -> Any:
+    """A copy of nested mappings and sequences as dicts and lists, which may be changed."""
+    if isinstance(content, Mapping):
+        for key in content:
+            if not isinstance(key, str):
+                raise InputError(f"in the case {_key_problem(key)}")
+        return {key: _copied(value) for key, value in content.items()}
+    return [_copied(value) for value in content] if isinstance(content, (list, tuple)) else content
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:
@@ -226,14 +252,27 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
 
 
 def _override(content: dict[str, Any], key: str, value: Any) -> None:
-    """Put `value` in the place of a dotted key."""
-    *path, last = key.split(".")
+    """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0."""
+    *path, last = parts = key.split(".")
     place: Any = content
     for k, name in enumerate(path):
-        place = place.setdefault(name, {})
-        if place is None or not isinstance(place, dict):
-            raise InputError(f"cannot set {key!r}: {'.'.join(path[: k + 1])!r} is {place!r}, which has no keys")
-    place[last] = value
+        if isinstance(place, dict) and name not in place:
+            if parts[k + 1].isdecimal():
+                raise InputError(f"cannot set {key!r}: {'.'.join(path[: k + 1])!r} is not given; give the whole list")
+            place[name] = {}
+        place = place[_subscript(place, name, key, ".".join(path[:k]))]
+    place[_subscript(place, last, key, ".".join(path))] = value
+
+
+def _subscript(place: Any, name: str, key: str, before: str) -> str | int:
+    """What `name` stands for in a dict or list at the key `before`."""
+    if isinstance(place, dict):
+        return name
+    if not isinstance(place, list):
+        raise InputError(f"cannot set {key!r}: {before!r} is {_shown(place)}, which has no keys")
+    if name.isdecimal() and name in map(str, range(len(place))):
+        return int(name)
+    raise InputError(f"cannot set {key!r}: {before!r} is a list of {len(place)}, counted from 0; it has no {name!r}")
 
 
 # ------------------------------------------------------------------------------------------------ messages
@@ -279,6 +318,11 @@ def _sentence(error: ValidationError, kind: type[Section]) -> str:
     match first["type"]:
         case "extra_forbidden":
             return f"unknown key {key!r}; {_nearest_key(kind, first['loc'])}"
+        case "missing" if isinstance(first["loc"][-1], int):
+            missing = [int(e["loc"][-1]) for e in errors if e["loc"][:-1] == first["loc"][:-1]]
+            wanted = 1 + max(missing)
+            key = key.rpartition(".")[0]
+            message = f"it must have {wanted} values, not {min(missing)}"
         case "missing":
             return f"{key} is missing" + _wanted(kind, first["loc"])
         case "literal_error":
@@ -291,7 +335,8 @@ def _sentence(error: ValidationError, kind: type[Section]) -> str:
         case "tuple_type" | "list_type":
             message = "it must be a list"
         case "too_short" | "too_long":
-            message = message[0].lower() + message[1:]
+            limit = context.get("max_length", context.get("min_length"))
+            message = f"it must have {limit} values, not {context['actual_length']}"
     return f"{key} is {_shown(value)}; {message}"
 
 
@@ -311,5 +356,8 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
 
 def _shown(value: Any) -> str:
     """`value` in a few words."""
-    shown = "empty" if value is None else repr(value)
+    try:
+        shown = "empty" if value is None else repr(value)
+    except ValueError:  # Python does not write integers of more than some thousand digits
+        shown = "a number of very many digits"
     return shown if len(shown) <= 80 else shown[:77] + "..."

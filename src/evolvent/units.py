@@ -30,8 +30,21 @@ COMMON: dict[str, dict[str, float]] = {
 }
 
 
+#: Largest size of a value, in SI units, and the inverse of the least: far beyond any that can be meant, and near enough
+#: for products of several to be finite.
+LARGEST = 1e30
+
+
 class UnitError(ValueError):
     """A text that is no value of the wanted kind; the message says why."""
+
+
+def _float(value: numbers.Real) -> float:
+    """`value` as a float; infinite where it is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value == abs(value) else -math.inf
 
 
 @functools.cache
@@ -122,9 +135,11 @@ class Quantity:
         try:
             if isinstance(value, bool) or not isinstance(value, (str, numbers.Real)):
                 raise UnitError("it is not a number")
-            number = parse(value, self.unit) if isinstance(value, str) else float(value)
+            number = parse(value, self.unit) if isinstance(value, str) else _float(value)
             if not math.isfinite(number):
                 raise UnitError("it is not finite")
+            if abs(number) > LARGEST or (self.above is not None and 0.0 < number < 1.0 / LARGEST):
+                raise UnitError(f"its size is not between {1.0 / LARGEST:g} and {LARGEST:g}")
         except UnitError as error:
             reason = f"; {error}"
         else:
@@ -180,8 +195,10 @@ class OneOrMore:
             if isinstance(value, (list, tuple)) and value:
                 return tuple(self.quantity.read(v) for v in value)
             return self.quantity.read(value)
-        except PydanticCustomError:
-            raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed}) from None
+        except PydanticCustomError as error:
+            reason = (error.context or {}).get("reason", "")
+            context = {"allowed": self.allowed, "reason": reason}
+            raise PydanticCustomError("quantity", "it must be {allowed}{reason}", context) from None
 
     def write(self, value: Any) -> Any:
         """`value` as a case file holds it."""
@@ -212,11 +229,11 @@ class Whole:
     def read(self, value: Any) -> int:
         """`value` as an int."""
         if isinstance(value, str) and value.strip().isdecimal():
-            value = int(value)
-        if isinstance(value, (int, float, numbers.Integral)) and not isinstance(value, bool):
-            number = float(value)
-            if self.least <= number <= self.most and number.is_integer():
-                return int(number)
+            value = float(value)
+        number = int(value) if isinstance(value, numbers.Integral) else value
+        whole = isinstance(number, (int, float)) and not isinstance(value, bool)
+        if whole and self.least <= number <= self.most and number == int(number):
+            return int(number)
         raise PydanticCustomError(
             "whole", "it must be a whole number from {least} to {most}", {"least": self.least, "most": self.most}
         )

@@ -84,6 +84,7 @@ def test_yaml_reads_numbers_and_words_as_meant():
 
 
 def test_assignments():
+    assert cases.parse_assignment("blade.nodes=1" + "0" * 5000) == ("blade.nodes", float("inf"))
     assert cases.parse_assignment("blade.nodes=40") == ("blade.nodes", 40)
     assert cases.parse_assignment("blade.length=5 m") == ("blade.length", "5 m")
     assert cases.parse_assignment("spool.rate=[1, 2 rpm]") == ("spool.rate", [1, "2 rpm"])
@@ -130,6 +131,23 @@ def test_assignments():
         ({"blade.velocity_turn": "maybe"}, ["blade.velocity_turn is 'maybe'", "true or false"]),
         ({"body": 3}, ["body is 3", "a mapping"]),
         ({"body.rate.x": 3}, ["cannot set 'body.rate.x'", "'6 rad/s'"]),
+        ({"spool.changes.0.time": 3}, ["cannot set 'spool.changes.0.time'", "is not given; give the whole list"]),
+        ({"spool.rate": [3, 4], "spool.rate.2": 3}, ["'spool.rate' is a list of 2, counted from 0; it has no '2'"]),
+        ({"spool.rate": None, "spool.table": [[0, 1, 2], [1, 2]]}, ["spool.table.0 is [0, 1, 2]", "2 values, not 3"]),
+        ({"spool.rate": None, "spool.table": [[0], [1, 2]]}, ["spool.table.0 is [0]; it must have 2 values, not 1"]),
+        ({"sunlight.direction": [0, 1]}, ["sunlight.direction is [0, 1]; it must have 3 values, not 2"]),
+        ({"sunlight.direction": []}, ["sunlight.direction is []; it must have 3 values, not 0"]),
+        ({"sunlight.direction": [0, 1, 2, 3]}, ["sunlight.direction is [0, 1, 2, 3]", "3 values, not 4"]),
+        ({"body.inertia": [1, 2, 9]}, ["body.inertia is (1.0, 2.0, 9.0) kg m^2", "exceeds the sum of the others"]),
+        ({"spool.rate": ["3 Hz", 3]}, ["spool.rate is ['3 Hz', 3]", "one per blade", "hertz"]),
+        ({"blade.nodes": 10**400}, ["blade.nodes is 1000", "whole number"]),
+        ({"blade.nodes": 10**9999}, ["blade.nodes is a number of very many digits", "whole number"]),
+        ({"blade.length": -(10**400)}, ["blade.length is -1000", "not finite"]),
+        ({"blade.length": 1e-320}, ["blade.length is 1e-320", "its size is not between 1e-30 and 1e+30"]),
+        ({"system": None}, ["system is empty; known: "]),
+        ({3: 4}, ["among the overrides the key 3 is not a word"]),
+        (3, ["the overrides are 3", "a mapping of dotted keys"]),
+        ([("blade.nodes", 3)], ["the overrides are [('blade.nodes', 3)]"]),
         ({"system": "helio"}, ["no system is called 'helio'", "did you mean 'heliogyro'?"]),
         ({"system": 3}, ["system is 3"]),
     ],
@@ -159,8 +177,10 @@ def test_missing_keys_say_what_they_want():
         ("open.yaml", b"body: {inertia: 3\n", "line 2, column 1"),
         ("twice.yaml", b"a: 1\na: 2\n", "line 2, column 1: the key 'a' stands twice"),
         ("binary.yaml", b"\xff\xfe\x00", "not a text file"),
-        ("word.yaml", b"hello\n", "a case is a mapping"),
-        ("empty.yaml", b"", "a case is a mapping"),
+        ("word.yaml", b"hello\n", "it holds 'hello'; a case is a mapping"),
+        ("empty.yaml", b"# nothing\n", "it is empty; a case is a mapping"),
+        ("number.yaml", b"body:\n  3: 4\n", "line 2, column 3: the key 3 is not a word"),
+        ("list.yaml", b"[a]: 4\n", "the key \\['a'\\] is not a word"),
         ("code.yaml", b"a: !!python/object/apply:os.getcwd []\n", "could not determine a constructor"),
     ],
 )
@@ -181,6 +201,14 @@ def test_files_that_cannot_be_read(tmp_path):
         cases.load("heliogiro")
     with pytest.raises(InputError, match="not int"):
         cases.load(3)
+
+
+def test_entries_of_lists_can_be_set():
+    content = {**PAPER, "spool": {**PAPER["spool"], "changes": [{"time": 3, "rate": 1}]}}
+    case = cases.load(content, {"spool.changes.0.rate": 2, "spool.changes.0.ramp": "1 s"})
+    assert (case.spool.changes[0].rate, case.spool.changes[0].ramp) == (2.0, 1.0)
+    assert content["spool"]["changes"] == [{"time": 3, "rate": 1}]
+    assert cases.load(case, {"spool.changes.0.time": 4}).spool.changes[0].time == 4.0
 
 
 def test_a_case_file_is_read(tmp_path):

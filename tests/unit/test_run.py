@@ -237,6 +237,14 @@ def test_a_feed_too_fast_for_a_steady_lag_is_told():
         ),
         ({"output.every": 1e-9}, ["output.every is 1e-09 s", "samples"]),
         ({"solver.step": "1 ms"}, ["solver.step is 0.001 s", "stability limit"]),
+        ({"solver.step": "1 ns"}, ["solver.step is 1e-09 s", "1.4e+11 steps", "a longer solver.step"]),
+        ({"blade.stiffness": 1e10}, ["steps over", "a lower blade.stiffness", "solver.duration"]),
+        ({"blade.stiffness": 1e12, "solver.method": "dopri5"}, ["steps over", "a lower blade.stiffness"]),
+        ({"spool.rate": 0}, ["spool.rate, 0 rad/s, never pays a blade all out", "solver.duration"]),
+        ({"spool.rate": [-3, 0]}, ["spool.rate, -3 / 0 rad/s, never"]),
+        ({"spool.rate": None, "spool.table": [[0, 1], [1, 0]]}, ["spool.table never pays a blade all out"]),
+        ({"spool.start_length": 5}, ["spool.start_length is 5 m", "all out at the start"]),
+        ({"spool.rate": -3, "solver.duration": 5}, ["spool.rate, -3 rad/s, reels in more", "spool.start_length"]),
     ],
 )
 def test_what_cannot_be_run_is_refused(overrides, words):
@@ -288,12 +296,24 @@ def test_laws_take_their_places(quick):
         ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "must be decorated with @evolvent.force_law"),
         ({"force": (weight, "x")}, "they must be numbers"),
         ({"force": (weight,)}, "has 1 entries"),
+        ({3: weight}, "no law is called 3; known: event, feed, force"),
+        ([weight], "the laws are .*; they must be a mapping"),
         ({"force": fails}, "the law 'force' raised ValueError: no force is known beyond half a second"),
     ],
 )
 def test_laws_that_cannot_be_used(laws, words):
     with pytest.raises(evolvent.InputError, match=words):
         evolvent.run("heliogyro", QUICK, laws=laws)
+
+
+def test_a_short_run_has_its_start_and_end():
+    run = evolvent.run("heliogyro", {"solver.duration": "1e-12 s"})
+    assert run.time.values.tolist() == [0.0, 1e-12]
+
+
+def test_what_is_no_progress_is_refused():
+    with pytest.raises(evolvent.InputError, match="progress is 3; it must be a function"):
+        evolvent.run("heliogyro", QUICK, progress=3)
 
 
 def test_progress_is_told():

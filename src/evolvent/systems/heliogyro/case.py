@@ -30,6 +30,11 @@ class Body(Section):
     def _check(self) -> Body:
         if isinstance(self.inertia, tuple) and len(self.inertia) != 3:
             raise InputError(f"body.inertia has {len(self.inertia)} values; it must be one, or three principal moments")
+        if isinstance(self.inertia, tuple) and 2.0 * max(self.inertia) > sum(self.inertia) * (1.0 + 1e-9):
+            raise InputError(
+                f"body.inertia is {self.inertia} kg m^2; no body has it: "
+                f"one principal moment exceeds the sum of the others"
+            )
         if self.motion == "free" and self.mass is None:
             raise InputError("body.mass is missing; a body with motion 'free' needs it, such as '2 kg'")
         return self

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 LAWS = ("event", "feed", "force")
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
+#: Largest number of steps that a run may take: some minutes to an hour.
+MOST_STEPS = 100_000_000
 
 
 def _law(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[float, ...]]:
@@ -180,15 +182,15 @@ def run(
     """
     from evolvent.solvers import solve
 
+    if not isinstance(laws, Mapping | None):
+        raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({', '.join(LAWS)}) to laws")
     laws = {name: law for name, law in (laws or {}).items() if law is not None}
     for name in laws:
         if name not in LAWS:
-            raise InputError(f"no law is called {name!r}; {nearest(name, LAWS)}")
+            raise InputError(f"no law is called {name!r}; {nearest(str(name), LAWS)}")
     try:
-        assembly = build(case, laws=laws).assemble()
-        samples = _samples(case, assembly, by_law="feed" in laws)
+        assembly, samples, step = _prepared(case, laws)
         solver = case.solver
-        step = solver.step if isinstance(solver.step, float) else None
         solution = solve(
             assembly,
             samples=samples,
@@ -210,8 +212,38 @@ def run(
 
 def plan(case: Case) -> cases.Plan:
     """What a run of a case takes; refuses what `run` would refuse, before anything long is compiled."""
-    end = float(_samples(case, build(case).assemble(), by_law=False)[-1])
-    return cases.Plan(duration=end, solver=case.solver.method)
+    _, samples, _ = _prepared(case, {})
+    return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
+
+
+def _prepared(case: Case, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, float | None]:
+    """What the solver takes: assembly, times of the samples, step (None for one that it chooses)."""
+    assembly = build(case, laws=laws).assemble()
+    samples = _samples(case, assembly, by_law="feed" in laws)
+    step = case.solver.step if isinstance(case.solver.step, float) else None
+    _check_steps(case, assembly, step, float(samples[-1]))
+    return assembly, samples, step
+
+
+def _check_steps(case: Case, assembly: Assembly, step: float | None, end: float) -> None:
+    """Refuse a step that is not stable, and a run of too many steps."""
+    from evolvent.solvers.drive import METHODS, choose_step
+    from evolvent.solvers.stability import fastest_mode, stability_limit
+
+    method = case.solver.method
+    if method == "dopri5":  # springs keep it near its stability limit; nothing says beforehand what links need
+        if case.blade.segments == "inextensible":
+            return
+        taken = stability_limit(METHODS[method], fastest_mode(assembly), end)
+    else:
+        taken, _, _ = choose_step(assembly, method, step, end)
+    if end > MOST_STEPS * taken:
+        which = "solver.step" if step is not None else "a step that is stable"
+        change = "a longer solver.step" if step is not None else "a lower blade.stiffness, fewer blade.nodes"
+        raise InputError(
+            f"{which} is {taken:.3g} s; that makes {end / taken:.2g} steps over {end:.6g} s, "
+            f"more than {MOST_STEPS:.0e}; take {change} or a shorter solver.duration"
+        )
 
 
 def layout(case: Case) -> dict[str, dict[str, int | None]]:
@@ -252,9 +284,7 @@ def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
     length, radius = case.blade.length, case.spool.radius
     end = _all_out(case, assembly) if case.solver.duration == "auto" else float(case.solver.duration)
     if end is None or (by_law and case.solver.duration == "auto"):
-        raise InputError(
-            "solver.duration is auto, but this feed does not tell when a blade is all out; give it, such as '60 s'"
-        )
+        raise InputError(f"solver.duration is auto, but {_never_out(case, by_law)}; give it, such as '60 s'")
     breaks = assembly.model.breaks
     times = np.union1d(np.linspace(0.0, end, 2001), breaks[(breaks > 0.0) & (breaks < end)])
     out = radius * _turned(assembly, times)
@@ -267,16 +297,39 @@ def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
         )
     if out.min() < -1e-9 * length:
         k = int(np.flatnonzero(out.min(axis=1) < -1e-9 * length)[0])
-        raise InputError(f"the feed reels in more than is out at t = {times[k]:.6g} s; stop it before")
+        raise InputError(
+            f"{_feed_keys(case, by_law)} reels in more than is out: nothing is left at about {times[k]:.6g} s; "
+            f"end that before, shorten solver.duration, or give a longer spool.start_length"
+        )
     every = case.output.every
     count = end / every
     if count * assembly.y.size > MOST_VALUES:
         raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many")
     samples = every * np.arange(int(count + 1e-9) + 1)
-    if end - samples[-1] > 1e-6 * every:
+    if samples.size == 1 or end - samples[-1] > 1e-6 * every:
         return np.append(samples, end)
     samples[-1] = end
     return samples
+
+
+def _feed_keys(case: Case, by_law: bool) -> str:
+    """The keys that say how the spools turn, with what stands there."""
+    if by_law:
+        return "laws['feed']"
+    if case.spool.table is not None:
+        return "spool.table"
+    rates = np.atleast_1d(np.array(case.spool.rate))
+    text = f"spool.rate, {' / '.join(f'{rate:g}' for rate in rates)} rad/s"
+    return text + (", with spool.changes," if case.spool.changes else ",")
+
+
+def _never_out(case: Case, by_law: bool) -> str:
+    """Why no time at which a blade is all out can be found."""
+    if by_law:
+        return "laws['feed'] does not tell when a blade is all out"
+    if case.spool.start_length >= case.blade.length:
+        return f"spool.start_length is {case.spool.start_length:g} m, and so the blade is all out at the start"
+    return f"{_feed_keys(case, by_law)} never pays a blade all out".replace(",,", ",")
 
 
 def _all_out(case: Case, assembly: Assembly) -> float | None:
