@@ -19,7 +19,7 @@ ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
 DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Layout of what `inventory` writes.
-KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14
+KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
 
 
 def _record(integers: str, floats: str, scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -48,7 +48,7 @@ RECORDS: dict[str, np.dtype] = {
     "threads": _record(
         "kind iq iv n node copies body feed first last law spool_q spool_v turned carried lets_go",
         "segment stiffness damping departure feed_axis chord normal radius spool_inertia spool_torque capture",
-        "Q d X phi b spool start",
+        "Q d X phi b spool leaving start",
         departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node bears

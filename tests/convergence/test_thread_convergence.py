@@ -9,7 +9,8 @@ import pathlib
 import numpy as np
 import pytest
 
-from helpers import END, fitted_order, heliogyro, run
+from evolvent import parts
+from helpers import END, R, V, fitted_order, heliogyro, run
 
 _spec = importlib.util.spec_from_file_location("continuum", pathlib.Path(__file__).with_name("continuum.py"))
 assert _spec is not None
@@ -32,18 +33,41 @@ def test_tip_lag_converges_with_the_nodes() -> None:
     assert 2.3 < fitted_order(1.0 / NODES[1:], differences) < 2.9
 
 
-def test_continuum_is_reached() -> None:
+@pytest.mark.parametrize("carried", [False, True])
+def test_continuum_is_reached(carried: bool) -> None:
     """An ALE continuum of 4 Legendre modes, solved apart by SciPy, from 5 mm, 40 s: lag and rate converge to it.
 
     The lumped thread is out by half a node of mass, so that from a given length the order is that of its mass, about
-    1.5; 0.25 deg at n = 20, 0.02 deg at n = 160 (largest difference after 7 s).
+    1.5; 0.26 deg at n = 20, 0.02 deg at n = 160 (largest difference after 7 s), the wound thread carried or not.
     """
     t = np.linspace(0.0, 40.0, 161)
-    lag, rate = continuum.Continuum(modes=4).solve(t, rtol=1e-6)
-    runs = [run(heliogyro(nodes=int(n), out=0.005), t) for n in NODES]
+    lag, rate, _ = continuum.Continuum(modes=4, carried=carried).solve(t, rtol=1e-6)
+    runs = [run(heliogyro(nodes=int(n), out=0.005, wound_mass="carried" if carried else "ignored"), t) for n in NODES]
     lags = np.array([np.max(np.abs(r.lag() - lag)[t > 7.0]) for r in runs])
     rates = np.array([np.max(np.abs(r.rate() / rate - 1.0)) for r in runs])
-    assert lags == pytest.approx([0.25, 0.12, 0.050, 0.021], rel=0.15)
-    assert rates[-1] < 2e-4
-    assert fitted_order(1.0 / NODES, lags) > 1.15
-    assert fitted_order(1.0 / NODES, rates) > 1.3
+    assert lags == pytest.approx([0.265, 0.130, 0.0505, 0.020], rel=0.03)
+    assert rates == pytest.approx([33e-4, 9.1e-4, 2.4e-4, 0.67e-4], rel=0.08)
+    assert fitted_order(1.0 / NODES, lags) > 1.2
+    assert fitted_order(1.0 / NODES, rates) > 1.8
+
+
+def test_free_spool_reaches_the_continuum() -> None:
+    """A braked spool on a turning body, its wound thread carried, from 0.3 m, 10 s: second order in n."""
+    t = np.linspace(0.0, 10.0, 101)
+    inertia, brake = 1e-4, -1.1e-4
+    lag, rate, length = continuum.Continuum(modes=4, start=0.3, carried=True, spool=(inertia, brake)).solve(t, 1e-7)
+    feed = parts.FreeSpool(inertia=inertia, torque=brake, angle=0.3 / R, rate=V / R)
+    runs = [run(heliogyro(nodes=int(n), out=0.3, wound_mass="carried", feed=feed), t) for n in NODES]
+    lags, rates, lengths = (
+        np.array([np.max(np.abs(of(r) - exact)) for r in runs])
+        for of, exact in (
+            (lambda r: r.lag(), lag),
+            (lambda r: r.rate(), rate),
+            (lambda r: R * r.seen.spool[:, 0, 0], length),
+        )
+    )
+    assert lags[-1] < 0.04
+    assert rates[-1] < 4e-4
+    assert lengths[-1] < 1e-4
+    for errors in (lags, rates, lengths):
+        assert fitted_order(1.0 / NODES, errors) > 1.8

@@ -102,9 +102,3 @@ def test_copies_refuse_what_they_do_not_share() -> None:
     system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
     with pytest.raises(InputError, match="'light' is not the same"):
         system.assemble()
-
-
-def test_a_free_spool_does_not_carry_thread_on_a_turning_body() -> None:
-    """The wound thread's inertia about the body would drive the spool, which is not modelled."""
-    with pytest.raises(InputError, match="free spool"):
-        hub(parts.FreeSpool(inertia=1e-6, angle=30.0, rate=1.0), wound_mass="carried").assemble()

@@ -102,44 +102,58 @@ def test_add_wrench_is_force_and_moment(rng):
     assert_allclose(F, expected, atol=1e-14)
 
 
-def test_carried_mass_on_a_free_body_is_its_newton_euler_equation(rng):
+def ring(rng):
+    """Mass, radius, arm, axis, rate and acceleration of a ring, and its inertia about its centre."""
+    m, r, d, n = 0.3, 0.7, rng.normal(size=3), rng.normal(size=3)
+    n /= np.linalg.norm(n)
+    return (m, r, *d, *n, 1.7, -0.4), 0.5 * m * r**2 * (np.eye(3) + np.outer(n, n))
+
+
+def test_ring_on_a_free_body_is_many_point_masses_that_go_round(rng):
+    """Newton-Euler with 12 point masses spaced evenly, each with its Coriolis and own acceleration."""
     bodies, y = free_body(rng)
     rigid.kinematics(0.0, y, bodies)
     M, F, w = bodies["M"][0].copy(), bodies["F"][0].copy(), bodies["w"][0].copy()
-    d, u, a, m = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3), 0.3
-    rigid.add_carried_mass(bodies, 0, 1, m, *d, *u, *a)
-    J = np.hstack([np.eye(3), -skew(d)])  # acceleration of the point due to the twist's rate
-    pull = m * (np.cross(w, np.cross(w, d)) + 2.0 * np.cross(w, u) + a)
-    assert_allclose(bodies["M"][0], M + m * J.T @ J, atol=1e-13)
-    assert_allclose(bodies["F"][0], F - J.T @ pull, atol=1e-13)
+    given, _ = ring(rng)
+    m, r, centre, n, rate, acceleration = given[0], given[1], np.array(given[2:5]), np.array(given[5:8]), *given[8:]
+    rigid.add_ring(bodies, 0, *given)
+    x = np.cross(n, [1.0, 0.0, 0.0])
+    x /= np.linalg.norm(x)
+    for angle in 2.0 * np.pi * np.arange(12) / 12:
+        e = np.cos(angle) * x + np.sin(angle) * np.cross(n, x)
+        d, u = centre + r * e, r * rate * np.cross(n, e)
+        a = r * acceleration * np.cross(n, e) - r * rate**2 * e
+        J = np.hstack([np.eye(3), -skew(d)])  # acceleration of the point due to the twist's rate
+        M += m / 12 * J.T @ J
+        F -= m / 12 * J.T @ (np.cross(w, np.cross(w, d)) + 2.0 * np.cross(w, u) + a)
+    assert_allclose(bodies["M"][0], M, atol=1e-13)
+    assert_allclose(bodies["F"][0], F, atol=1e-13)
 
 
-def test_carried_mass_on_a_spinning_body_adds_to_its_inertia(rng):
+def test_ring_on_a_spinning_body_adds_to_its_inertia(rng):
     bodies, y = spinning_body(rng)
     rigid.kinematics(0.0, y, bodies)
     n = bodies["R"][0] @ bodies["axis"][0]
-    d, u, a, m, copies = rng.normal(size=3), rng.normal(size=3), rng.normal(size=3), 0.3, 3
-    rigid.add_carried_mass(bodies, 0, copies, m, *d, *u, *a)
-    across = np.cross(n, d)
-    w = bodies["w"][0]
-    pull = m * copies * (np.cross(w, np.cross(w, d)) + 2.0 * np.cross(w, u) + a)
-    assert_allclose(bodies["J"][0], bodies["spin_inertia"][0] + m * copies * across @ across, atol=1e-14)
-    assert_allclose(bodies["F"][0], -np.concatenate([pull, np.cross(d, pull)]), atol=1e-13)
+    given, inertia = ring(rng)
+    rigid.add_ring(bodies, 0, *given)
+    across = np.cross(n, given[2:5])
+    expected = bodies["spin_inertia"][0] + given[0] * across @ across + n @ inertia @ n
+    assert_allclose(bodies["J"][0], expected, atol=1e-14)
 
 
-def test_carried_mass_leaves_a_driven_body_alone(rng):
+def test_ring_leaves_the_mass_of_a_driven_body_alone(rng):
     bodies, _ = spinning_body(rng)
     bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.0
     rigid.kinematics(0.0, np.zeros(0), bodies)
-    rigid.add_carried_mass(bodies, 0, 1, 0.3, *np.ones(9))
-    assert not bodies["F"].any()
+    rigid.add_ring(bodies, 0, *ring(rng)[0])
+    assert bodies["F"].any()
     assert not bodies["M"].any()
 
 
 def test_respond_solves_with_the_mass_matrix(rng):
     bodies, y = free_body(rng)
     rigid.kinematics(0.0, y, bodies)
-    rigid.add_carried_mass(bodies, 0, 1, 0.3, *rng.normal(size=9))
+    rigid.add_ring(bodies, 0, *ring(rng)[0])
     rigid.factorise(bodies)
     F, a = rng.normal(size=6), np.empty(6)
     rigid.respond(bodies, 0, F, a)

@@ -41,7 +41,7 @@ def signatures(model: Model) -> Signatures:
     m, y, s = typeof(model), f8[::1], i8[::1]
     rates = void(f8, y, s, m, y)
     return Signatures(
-        rates, rates, rates, types.int64(f8, y, s, m, i8, pointer(rates), pointer(rates)), types.int64(f8, y, s, m)
+        rates, rates, rates, types.int64(f8, y, s, m, i8, y, pointer(rates), pointer(rates)), types.int64(f8, y, s, m)
     )
 
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from evolvent.flow.impulse import impulse, prepare
+from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.jit import event_law_at, inlined, kernel
 from evolvent.kernels import joints, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
     H_BODY,
+    H_CARRIED,
     H_RELEASED,
-    H_WOUND,
     JUMP_ANGULAR,
     JUMP_LINEAR,
     KINETIC,
@@ -20,6 +20,8 @@ from evolvent.model import (
 
 #: Share of a segment by which a feed may run past the end of its thread (round-off of a run that ends just there).
 OVERRUN = 1e-6
+#: An event of a thread is due from this value on: the state is within so much of a segment of it.
+DUE = -1e-10
 
 
 @kernel
@@ -52,97 +54,128 @@ def event_values(t, y, s, model, g):
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
 
 
+@inlined
+def is_release(s, threads, g, k):
+    """Whether event k is that of a node leaving its spool, and due."""
+    p = k // 2
+    return k < 2 * threads.size and k % 2 == 0 and s[p] < threads[p].n and g[k] >= DUE
+
+
 @kernel
-def apply_event(t, y, s, model, k, rhs1, inventory1):
+def apply_event(t, y, s, model, k, g, rhs1, inventory1):
     """Carry out event k on the state; returns 1 if the run is to stop there, -1 if a feed has outrun its thread.
 
-    rhs1 and inventory1 are 1-tuples of these functions: called through pointers they are compiled once, not here again.
+    All releases that are due by g, the values of the events, are carried out with the first of them. rhs1 and
+    inventory1 are 1-tuples of these functions: called through pointers they are compiled once, not here again.
     """
     n = model.threads.size
     if k >= 2 * n:
         return model.events[k - 2 * n].stops
-    account = model.info[0].nq + model.info[0].nv
-    inventory1[0](t, y, s, model, model.sums[0])
-    energy = model.sums[0][KINETIC] + model.sums[0][ELASTIC]
     p = k // 2
     if (s[p] == 0 and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
         return -1
-    for c in range(3):
-        y[account + JUMP_ANGULAR + c] -= counted_momentum(model, model.sums[0], p, c)
-        y[account + JUMP_LINEAR + c] -= model.sums[0][P_ALL + c]
+    book_event(t, y, s, model, -1.0, inventory1)
     if k % 2 == 1:
         capture_node(t, y, s, model, p)
     elif s[p] < model.threads[p].n:
-        release_node(t, y, s, model, p, rhs1)
+        release_nodes(t, y, s, model, g, rhs1)
     else:
         let_go(t, y, s, model, p)
-    inventory1[0](t, y, s, model, model.sums[0])
-    y[account + RELEASE] += model.sums[0][KINETIC] + model.sums[0][ELASTIC] - energy
-    for c in range(3):
-        y[account + JUMP_ANGULAR + c] += counted_momentum(model, model.sums[0], p, c)
-        y[account + JUMP_LINEAR + c] += model.sums[0][P_ALL + c]
+    book_event(t, y, s, model, 1.0, inventory1)
     return 0
 
 
 @kernel
-def counted_momentum(model, out, p, c):
-    """Component c of the angular momentum that the model moves: wound thread counts where it is carried."""
-    value = out[H_BODY + c] + out[H_RELEASED + c]
-    if model.threads[p].carried:
-        value += out[H_WOUND + c]
-    return value
+def book_event(t, y, s, model, sign, inventory1):
+    """Add the energy and momenta of the state, times `sign`, to the accounts of what events bring in."""
+    account = model.info[0].nq + model.info[0].nv
+    out = model.sums[0]
+    inventory1[0](t, y, s, model, out)
+    y[account + RELEASE] += sign * (out[KINETIC] + out[ELASTIC])
+    for c in range(3):
+        y[account + JUMP_ANGULAR + c] += sign * (out[H_BODY + c] + out[H_RELEASED + c] + out[H_CARRIED + c])
+        y[account + JUMP_LINEAR + c] += sign * out[P_ALL + c]
 
 
 @kernel
-def release_node(t, y, s, model, p, rhs1):
-    """The next node leaves the spool at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set."""
+def release_nodes(t, y, s, model, g, rhs1):
+    """The next nodes leave their spools at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set.
+
+    Where wound thread is carried the body takes up what the node's momentum differs from its share of evenly wound
+    thread. All impulses come first, while the threads still end at Q with whole segments, then all nodes join them.
+    """
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    i = s[p]
-    q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
     rigid.kinematics(t, y, bodies)
     thread.reels(t, y, s, threads, bodies, model.parameters)
-    speed = threads[p].b[1]
-    # a spool that turned back just after the node was taken up frees it with some length already out
-    out = max(threads[p].b[0] - threads[p].segment, 0.0)
-    e = model.scratch[0]
-    for c in range(3):
-        e[c] = threads[p].X[c]
-    if i > 0 and (threads[p].turned or threads[p].kind == thread.INEXTENSIBLE):
-        if threads[p].kind == thread.INEXTENSIBLE:
-            for c in range(3):
-                e[c] = y[q - 3 + c]
-        else:
-            length = 0.0
-            for c in range(3):
-                e[c] = y[q - 3 + c] - threads[p].Q[c]
-                length += e[c] * e[c]
-            length = np.sqrt(length)
-            for c in range(3):
-                e[c] /= length
-    if threads[p].carried and i > 0:
-        # while the node is still on the spool: it moves with the body, and the segment outwards pulls on Q
-        m = nodes[threads[p].node + i].mass
-        fx = m * speed * (threads[p].X[0] - e[0])
-        fy = m * speed * (threads[p].X[1] - e[1])
-        fz = m * speed * (threads[p].X[2] - e[2])
+    carried = fixed = False
+    for p in range(threads.size):
+        if is_release(s, threads, g, 2 * p):
+            carried = carried or threads[p].carried != 0
+            fixed = fixed or threads[p].kind == thread.INEXTENSIBLE
+            if threads[p].carried:
+                threads[p].leaving = nodes[threads[p].node + s[p]].mass
+    if carried:
         prepare(t, y, s, model)
-        impulse(y, s, model, p, fx, fy, fz)
+        couple = model.scratch[0]
+        for p in range(threads.size):
+            if threads[p].leaving > 0.0:
+                place_node(y, s, threads, nodes, p)
+                fx, fy, fz = thread.leave_spool(threads, nodes, bodies, p, threads[p].node + s[p], couple)
+                for c in range(3):
+                    couple[c] = -couple[c]
+                strike(model, p, -fx, -fy, -fz, couple)
+        impulse(y, s, model)
         rigid.kinematics(t, y, bodies)
         thread.reels(t, y, s, threads, bodies, model.parameters)
-    if threads[p].kind == thread.SPRINGS:
-        for c in range(3):
-            y[q + c] = threads[p].Q[c] + out * e[c]
-            y[v + c] = threads[p].Q[3 + c] + speed * e[c]
-        s[p] += 1
-    else:
-        for c in range(3):
-            y[q + c] = e[c]
-            y[v + c] = y[v - 3 + c] if i > 0 else 0.0
-        s[p] += 1
-    if threads[p].kind == thread.INEXTENSIBLE:
-        for c in range(3):
-            threads[p].start[c] = 0.0
+    for p in range(threads.size):
+        threads[p].leaving = 0.0
+        if is_release(s, threads, g, 2 * p):
+            place_node(y, s, threads, nodes, p)
+            join_node(y, s, threads, nodes, p)
+    if fixed:
         start_links(t, y, s, model, rhs1)
+
+
+@kernel
+def place_node(y, s, threads, nodes, p):
+    """Position and velocity with which the next node of thread p leaves, into its x and v."""
+    i = s[p]
+    k, q, v = threads[p].node + i, threads[p].iq + 3 * i, threads[p].iv + 3 * i
+    x, u, Q = nodes[k].x, nodes[k].v, threads[p].Q
+    for c in range(3):
+        x[c] = threads[p].X[c]
+        u[c] = 0.0
+    if i > 0 and threads[p].kind == thread.INEXTENSIBLE:
+        for c in range(3):
+            x[c] = y[q - 3 + c]
+            u[c] = y[v - 3 + c]
+    elif i > 0 and threads[p].turned:
+        length = 0.0
+        for c in range(3):
+            x[c] = y[q - 3 + c] - Q[c]
+            length += x[c] * x[c]
+        for c in range(3):
+            x[c] /= np.sqrt(length)
+    # a spool that turned back just after the node was taken up frees it with some length already out
+    out = max(threads[p].b[0] - threads[p].segment, 0.0)
+    for c in range(3):
+        u[c] = Q[3 + c] + threads[p].b[1] * x[c] + out * u[c]
+        x[c] = Q[c] + out * x[c]
+
+
+@kernel
+def join_node(y, s, threads, nodes, p):
+    """The next node of thread p, placed by `place_node`, becomes its boundary node."""
+    i = s[p]
+    k, q, v = threads[p].node + i, threads[p].iq + 3 * i, threads[p].iv + 3 * i
+    for c in range(3):
+        if threads[p].kind == thread.SPRINGS:
+            y[q + c], y[v + c] = nodes[k].x[c], nodes[k].v[c]
+        else:
+            y[q + c] = y[q - 3 + c] if i > 0 else threads[p].X[c]
+            y[v + c] = y[v - 3 + c] if i > 0 else 0.0
+            threads[p].start[c] = 0.0
+    s[p] += 1
 
 
 @kernel
@@ -197,8 +230,8 @@ def is_short(threads, s, p):
 def capture_node(t, y, s, model, p):
     """The boundary node goes back onto the spool; where wound thread is carried its momentum goes to the body."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    j = s[p]
-    i = j - 1
+    i = s[p] - 1
+    k = threads[p].node + i
     rigid.kinematics(t, y, bodies)
     thread.reels(t, y, s, threads, bodies, model.parameters)
     inextensible = threads[p].kind == thread.INEXTENSIBLE
@@ -206,26 +239,10 @@ def capture_node(t, y, s, model, p):
         thread.chain_points(y, s, threads, nodes, p)
     else:
         thread.spring_points(y, s, threads, nodes, p)
-    k = threads[p].node + i
-    m = nodes[k].mass
-    speed = threads[p].b[1]
-    # the node's momentum less what it has on the spool, as a force impulse at Q and a couple
-    x, u, Q, b = nodes[k].x, nodes[k].v, threads[p].Q, threads[p].body
-    dx, dy, dz, ux, uy, uz, ax, ay, az = thread.wound_node(threads, bodies, p, i)
-    wx, wy, wz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], dx, dy, dz)
-    wx, wy, wz = bodies[b].v[0] + wx + ux, bodies[b].v[1] + wy + uy, bodies[b].v[2] + wz + uz
-    fx, fy, fz = m * (u[0] - wx), m * (u[1] - wy), m * (u[2] - wz)
-    before = cross(x[0], x[1], x[2], m * u[0], m * u[1], m * u[2])
-    after = cross(bodies[b].x[0] + dx, bodies[b].x[1] + dy, bodies[b].x[2] + dz, m * wx, m * wy, m * wz)
-    moment = cross(Q[0], Q[1], Q[2], fx, fy, fz)
     couple = model.scratch[0]
-    for c in range(3):
-        couple[c] = before[c] - after[c] - moment[c]
-    if not threads[p].carried:
-        fx = fy = fz = 0.0
-        for c in range(3):
-            couple[c] = 0.0
+    fx, fy, fz = thread.leave_spool(threads, nodes, bodies, p, k, couple)
     s[p] = i
+    along = threads[p].b[1]
     if inextensible and i > 0:
         q, v = threads[p].iq + 3 * (i - 1), threads[p].iv + 3 * (i - 1)
         length = 0.0
@@ -241,18 +258,21 @@ def capture_node(t, y, s, model, p):
             along += y[v + c] * y[q + c]
         for c in range(3):
             y[v + c] = (y[v + c] - along * y[q + c]) / b0
-        prepare(t, y, s, model)
-        for c in range(3):
-            bodies[b].F[3 + c] = threads[p].copies * couple[c]
-        for r in range(model.rows.size):
-            if model.rows[r].kind == joints.THREAD and model.rows[r].index == p:
-                model.rows[r].rx = threads[p].copies * (along - speed)
-        impulse(y, s, model, p, fx, fy, fz)
-    elif threads[p].carried:
-        prepare(t, y, s, model)
-        for c in range(3):
-            bodies[b].F[3 + c] = threads[p].copies * couple[c]
-        impulse(y, s, model, p, fx, fy, fz)
+        # the thread outwards moves along the new link, from its distance to the link's length
+        shift = b0 - length
+        for n in range(threads[p].node, k):
+            m, u = nodes[n].mass, nodes[n].v
+            hx, hy, hz = cross(y[q], y[q + 1], y[q + 2], m * u[0], m * u[1], m * u[2])
+            couple[0] -= shift * hx
+            couple[1] -= shift * hy
+            couple[2] -= shift * hz
+    prepare(t, y, s, model)
+    if threads[p].carried:
+        strike(model, p, fx, fy, fz, couple)
+    for r in range(model.rows.size):
+        if model.rows[r].kind == joints.THREAD and model.rows[r].index == p:
+            model.rows[r].rx = threads[p].copies * (along - threads[p].b[1])
+    impulse(y, s, model)
 
 
 @kernel

@@ -7,11 +7,18 @@ from evolvent.kernels.rotations import cross
 
 @kernel
 def prepare(t, y, s, model):
-    """Kinematics, masses and factors for an impulse; bodies' jumps and rows' right-hand sides are cleared."""
+    """Kinematics, masses and factors for an impulse; bodies' wrenches and rows' right-hand sides are cleared.
+
+    A node that is leaving its spool is at Q and moves with it; it no longer belongs to the thread wound.
+    """
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     rigid.kinematics(t, y, bodies)
     thread.reels(t, y, s, threads, bodies, model.parameters)
     thread.carry_wound(s, threads, nodes, bodies, model.info[0].gravity)
+    for p in range(threads.size):
+        if threads[p].leaving > 0.0:
+            d = threads[p].d
+            rigid.add_mass(bodies, threads[p].body, threads[p].copies * threads[p].leaving, d[0], d[1], d[2])
     rigid.factorise(bodies)
     for b in range(bodies.size):
         for c in range(6):
@@ -29,16 +36,24 @@ def prepare(t, y, s, model):
 
 
 @kernel
-def impulse(y, s, model, p, fx, fy, fz):
-    """Apply an impulse (N s) at the departure point of thread p and let every constraint answer it.
+def strike(model, p, fx, fy, fz, couple):
+    """Add an impulse (N s) at the departure point of thread p, and a couple (N m s), to its body's wrench."""
+    threads = model.threads
+    F, d = model.bodies[threads[p].body].F, threads[p].d
+    k = float(threads[p].copies)
+    rigid.add_wrench(F, d[0], d[1], d[2], k * fx, k * fy, k * fz)
+    for c in range(3):
+        F[3 + c] += k * couple[c]
+
+
+@kernel
+def impulse(y, s, model):
+    """Let every constraint answer the impulses that stand in the bodies' wrenches F; velocities jump.
 
     Call after `prepare`. Constraint rows may carry a wanted jump of their rate in rx.
     """
     bodies, points, threads = model.bodies, model.points, model.threads
-    if p >= 0:
-        b = threads[p].body
-        k = float(threads[p].copies)
-        rigid.add_wrench(bodies[b].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], k * fx, k * fy, k * fz)
+    for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
     if model.rows.size > 0:
         joints.solve_rows(s, model)

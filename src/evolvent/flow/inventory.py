@@ -5,7 +5,7 @@ import numpy as np
 from evolvent.jit import kernel
 from evolvent.kernels import rigid, springs, thread
 from evolvent.kernels.rotations import cross, turn
-from evolvent.model import ELASTIC, H_BODY, H_RELEASED, H_WOUND, KINETIC, N_INVENTORY, P_ALL
+from evolvent.model import ELASTIC, H_BODY, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, N_INVENTORY, P_ALL
 
 
 @kernel
@@ -25,8 +25,9 @@ def inventory(t, y, s, model, out):
     ----------
     out : (N_INVENTORY,) float, output
         kinetic energy, elastic energy (J); angular momentum about the inertial origin of bodies, released and wound
-        thread (kg m2/s); linear momentum (kg m/s). Wound thread that is not carried is counted in its own
-        angular momentum only. Leaves node positions and velocities in the nodes' x, v.
+        thread (kg m2/s); linear momentum (kg m/s); the part of the wound thread's angular momentum that bodies carry.
+        Wound thread that is not carried is counted in its own angular momentum only. Leaves node positions and
+        velocities in the nodes' x, v.
     """
     bodies, points, threads = model.bodies, model.points, model.threads
     for i in range(out.size):
@@ -101,19 +102,7 @@ def thread_inventory(y, s, model, p, out):
             if i < j - 1 or s[threads.size + p] == 0:
                 elastic += springs.spring_energy(threads[p].stiffness, extension)
     part[ELASTIC] = elastic
-    for i in range(j, threads[p].n):
-        m = nodes[first + i].mass
-        dx, dy, dz, ux, uy, uz, ax, ay, az = thread.wound_node(threads, bodies, p, i)
-        vx, vy, vz = cross(bodies[body].w[0], bodies[body].w[1], bodies[body].w[2], dx, dy, dz)
-        vx, vy, vz = bodies[body].v[0] + vx + ux, bodies[body].v[1] + vy + uy, bodies[body].v[2] + vz + uz
-        add_momentum(
-            part, H_WOUND, m, bodies[body].x[0] + dx, bodies[body].x[1] + dy, bodies[body].x[2] + dz, vx, vy, vz
-        )
-        if threads[p].carried:
-            part[KINETIC] += 0.5 * m * (vx * vx + vy * vy + vz * vz)
-            part[P_ALL] += m * vx
-            part[P_ALL + 1] += m * vy
-            part[P_ALL + 2] += m * vz
+    wound_inventory(s, model, p, part)
     if threads[p].feed == thread.FREE_SPOOL:
         rate = y[threads[p].spool_v]
         part[KINETIC] += 0.5 * threads[p].spool_inertia * rate * rate
@@ -125,8 +114,36 @@ def thread_inventory(y, s, model, p, out):
     nx, ny, nz = turn(bodies[body].R, n[0], n[1], n[2])
     out[KINETIC] += copies * part[KINETIC]
     out[ELASTIC] += copies * part[ELASTIC]
-    for at in (H_RELEASED, H_WOUND, P_ALL):
+    for at in (H_RELEASED, H_WOUND, P_ALL, H_CARRIED):
         axial = copies * (part[at] * nx + part[at + 1] * ny + part[at + 2] * nz)
         out[at] += axial * nx
         out[at + 1] += axial * ny
         out[at + 2] += axial * nz
+
+
+@kernel
+def wound_inventory(s, model, p, out):
+    """Add the wound part of thread p, a ring about the spool's axis (see `thread.carry_wound`), to `out`."""
+    threads, bodies = model.threads, model.bodies
+    b, r = threads[p].body, threads[p].radius
+    x, w = bodies[b].x, bodies[b].w
+    m = thread.wound_mass(s, threads, model.nodes, p)
+    cx, cy, cz, nx, ny, nz = thread.spool_axis(threads, bodies, p)
+    vx, vy, vz = cross(w[0], w[1], w[2], cx, cy, cz)
+    vx, vy, vz = bodies[b].v[0] + vx, bodies[b].v[1] + vy, bodies[b].v[2] + vz
+    along = w[0] * nx + w[1] * ny + w[2] * nz
+    across = 0.5 * m * r * r  # moment of inertia about a diameter
+    rate = threads[p].b[1] / r
+    for c in range(3):
+        n = (nx, ny, nz)[c]
+        out[H_WOUND + c] += across * (w[c] + (along + 2.0 * rate) * n)
+    add_momentum(out, H_WOUND, m, x[0] + cx, x[1] + cy, x[2] + cz, vx, vy, vz)
+    if not threads[p].carried:
+        return
+    turning = across * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] - along * along + 2.0 * (along + rate) ** 2)
+    out[KINETIC] += 0.5 * (m * (vx * vx + vy * vy + vz * vz) + turning)
+    out[P_ALL] += m * vx
+    out[P_ALL + 1] += m * vy
+    out[P_ALL + 2] += m * vz
+    for c in range(3):
+        out[H_CARRIED + c] += out[H_WOUND + c]

@@ -75,7 +75,7 @@ def project_links(t, y, s, model):
         if rows[r].kind == joints.LINK:
             k = rows[r].index
             rows[r].rx = joints.link_geometry(y, model.links, model.markers, points, bodies, k)[1]
-    impulse(y, s, model, -1, 0.0, 0.0, 0.0)
+    impulse(y, s, model)
 
 
 @kernel

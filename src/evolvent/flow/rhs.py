@@ -66,8 +66,8 @@ def rhs(t, y, s, model, dy):
             if threads[p].kind == thread.INEXTENSIBLE:
                 spool_power += thread.chain_rates(y, s, threads, nodes, bodies, p, loaded, dy)
                 info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
-    carry_power, drive_power = thread.carry_power(s, threads, nodes, bodies)
-    spool_power += carry_power
+    spool_power += thread.carry_power(s, threads, nodes, bodies)
+    drive_power = 0.0
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
     for i in range(points.size):

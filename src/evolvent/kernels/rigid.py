@@ -105,30 +105,55 @@ def add_wrench(F, dx, dy, dz, fx, fy, fz):
 
 
 @kernel
-def add_carried_mass(bodies, b, copies, mass, dx, dy, dz, ux, uy, uz, ax, ay, az):
-    """A point mass carried at arm d with prescribed velocity u and acceleration a relative to the body."""
-    if bodies[b].motion == DRIVEN:
-        return
-    wx, wy, wz = bodies[b].w[0], bodies[b].w[1], bodies[b].w[2]
+def add_ring(bodies, b, m, r, dx, dy, dz, nx, ny, nz, rate, acceleration):
+    """A thin ring of mass m and radius r, carried at arm d, that turns about its axis n at a rate given by a law.
+
+    n is a unit vector fixed in the body; rate and acceleration (rad/s, rad/s2) are relative to the body.
+
+    Notes
+    -----
+    Angular momentum about its centre: H = I omega + m r^2 rate n, I = m r^2 (1 + n n^T) / 2. Of
+    H' = I omega' + omega x I omega + m r^2 (acceleration n + rate omega x n) the first term goes to the body's mass.
+    """
+    w, F = bodies[b].w, bodies[b].F
     cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
-    kx, ky, kz = cross(wx, wy, wz, ux, uy, uz)
-    m = mass * copies
-    add_wrench(bodies[b].F, dx, dy, dz, -m * (cx + 2.0 * kx + ax), -m * (cy + 2.0 * ky + ay), -m * (cz + 2.0 * kz + az))
+    add_wrench(F, dx, dy, dz, -m * cx, -m * cy, -m * cz)
+    gx, gy, gz = cross(w[0], w[1], w[2], nx, ny, nz)
+    k = m * r * r
+    turning = k * (0.5 * (w[0] * nx + w[1] * ny + w[2] * nz) + rate)
+    F[3] -= turning * gx + k * acceleration * nx
+    F[4] -= turning * gy + k * acceleration * ny
+    F[5] -= turning * gz + k * acceleration * nz
+    add_mass(bodies, b, m, dx, dy, dz)
+    if bodies[b].motion == SPIN:
+        ax, ay, az = turn(bodies[b].R, bodies[b].axis[0], bodies[b].axis[1], bodies[b].axis[2])
+        along = ax * nx + ay * ny + az * nz
+        bodies[b].J += 0.5 * k * (1.0 + along * along)
+    elif bodies[b].motion == FREE:
+        n = (nx, ny, nz)
+        for i in range(3):
+            bodies[b].M[3 + i, 3 + i] += 0.5 * k
+            for j in range(3):
+                bodies[b].M[3 + i, 3 + j] += 0.5 * k * n[i] * n[j]
+
+
+@kernel
+def add_mass(bodies, b, m, dx, dy, dz):
+    """Mass of a point mass m fixed to the body at arm d."""
     if bodies[b].motion == SPIN:
         nx, ny, nz = turn(bodies[b].R, bodies[b].axis[0], bodies[b].axis[1], bodies[b].axis[2])
         px, py, pz = cross(nx, ny, nz, dx, dy, dz)
         bodies[b].J += m * (px * px + py * py + pz * pz)
-        return
-    M = bodies[b].M
-    dd = dx * dx + dy * dy + dz * dz
-    for i in range(3):
-        M[i, i] += m
-        M[3 + i, 3 + i] += m * dd
-    d = (dx, dy, dz)
-    for i in range(3):
-        for j in range(3):
-            M[3 + i, 3 + j] -= m * d[i] * d[j]
-    add_skew(M, m, dx, dy, dz)
+    elif bodies[b].motion == FREE:
+        M = bodies[b].M
+        dd = dx * dx + dy * dy + dz * dz
+        d = (dx, dy, dz)
+        for i in range(3):
+            M[i, i] += m
+            M[3 + i, 3 + i] += m * dd
+            for j in range(3):
+                M[3 + i, 3 + j] -= m * d[i] * d[j]
+        add_skew(M, m, dx, dy, dz)
 
 
 @inlined

@@ -17,7 +17,7 @@ from evolvent.jit import inlined, kernel
 from evolvent.kernels.feed import FREE as FREE_SPOOL
 from evolvent.kernels.feed import feed
 from evolvent.kernels.loads import AT_MARKER, thread_load
-from evolvent.kernels.rigid import DRIVEN, add_carried_mass, add_wrench, centripetal, point_kinematics
+from evolvent.kernels.rigid import add_ring, add_wrench, centripetal, point_kinematics
 from evolvent.kernels.rotations import cross, turn
 
 SPRINGS, INEXTENSIBLE = 0, 1
@@ -27,7 +27,7 @@ TINY = 1e-9  # m: below this distance from Q a spring's direction is the feed di
 
 @inlined
 def spool(t, y, threads, parameters, p):
-    """(angle, rate, acceleration) of spool p; a free spool's acceleration is left at zero."""
+    """(angle, rate, acceleration) of spool p; a free spool's acceleration is zero until its tension is known."""
     if threads[p].feed == FREE_SPOOL:
         return y[threads[p].spool_q], y[threads[p].spool_v], 0.0
     return feed(threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t)
@@ -58,11 +58,9 @@ def reels(t, y, s, threads, bodies, parameters):
 
 @inlined
 def wound_node(threads, bodies, p, i):
-    """Node i on spool p (eq. 2), in the body's axes rotated to the inertial frame.
+    """Node i on spool p (eq. 2): arm from the body's origin and velocity relative to the body, inertial axes.
 
-    Returns
-    -------
-    arm d from the body's origin, velocity u and acceleration a relative to the body: nine floats
+    That is where it is shown; what it weighs is evenly wound (see `carry_wound`).
     """
     r, b = threads[p].radius, threads[p].body
     angle = threads[p].phi - i * threads[p].segment / r
@@ -70,10 +68,9 @@ def wound_node(threads, bodies, p, i):
     Z = threads[p].normal
     zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
     xx, xy, xz = threads[p].X[0], threads[p].X[1], threads[p].X[2]
-    v, a, k = threads[p].b[1], threads[p].b[2], threads[p].b[1] * threads[p].b[1] / r
+    v = threads[p].b[1]
     sx, sz = r * n, r * (c - 1.0)
     ux, uz = v * c, -v * n
-    ax, az = a * c - k * n, -a * n - k * c
     return (
         threads[p].d[0] + sx * xx + sz * zx,
         threads[p].d[1] + sx * xy + sz * zy,
@@ -81,17 +78,33 @@ def wound_node(threads, bodies, p, i):
         ux * xx + uz * zx,
         ux * xy + uz * zy,
         ux * xz + uz * zz,
-        ax * xx + az * zx,
-        ax * xy + az * zy,
-        ax * xz + az * zz,
     )
 
 
 @inlined
-def carry_wound(s, threads, nodes, bodies, gravity):
-    """Mass and inertial forces of wound nodes onto their bodies (where carried); `spool` gets its inertia.
+def spool_axis(threads, bodies, p):
+    """Arm of spool p's centre from the body's origin, and its axis, inertial axes: six floats."""
+    b, r, Y, Z = threads[p].body, threads[p].radius, threads[p].chord, threads[p].normal
+    nx, ny, nz = turn(bodies[b].R, Y[0], Y[1], Y[2])
+    zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
+    return threads[p].d[0] - r * zx, threads[p].d[1] - r * zy, threads[p].d[2] - r * zz, nx, ny, nz
 
-    Gravity on wound thread acts at the spool's axis, as if it were evenly wound. Returns its power, W.
+
+@inlined
+def wound_mass(s, threads, nodes, p):
+    """Mass of the wound part of thread p, kg."""
+    mass = 0.0
+    for i in range(s[p], threads[p].n):
+        mass += nodes[threads[p].node + i].mass
+    return mass
+
+
+@inlined
+def carry_wound(s, threads, nodes, bodies, gravity):
+    """Mass and inertial forces of wound thread onto its bodies (where carried); `spool` gets its inertia.
+
+    Wound thread is a thin ring about the spool's axis, evenly wound: of the nodes on the spool (eq. 2), l0 / r apart,
+    any few would lie to one side and swing round. Returns the power of its weight, W.
     """
     gx, gy, gz = gravity[0], gravity[1], gravity[2]
     power = 0.0
@@ -100,54 +113,72 @@ def carry_wound(s, threads, nodes, bodies, gravity):
         if not threads[p].carried:
             continue
         b, r = threads[p].body, threads[p].radius
-        wound = 0.0
-        for i in range(s[p], threads[p].n):
-            m = nodes[threads[p].node + i].mass
-            wound += m
-            dx, dy, dz, ux, uy, uz, ax, ay, az = wound_node(threads, bodies, p, i)
-            add_carried_mass(bodies, b, threads[p].copies, m, dx, dy, dz, ux, uy, uz, ax, ay, az)
+        wound = wound_mass(s, threads, nodes, p)
         threads[p].spool += wound * r * r
-        if wound > 0.0 and (gx != 0.0 or gy != 0.0 or gz != 0.0):
-            Z = threads[p].normal
-            zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
-            cx, cy, cz = threads[p].d[0] - r * zx, threads[p].d[1] - r * zy, threads[p].d[2] - r * zz
-            k = wound * threads[p].copies
-            add_wrench(bodies[b].F, cx, cy, cz, k * gx, k * gy, k * gz)
+        # a node that is leaving (during an impulse) is at Q already
+        m = threads[p].copies * (wound - threads[p].leaving)
+        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+        add_ring(bodies, b, m, r, cx, cy, cz, nx, ny, nz, threads[p].b[1] / r, threads[p].b[2] / r)
+        if gx != 0.0 or gy != 0.0 or gz != 0.0:
+            add_wrench(bodies[b].F, cx, cy, cz, m * gx, m * gy, m * gz)
             vx, vy, vz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], cx, cy, cz)
-            power += k * (gx * (bodies[b].v[0] + vx) + gy * (bodies[b].v[1] + vy) + gz * (bodies[b].v[2] + vz))
+            power += m * (gx * (bodies[b].v[0] + vx) + gy * (bodies[b].v[1] + vy) + gz * (bodies[b].v[2] + vz))
     return power
 
 
 @inlined
 def carry_power(s, threads, nodes, bodies):
-    """Power of the spools and of drives on wound nodes that bodies carry, from the bodies' accelerations a, W.
+    """Power of the spools on wound thread that bodies carry, from the bodies' accelerations a, W.
 
     Notes
     -----
-    sum m A . u, A a node's whole acceleration and u its velocity relative to the body; a driven body's drive adds
-    sum m A . (v + omega x d).
+    m r^2 (phi'' + n . omega') phi', n the spool's axis. A free spool's phi'' is known only now; its reaction on a
+    driven body joins the body's wrench (a body that spins has its axis across the spool's).
     """
     power = 0.0
-    drive = 0.0
     for p in range(threads.size):
-        if not threads[p].carried or threads[p].feed == FREE_SPOOL:
+        if not threads[p].carried:
             continue
-        b = threads[p].body
-        a, w = bodies[b].a, bodies[b].w
-        for i in range(s[p], threads[p].n):
-            dx, dy, dz, ux, uy, uz, ax, ay, az = wound_node(threads, bodies, p, i)
-            cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
-            kx, ky, kz = cross(w[0], w[1], w[2], ux, uy, uz)
-            tx, ty, tz = cross(a[3], a[4], a[5], dx, dy, dz)
-            m = threads[p].copies * nodes[threads[p].node + i].mass
-            fx = m * (a[0] + tx + cx + 2.0 * kx + ax)
-            fy = m * (a[1] + ty + cy + 2.0 * ky + ay)
-            fz = m * (a[2] + tz + cz + 2.0 * kz + az)
-            power += ux * fx + uy * fy + uz * fz
-            if bodies[b].motion == DRIVEN:
-                rx, ry, rz = cross(w[0], w[1], w[2], dx, dy, dz)
-                drive += fx * (bodies[b].v[0] + rx) + fy * (bodies[b].v[1] + ry) + fz * (bodies[b].v[2] + rz)
-    return power, drive
+        r, b1, b2 = threads[p].radius, threads[p].b[1], threads[p].b[2]
+        m = threads[p].copies * wound_mass(s, threads, nodes, p)
+        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+        a, F = bodies[threads[p].body].a, bodies[threads[p].body].F
+        if threads[p].feed == FREE_SPOOL:
+            F[3] -= m * r * b2 * nx
+            F[4] -= m * r * b2 * ny
+            F[5] -= m * r * b2 * nz
+        else:
+            power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5]))
+    return power
+
+
+@inlined
+def leave_spool(threads, nodes, bodies, p, k, couple):
+    """Momentum of node k (its x, v) less its share of evenly wound thread on spool p: what it takes when it leaves.
+
+    Parameters
+    ----------
+    couple : (3,) float, output, N m s
+
+    Returns
+    -------
+    force impulse at Q, N s : three floats; `couple` goes with it
+    """
+    b, r, m = threads[p].body, threads[p].radius, nodes[k].mass
+    w, Q, x, u = bodies[b].w, threads[p].Q, nodes[k].x, nodes[k].v
+    cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+    vx, vy, vz = cross(w[0], w[1], w[2], cx, cy, cz)
+    vx, vy, vz = m * (bodies[b].v[0] + vx), m * (bodies[b].v[1] + vy), m * (bodies[b].v[2] + vz)
+    px, py, pz = m * u[0], m * u[1], m * u[2]
+    # about Q: of the node, of the share's centre, of its turning
+    hx, hy, hz = cross(x[0] - Q[0], x[1] - Q[1], x[2] - Q[2], px, py, pz)
+    gx, gy, gz = cross(cx - threads[p].d[0], cy - threads[p].d[1], cz - threads[p].d[2], vx, vy, vz)
+    k2 = 0.5 * m * r * r
+    turning = k2 * (w[0] * nx + w[1] * ny + w[2] * nz) + m * r * threads[p].b[1]
+    couple[0] = hx - gx - k2 * w[0] - turning * nx
+    couple[1] = hy - gy - k2 * w[1] - turning * ny
+    couple[2] = hz - gz - k2 * w[2] - turning * nz
+    return px - vx, py - vy, pz - vz
 
 
 @inlined
@@ -310,6 +341,7 @@ def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
         k = threads[p].spool_v
         dy[threads[p].spool_q] = y[k]
         dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
+        threads[p].b[2] = threads[p].radius * dy[k]
         dissipated += damping * rate * (stretch_rate - b1)
         power = threads[p].spool_torque * y[k]
     else:
@@ -449,7 +481,11 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
     a, c = q + 3 * links, v + 3 * links
     if not bound:
         dy[c], dy[c + 1], dy[c + 2] = ox, oy, oz
-        return 0.0
+        if threads[p].feed != FREE_SPOOL:
+            return 0.0
+        k = threads[p].spool_v
+        dy[threads[p].spool_q], dy[k] = y[k], threads[p].spool_torque / threads[p].spool
+        return threads[p].copies * threads[p].spool_torque * y[k]
     b0, b1, b2 = threads[p].b[0], threads[p].b[1], threads[p].b[2]
     T = nodes[first + links].tension
     power = -T * b1
@@ -457,7 +493,7 @@ def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
         k = threads[p].spool_v
         dy[threads[p].spool_q] = y[k]
         dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
-        b2 = threads[p].radius * dy[k]
+        b2 = threads[p].b[2] = threads[p].radius * dy[k]
         power = threads[p].spool_torque * y[k]
     gx, gy, gz = departure_acceleration(threads, bodies, p)
     if b0 > SHORT * l0:

@@ -12,7 +12,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels import thread as kernels
 from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
-from evolvent.parts.feed import FreeSpool, RampFeed
+from evolvent.parts.feed import RampFeed
 from evolvent.parts.reel import Reel
 
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
@@ -44,8 +44,8 @@ class Thread:
     -----
     Masses by Tenenbaum (2014), eq. 6: m_i = rho l0, the tip m_k + rho l0 / 2, l0 = length / n. The half segment at
     the root is not counted. On springs what is out at the start is not stretched yet and rings for a while. Carried
-    nodes lie on the spool where eq. 2 puts them: where l0 / (2 pi r) is near a whole number they all lie on the same
-    side and swing round with it; more nodes spread them.
+    thread is evenly wound: a thin ring of radius r about the spool's axis, that turns with the spool. What a node's
+    momentum at Q differs from its share of the ring acts on the body as an impulse when the node leaves or comes back.
     """
 
     reel: str
@@ -84,13 +84,6 @@ class Thread:
         l0 = length / n
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
-        if carried and isinstance(reel.feed, FreeSpool):
-            row = builder.rows["bodies"][body]
-            if motion != rigid.DRIVEN or row["rate"] != 0.0:
-                raise InputError(
-                    f"{name}.wound_mass is 'carried'; with a free spool that needs a body that stands still, as wound "
-                    "thread on a turning body also drives the spool"
-                )
         if self.copies < 1 or (self.copies > 1 and motion == rigid.FREE):
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body bears copies")
         X, Y, Z = reel.frame(self.reel)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.flow.events import DUE, is_release
 from evolvent.jit import inlined, kernel
 
 # status codes of a loop
@@ -166,31 +167,34 @@ def highest(events, model, t, y, s, loop):
 
 @kernel
 def fire(rhs1, inventory1, events, apply, model, t, loop):
-    """Carry out every event that is due at time t (a state within 1e-10 of a release is due).
+    """Carry out every event that is due at time t; the releases among them together.
 
     Returns 1 to stop the run, a negative status where it has failed.
     """
     y, s, g = loop.y, loop.s, loop.g
-    threads = 2 * model.threads.size
+    threads = model.threads
     stop = 0
-    for _ in range(2 * model.threads.size + 64):
+    for _ in range(2 * threads.size + 64):
         events(t, y, s, model, g)
         due = -1
         for k in range(g.size):
-            if (k < threads and g[k] >= -1e-10) or (k >= threads and loop.g0[k] < 0.0 and g[k] >= 0.0):
+            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and loop.g0[k] < 0.0 and g[k] >= 0.0):
                 due = k
                 break
         if due < 0:
             break
-        if due >= threads:
+        if due >= 2 * threads.size:
             loop.g0[due] = g[due]
-        n = loop.tally[EVENTS]
-        if n == loop.log_t.size:
-            return LOG_FULL
-        loop.log_t[n] = t
-        loop.log_k[n] = due
-        loop.tally[EVENTS] = n + 1
-        answer = apply(t, y, s, model, due, rhs1, inventory1)
+        for k in range(due, g.size):
+            if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
+                continue
+            n = loop.tally[EVENTS]
+            if n == loop.log_t.size:
+                return LOG_FULL
+            loop.log_t[n] = t
+            loop.log_k[n] = k
+            loop.tally[EVENTS] = n + 1
+        answer = apply(t, y, s, model, due, g, rhs1, inventory1)
         if answer < 0:
             return NO_THREAD
         stop = max(stop, answer)

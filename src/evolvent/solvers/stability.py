@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import rigid, springs, thread
+from evolvent.kernels import feed, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
 
@@ -115,6 +115,12 @@ def _thread_modes(model: mdl.Model, p: int, name: str, body: np.ndarray) -> list
         for what, value in enumerate((row["stiffness"], row["damping"])):
             body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)
         squared, damping = ends * row["stiffness"] / masses, ends * row["damping"] / masses
+        if row["feed"] == feed.FREE:
+            compliance = 2.0 * float(row["radius"]) ** 2 / float(row["spool_inertia"])
+            squared, damping = (
+                np.append(squared, compliance * row["stiffness"]),
+                np.append(damping, compliance * row["damping"]),
+            )
         return [(float(k), float(d), name) for k, d in zip(squared, damping, strict=True)]
     # links of fixed length: transverse only, by the tension of the whole thread straight at the present rate
     rate2 = float(np.sum(model.bodies["w"][b] ** 2))
