@@ -12,7 +12,7 @@ from evolvent.identification.modes import Modes
 from evolvent.identification.orders import WHITE, search, whiteness
 from evolvent.identification.signals import Signal, read_signal
 from evolvent.identification.subspace import esprit, matrix_pencil
-from evolvent.identification.variable_projection import objections, varpro
+from evolvent.identification.variable_projection import remarks, unsupported, varpro
 
 METHODS: dict[str, Callable[..., Modes]] = {
     "varpro": varpro,
@@ -96,7 +96,10 @@ def identify(
         modes = METHODS[method](
             data, found.order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend
         )
-    return replace(modes, criteria=criteria, warnings=(*objections(modes), *_colour(modes, signal)))
+        doubts: tuple[str, ...] = ()
+    else:
+        doubts = (*unsupported(modes), *remarks(modes))
+    return replace(modes, criteria=criteria, warnings=(*doubts, *_colour(modes, signal)))
 
 
 def _colour(modes: Modes, signal: Signal) -> tuple[str, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,15 +27,27 @@ def slope_factors(amplitudes: Array) -> Array:
     return S
 
 
-def covariance(poles: Array, amplitudes: Array, noise: Array, signal: Signal) -> Array:
+class Factor(NamedTuple):
+    """Triangular factor of [Phi, t Phi] for sensors with the same samples.
+
+    Attributes
+    ----------
+    R : (4 m + 1 + degree, 4 m + 1 + degree) or wider
+    sensors : their numbers
+    """
+
+    R: Array
+    sensors: Array
+
+
+def covariance(factors: Sequence[Factor], amplitudes: Array, noise: Array) -> Array:
     """Inverse of the Fisher information of all parameters, white Gaussian noise of each sensor.
 
     Parameters
     ----------
-    poles : (m,) complex, 1/s
+    factors : of `basis` with slopes, at the poles and times, one a group of sensors with the same samples
     amplitudes : (m, c) complex
     noise : (c,) standard deviations
-    signal : whose times, missing samples and polynomial count; its values do not
 
     Returns
     -------
@@ -50,35 +63,33 @@ def covariance(poles: Array, amplitudes: Array, noise: Array, signal: Signal) ->
     (Stoica & Moses, Spectral Analysis of Signals, 2005, appendix B).
     """
     m, sensors = amplitudes.shape
-    width = 2 * m + 1 + signal.degree
-    S = slope_factors(amplitudes)
-    A = basis(poles, signal, slopes=True)
-    information = np.zeros((2 * m, 2 * m))
+    width = factors[0].R.shape[0] - 2 * m
+    S = slope_factors(amplitudes).transpose(2, 0, 1)
+    projected = np.empty((sensors, 2 * m, 2 * m))
     gains = np.empty((sensors, width, 2 * m))
     own = np.empty((sensors, width, width))
     try:
-        for rows, members in signal.groups:
-            R = np.asarray(np.linalg.qr(A[rows], mode="r"))
+        for R, members in factors:
             upper = np.linalg.inv(R[:width, :width])
-            slopes = R[width:, width:]
-            for c in members:
-                J = slopes @ S[:, :, c] / noise[c]
-                information += J.T @ J
-                gains[c] = -upper @ (R[:width, width:] @ S[:, :, c])
-                own[c] = noise[c] ** 2 * upper @ upper.T
-        scale = np.sqrt(np.diag(information))
-        of_poles = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
+            projected[members] = R[width:, width : width + 2 * m] @ S[members]
+            gains[members] = -(upper @ R[:width, width : width + 2 * m]) @ S[members]
+            own[members] = upper @ upper.T
+        J = (projected / noise[:, np.newaxis, np.newaxis]).reshape(-1, 2 * m)
+        scale = np.sqrt((J**2).sum(axis=0))
+        inverse = np.linalg.inv(np.linalg.qr(J / scale)[1]) / scale[:, np.newaxis]
     except np.linalg.LinAlgError:
         return np.full((2 * m + 2 * m * sensors + sensors,) * 2, np.nan)
-    linear = np.einsum("cip,pq,djq->cidj", gains, of_poles, gains, optimize=True)
-    each = np.arange(sensors)
-    linear[each, :, each, :] += own
-    cross = np.einsum("pq,djq->pdj", of_poles, gains)
-    # from sensor-major (c, width) to Re a (m, c), Im a (m, c), offset (c)
-    pick = np.array([c * width + i for i in range(2 * m + 1) for c in range(sensors)])
-    linear = linear.reshape(sensors * width, sensors * width)[np.ix_(pick, pick)]
-    cross = cross.reshape(2 * m, sensors * width)[:, pick]
-    return np.block([[of_poles, cross], [cross.T, linear]])
+    of_poles = inverse @ inverse.T
+    own *= (noise**2)[:, np.newaxis, np.newaxis]
+    K = gains.reshape(-1, 2 * m)
+    linear = K @ of_poles @ K.T
+    for c in range(sensors):
+        at = slice(c * width, (c + 1) * width)
+        linear[at, at] += own[c]
+    # from (c, width) over the parameters first to Re a (m, c), Im a (m, c), offset (c)
+    pick = np.arange(sensors * width).reshape(sensors, width)[:, : 2 * m + 1].T.ravel()
+    cross = of_poles @ K[pick].T
+    return np.block([[of_poles, cross], [cross.T, linear[np.ix_(pick, pick)]]])
 
 
 def cramer_rao(
@@ -147,4 +158,5 @@ def cramer_rao(
         origin=0.0,
     )
     known = np.broadcast_to(np.asarray(noise, dtype=float), (sensors,))
-    return covariance(-decay + 1j * frequency, amplitude * np.exp(1j * phase), known, signal)[: 2 * m, : 2 * m]
+    R = np.asarray(np.linalg.qr(basis(-decay + 1j * frequency, signal, slopes=True), mode="r"))
+    return covariance([Factor(R, np.arange(sensors))], amplitude * np.exp(1j * phase), known)[: 2 * m, : 2 * m]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.special import gammaincc
 
@@ -11,12 +13,11 @@ from evolvent.identification.signals import (
     Signal,
     fit_linear,
     highest_order,
-    noise_floor,
+    noise_of,
     power,
-    rounding,
 )
 from evolvent.identification.subspace import Starts, add_peaks
-from evolvent.identification.variable_projection import Fit, fit, modes_of_fit, objections
+from evolvent.identification.variable_projection import Fit, evaluate, fit, modes_of_fit, unsupported
 
 #: Orders that are tried where the user sets no limit.
 MOST_MODES = 10
@@ -41,8 +42,8 @@ def whiteness(signal: Signal, residual: Array, noise: Array) -> float:
     return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
 
 
-def criteria(signal: Signal, residual: Array, m: int) -> tuple[float, float]:
-    """Description length and BIC of `m` modes with common poles.
+def criteria(signal: Signal, squares: Array, m: int) -> tuple[float, float]:
+    """Description length and BIC of `m` modes with common poles, whose residual has the sums of squares (c,).
 
     Notes
     -----
@@ -51,21 +52,27 @@ def criteria(signal: Signal, residual: Array, m: int) -> tuple[float, float]:
     BIC = sum_c n_c log s_c^2 + k log(sum_c n_c), k all parameters. s_c^2 is the mean square of the residual.
     """
     counts = signal.counts
-    power_left = np.nansum(residual**2, axis=0) / counts + (100.0 * rounding(signal)) ** 2
-    fit_term = float((counts * np.log(power_left)).sum())
+    left = squares / counts + (100.0 * signal.rounding) ** 2
+    fit_term = float((counts * np.log(left)).sum())
     own = 2 * m + 1 + signal.degree
     mdl = 0.5 * fit_term + 0.5 * own * float(np.log(counts).sum()) + 0.5 * 2 * m * 3.0 * np.log(len(signal.time))
     bic = fit_term + (own * len(counts) + 2 * m) * float(np.log(counts.sum()))
     return float(mdl), bic
 
 
-def fit_order(signal: Signal, starts: Starts, order: int, previous: Fit | None) -> Fit:
-    """The best fit of `order` modes from ESPRIT's start and from the fit of one mode less with a line added."""
-    trials = [fit(starts.poles(order), signal)]
-    if previous is not None:
-        trials.append(fit(add_peaks(signal, previous.poles, order), signal))
+class _Row(NamedTuple):
+    order: int
+    mdl: float
+    bic: float
+    whiteness: float
+    supported: bool
+
+
+def fit_order(signal: Signal, starts: Starts, order: int, fewer: Array) -> Fit:
+    """The best fit of `order` modes, from ESPRIT and from the poles of one mode `fewer` with a line added."""
+    trials = [fit(starts.poles(order), signal), fit(add_peaks(signal, fewer, order), signal)]
     good = [trial for trial in trials if trial.converged] or trials
-    return min(good, key=lambda trial: criteria(signal, trial.residual, order)[0])
+    return min(good, key=lambda trial: criteria(signal, trial.point.squares, order)[0])
 
 
 def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, OrderCriteria]:
@@ -88,39 +95,25 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     """
     most = min(MOST_MODES if limit is None else limit, highest_order(signal))
     starts = Starts(signal)
-    rows: list[tuple[int, float, float, float, bool]] = []
-    tried: list[Modes | None] = []
-    previous: Fit | None = None
-    for m in range(most + 1):
-        if m == 0:
-            found = fit_nothing(signal)
-            supported, modes = True, None
-        else:
-            found = fit_order(signal, starts, m, previous)
-            modes = modes_of_fit(found, signal)
-            supported = found.converged and not objections(modes)
-        rows.append(
-            (m, *criteria(signal, found.residual, m), whiteness(signal, found.residual, found.noise), supported)
-        )
+    point = evaluate(np.empty(0, dtype=complex), signal)
+    residual = fit_linear(point.poles, signal)[1]
+    noise = signal.noise if signal.noise is not None else noise_of(signal, point.squares, 0)
+    rows = [_Row(0, *criteria(signal, point.squares, 0), whiteness(signal, residual, noise), True)]
+    tried: list[Modes | None] = [None]
+    for m in range(1, most + 1):
+        found = fit_order(signal, starts, m, point.poles)
+        point = found.point
+        modes = modes_of_fit(found, signal)
+        white = whiteness(signal, modes.residual, modes.noise)
+        supported = found.converged and not unsupported(modes)
+        rows.append(_Row(m, *criteria(signal, point.squares, m), white, supported))
         tried.append(modes)
-        previous = found
-        best = max(_least(rows, 1), _least(rows, 2))
+        best = max(min(rows, key=lambda row: row.mdl).order, min(rows, key=lambda row: row.bic).order)
         if m >= best + PATIENCE:
             break
-    by_mdl, by_bic = _least(rows, 1), _least(rows, 2)
-    low, high = sorted((by_mdl, by_bic))
-    order = low if rows[low][3] >= WHITE else high
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return tried[order], OrderCriteria(*columns)
-
-
-def _least(rows: list[tuple[int, float, float, float, bool]], column: int) -> int:
-    """The supported order of least criterion."""
-    return min((row for row in rows if row[4]), key=lambda row: row[column])[0]
-
-
-def fit_nothing(signal: Signal) -> Fit:
-    """The fit of offsets alone."""
-    residual = fit_linear(np.empty(0, dtype=complex), signal)[1]
-    noise = signal.noise if signal.noise is not None else noise_floor(signal, residual, 0)
-    return Fit(np.empty(0, dtype=complex), noise, residual, 0, True)
+    possible = [row for row in rows if row.supported]
+    low, high = sorted(
+        (min(possible, key=lambda row: row.mdl), min(possible, key=lambda row: row.bic)), key=lambda row: row.order
+    )
+    chosen = low if low.whiteness >= WHITE else high
+    return tried[chosen.order], OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))

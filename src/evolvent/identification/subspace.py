@@ -24,7 +24,6 @@ from evolvent.identification.signals import (
     fit_linear,
     power,
     read_signal,
-    rounding,
     survey,
 )
 
@@ -59,18 +58,14 @@ def hankel_subspace(signal: Signal, weights: Array, *, rows: int, stride: int) -
     rows, stride : see Subspace
     """
     span = (rows - 1) * stride + 1
-    gram = np.zeros((rows, rows))
     centred = (signal.data - signal.data.mean(axis=0)) * weights
-    if signal.degree:
-        trend = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, len(centred) - span + 1), signal.degree + 1))[0]
-    for c in range(centred.shape[1]):
-        H = np.ascontiguousarray(sliding_window_view(centred[:, c], span)[:, ::stride].T)
-        if signal.degree:
-            H -= (H @ trend) @ trend.T
-        else:
-            H -= H.mean(axis=1, keepdims=True)
-        gram += H @ H.T
-    return Subspace(np.linalg.eigh(gram)[1], stride)
+    windows = sliding_window_view(centred, span, axis=0)[:, :, ::stride]  # (columns, c, rows)
+    columns = len(windows)
+    H = windows.transpose(2, 1, 0).reshape(rows, -1)
+    # take off what an offset (and a drift) puts into each sensor's rows
+    trend = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, columns), signal.degree + 1))[0]
+    common = (H.reshape(-1, columns) @ trend).reshape(rows, -1)
+    return Subspace(np.linalg.eigh(H @ H.T - common @ common.T)[1], stride)
 
 
 def choose_stride(length: int, step: float, highest: float) -> int:
@@ -115,7 +110,7 @@ def shift_poles(subspace: Subspace, order: int, step: float, *, total: bool) -> 
 def peak(signal: Signal, residual: Array) -> complex:
     """A pole at the highest line of the residual within the band, that decays by one over the record."""
     padded = np.zeros((4 * len(residual), residual.shape[1]))
-    padded[: len(residual)] = np.nan_to_num(residual) / (np.nanstd(residual, axis=0) + rounding(signal))
+    padded[: len(residual)] = np.nan_to_num(residual) / (np.nanstd(residual, axis=0) + signal.rounding)
     lines = power(padded).sum(axis=1)
     frequency = 2.0 * np.pi * np.arange(len(lines)) / (len(padded) * signal.step)
     span = signal.time[-1]
@@ -191,7 +186,7 @@ def strongest(signal: Signal, poles: Array, order: int) -> Array:
 def misfit(signal: Signal, poles: Array) -> float:
     """Sum over sensors of the logarithm of the residual's power, samples that are there."""
     residual = fit_linear(poles, signal)[1]
-    return float(np.log(np.nanmean(residual**2, axis=0) + rounding(signal) ** 2).sum())
+    return float(np.log(np.nanmean(residual**2, axis=0) + signal.rounding**2).sum())
 
 
 def longest_stretch(signal: Signal) -> Signal:

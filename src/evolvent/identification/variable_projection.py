@@ -9,15 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.identification.bounds import covariance, slope_factors
+from evolvent.identification.bounds import Factor, covariance, slope_factors
 from evolvent.identification.modes import Modes, make_modes, sort
 from evolvent.identification.signals import (
     Array,
     Signal,
     basis,
     check_order,
-    fit_linear,
-    noise_floor,
+    noise_of,
     read_signal,
     split,
 )
@@ -32,146 +31,175 @@ NOISE_CHANGE = 0.02
 #: ... and at most so many times.
 MOST_REWEIGHTS = 4
 
+#: Two frequencies are told apart where they differ by so many standard deviations of their difference.
+APART = 2.0
+
+
+class Point(NamedTuple):
+    """The fit at some poles.
+
+    Attributes
+    ----------
+    poles : (m,)
+    factors : one a group of sensors
+    amplitudes : (m, c)
+    squares : (c,) sums of squares of the residual
+    residual : (c, 2 m) the part of the residual in the directions of t Phi; with
+    jacobian : (c, 2 m, 2 m), its derivatives with respect to frequency and decay_rate
+    """
+
+    poles: Array
+    factors: list[Factor]
+    amplitudes: Array
+    squares: Array
+    residual: Array
+    jacobian: Array
+
 
 class Fit(NamedTuple):
     """Where the iteration ended.
 
     Attributes
     ----------
-    poles : (m,)
+    point : with its poles
     noise : (c,) that the sensors were weighted with, estimated from the residual unless known
-    residual : (N, c)
     steps : number of steps
     converged : False where the limit of steps was reached, or no step betters the fit though it is not stationary
     """
 
-    poles: Array
+    point: Point
     noise: Array
-    residual: Array
     steps: int
     converged: bool
 
 
-class _Point(NamedTuple):
-    cost: float
-    jacobian: Array
-    residual: Array
+def evaluate(poles: Array, signal: Signal) -> Point:
+    """Project the linear parameters out with one QR of [Phi, t Phi, data].
 
-
-def _evaluate(poles: Array, signal: Signal, weights: Array) -> _Point:
-    """Cost, and the projected residual and Jacobian in the coordinates that one QR of [Phi, t Phi, data] gives.
-
-    R = [[R11 R12 R13], [0 R22 R23], [0 0 R33]]: the residual is (R23, R33) and t Phi projected is (R22, 0).
+    R = [[R11 R12 R13], [0 R22 R23], [0 0 R33]]: in its coordinates the residual is (R23, R33), and t Phi projected
+    is (R22, 0).
     """
-    m = len(poles)
+    m, sensors = len(poles), signal.data.shape[1]
     width = 2 * m + 1 + signal.degree
     A = basis(poles, signal, slopes=True)
-    cost = 0.0
-    jacobians, residuals = [], []
-    for rows, sensors in signal.groups:
-        whole = len(sensors) == len(weights)
-        Y = (signal.data if whole else signal.data[rows][:, sensors]) * weights[sensors]
-        R = np.asarray(np.linalg.qr(np.hstack((A[rows], Y)), mode="r"))
-        amplitudes = split(np.linalg.solve(R[:width, :width], R[:width, -len(sensors) :]), m)
-        projected = R[width:, -len(sensors) :]
-        cost += float((projected**2).sum())
+    amplitudes = np.empty((m, sensors), dtype=complex)
+    squares = np.empty(sensors)
+    residual = np.empty((sensors, 2 * m))
+    jacobian = np.empty((sensors, 2 * m, 2 * m))
+    factors = []
+    for rows, members in signal.groups:
+        R = np.asarray(np.linalg.qr(np.hstack((A[rows], signal.data[rows][:, members])), mode="r"))
+        right = R[:, width + 2 * m :]
+        amplitudes[:, members] = split(np.linalg.solve(R[:width, :width], right[:width]), m)
+        squares[members] = (right[width:] ** 2).sum(axis=0)
+        residual[members] = right[width : width + 2 * m].T
         slopes = R[width : width + 2 * m, width : width + 2 * m]
-        jacobians.append(np.einsum("ij,jkc->cik", slopes, slope_factors(amplitudes)).reshape(-1, 2 * m))
-        residuals.append(projected[: 2 * m].T.ravel())
-    return _Point(cost, np.concatenate(jacobians), np.concatenate(residuals))
+        jacobian[members] = slopes @ slope_factors(amplitudes[:, members]).transpose(2, 0, 1)
+        factors.append(Factor(R[: width + 2 * m], members))
+    return Point(poles, factors, amplitudes, squares, residual, jacobian)
 
 
-def _minimise(poles: Array, signal: Signal, weights: Array) -> tuple[Array, int, bool]:
-    """Levenberg-Marquardt on the projected residual with Kaufman's Jacobian: poles, steps, converged."""
-    m = len(poles)
-    nyquist = np.pi / signal.step
-    span = signal.time[-1]
-    # beyond these a mode is no oscillation that the samples show: a start from which none is found
-    fastest = 4.0 / signal.step
+def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, bool]:
+    """Levenberg-Marquardt on the projected residual with Kaufman's Jacobian: the end, steps, converged."""
+    m = len(point.poles)
     damping = 0.0
-    point = _evaluate(poles, signal, weights)
     for step in range(1, MOST_STEPS + 1):
-        scale = np.sqrt((point.jacobian**2).sum(axis=0))
+        J = (point.jacobian / noise[:, np.newaxis, np.newaxis]).reshape(-1, 2 * m)
+        r = (point.residual / noise[:, np.newaxis]).ravel()
+        scale = np.sqrt((J**2).sum(axis=0))
         if not np.all(scale > 0.0):
-            return poles, step, False
-        J = point.jacobian / scale
-        J, rhs = np.vstack((J, np.sqrt(damping) * np.eye(2 * m))), np.append(point.residual, np.zeros(2 * m))
-        change = np.linalg.lstsq(J, rhs, rcond=None)[0]
-        expected = float((point.residual**2).sum() - ((J @ change - rhs) ** 2).sum())
+            return point, step, False
+        J /= scale
+        if damping > 0.0:
+            J, r = np.vstack((J, np.sqrt(damping) * np.eye(2 * m))), np.append(r, np.zeros(2 * m))
+        change = np.linalg.lstsq(J, r, rcond=None)[0]
+        gain = float((r**2).sum() - ((J @ change - r) ** 2).sum())
         change = change / scale
-        if expected <= TOLERANCE or np.abs(change).max() <= 4e-16 * np.abs(poles).max():
-            return poles, step, damping < 1.0
-        trial = poles + (1j * change[:m] - change[m:])
-        inside = np.all(
-            (trial.imag > 0.0) & (trial.imag < nyquist) & (trial.real < 30.0 / span) & (trial.real > -fastest)
-        )
-        next_point = _evaluate(trial, signal, weights) if inside else None
-        if next_point is not None and next_point.cost < point.cost:
-            poles, point = trial, next_point
+        if gain <= TOLERANCE or np.abs(change).max() <= 4e-16 * np.abs(point.poles).max():
+            return point, step, damping < 1.0
+        poles = point.poles + 1j * change[:m] - change[m:]
+        cost = (point.squares / noise**2).sum()
+        trial = evaluate(poles, signal) if _visible(poles, signal) else None
+        if trial is not None and (trial.squares / noise**2).sum() < cost:
+            point = trial
             damping = 0.0 if damping < 1e-3 else damping / 10.0
+        elif trial is not None and gain <= 1e-9 * cost:
+            return point, step, True  # rounding hides what is left to gain
         else:
-            if next_point is not None and expected <= 1e-9 * point.cost:
-                return poles, step, True  # rounding hides what is left to gain
             damping = max(10.0 * damping, 1e-3)
             if damping > 1e8:
-                return poles, step, False
-    return poles, MOST_STEPS, False
+                return point, step, False
+    return point, MOST_STEPS, False
+
+
+def _visible(poles: Array, signal: Signal) -> bool:
+    """Whether the samples can show such modes: below half the rate, no faster than the samples nor exploding."""
+    slow, fast = -30.0 / signal.time[-1], 4.0 / signal.step
+    w, decay = poles.imag, -poles.real
+    return bool(np.all((w > 0.0) & (w < np.pi / signal.step) & (decay > slow) & (decay < fast)))
 
 
 def fit(poles: Array, signal: Signal) -> Fit:
     """Fit common poles from a start, with each sensor weighted by its noise, known or estimated anew."""
     m = len(poles)
-    residual = fit_linear(poles, signal)[1]
-    noise = signal.noise if signal.noise is not None else noise_floor(signal, residual, m)
+    point = evaluate(poles, signal)
+    noise = signal.noise if signal.noise is not None else noise_of(signal, point.squares, m)
     steps, converged = 0, False
     for _ in range(MOST_REWEIGHTS):
-        poles, taken, converged = _minimise(poles, signal, 1.0 / noise)
+        point, taken, converged = _minimise(point, signal, noise)
         steps += taken
-        residual = fit_linear(poles, signal)[1]
         if signal.noise is not None:
             break
-        change, noise = noise, noise_floor(signal, residual, m)
-        if not converged or np.ptp(np.log(noise / change)) < NOISE_CHANGE:
+        before, noise = noise, noise_of(signal, point.squares, m)
+        if not converged or np.ptp(np.log(noise / before)) < NOISE_CHANGE:
             break
-    return Fit(sort(poles), noise, residual, steps, converged)
+    if np.any(np.diff(point.poles.imag) < 0.0):
+        point = evaluate(sort(point.poles), signal)
+    return Fit(point, noise, steps, converged)
 
 
-def objections(modes: Modes) -> tuple[str, ...]:
-    """What the data do not support in a fit, a sentence each."""
-    found = []
-    w, w_std = modes.frequency, modes.frequency_std
-    if not np.all(np.isfinite(w_std)):
+def unsupported(modes: Modes) -> tuple[str, ...]:
+    """Modes that the data do not support: not apart from their neighbours or not above the noise; a sentence each."""
+    w, C = modes.frequency, modes.pole_covariance
+    if not np.all(np.isfinite(C)):
         return ("the modes cannot be told apart: no standard deviations follow",)
-    m, C = modes.order, modes.pole_covariance
-    for k in range(m - 1):
+    found = []
+    for k in range(modes.order - 1):
         apart = np.sqrt(max(C[k, k] + C[k + 1, k + 1] - 2.0 * C[k, k + 1], 0.0))
-        if w[k + 1] - w[k] < 2.0 * apart:
+        if w[k + 1] - w[k] < APART * apart:
             found.append(
                 f"modes {k + 1} and {k + 2} ({w[k]:.6g} and {w[k + 1]:.6g} rad/s) cannot be told apart: they differ by "
                 f"{w[k + 1] - w[k]:.2g} ± {apart:.2g} rad/s"
             )
-    deviation = modes.amplitude / modes.amplitude_std
-    for k in range(m):
-        if deviation[k].max() < 3.0:
-            found.append(f"mode {k + 1} ({w[k]:.6g} rad/s) is not above the noise at any sensor")
-        if modes.decay_rate[k] > w[k]:
-            found.append(f"mode {k + 1} ({w[k]:.6g} rad/s) decays within less than a period: hardly an oscillation")
-        if modes.decay_rate[k] < -4.0 * modes.decay_rate_std[k]:
-            found.append(f"mode {k + 1} ({w[k]:.6g} rad/s) grows (decay rate {modes.decay_rate[k]:.3g} 1/s)")
-    if modes.time[-1] * w[0] < 2.0 * np.pi:
-        found.append(f"mode 1 ({w[0]:.6g} rad/s) is seen for less than one period")
+    above = (modes.amplitude / modes.amplitude_std).max(axis=1)
+    found += [
+        f"mode {k + 1} ({w[k]:.6g} rad/s) is not above the noise at any sensor" for k in np.flatnonzero(above < 3.0)
+    ]
+    return tuple(found)
+
+
+def remarks(modes: Modes) -> tuple[str, ...]:
+    """What is unusual about modes of free vibration, a sentence each."""
+    found = []
+    for k, (w, decay) in enumerate(zip(modes.frequency, modes.decay_rate, strict=True)):
+        name = f"mode {k + 1} ({w:.6g} rad/s)"
+        if modes.time[-1] * w < 2.0 * np.pi:
+            found.append(f"{name} is seen for less than one period")
+        if decay > w:
+            found.append(f"{name} decays within less than a period: hardly an oscillation")
+        if decay < -4.0 * modes.decay_rate_std[k]:
+            found.append(f"{name} grows (decay rate {decay:.3g} 1/s)")
     return tuple(found)
 
 
 def modes_of_fit(found: Fit, signal: Signal) -> Modes:
     """Modes with the covariance that the fit gives."""
-    amplitudes = split(fit_linear(found.poles, signal)[0], len(found.poles))
     return make_modes(
         "varpro",
-        found.poles,
+        found.point.poles,
         signal,
         noise=found.noise,
-        covariance=covariance(found.poles, amplitudes, found.noise, signal),
+        covariance=covariance(found.point.factors, found.point.amplitudes, found.noise),
         iterations=found.steps,
     )
 
@@ -225,17 +253,17 @@ def varpro(
 
 def checked_modes(found: Fit, signal: Signal) -> Modes:
     """Modes of a fit with its warnings; refused unless it converged, inside the band."""
-    order = len(found.poles)
+    order = len(found.point.poles)
     if not found.converged:
         raise InputError(
             f"the data do not support {order} modes: their fit did not converge in {found.steps} steps; "
             "ask for fewer, or let identify find the order"
         )
-    if len(in_band(found.poles, signal)) < order:
-        outside = ", ".join(f"{w:.6g}" for w in found.poles.imag if not signal.band[0] <= w <= signal.band[1])
+    if len(in_band(found.point.poles, signal)) < order:
+        outside = ", ".join(f"{w:.6g}" for w in found.point.poles.imag if not signal.band[0] <= w <= signal.band[1])
         raise InputError(
             f"the data do not support {order} modes in the band {signal.band[0]:.6g} to {signal.band[1]:.6g} rad/s: "
             f"the fit leaves it ({outside} rad/s)"
         )
     modes = modes_of_fit(found, signal)
-    return replace(modes, warnings=objections(modes))
+    return replace(modes, warnings=(*unsupported(modes), *remarks(modes)))
