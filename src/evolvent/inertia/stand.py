@@ -214,12 +214,15 @@ class Pose:
     ----------
     position : (..., 3) float, m
         Of the centre of mass in the frame of the level, unloaded stand (there it is at `body.centre`).
+    origin : (..., 3) float, m
+        Of the stiffness centre of the attachment plane, from where it is on the level, unloaded stand.
     rotation : (..., 3, 3) float, body to level frame
     reaction : (..., 3) float, N and N m
         Of the guides: force along x, force along z, and multiplier of (R e_x) . Z; zero where the body is free.
     """
 
     position: np.ndarray
+    origin: np.ndarray
     rotation: np.ndarray
     reaction: np.ndarray
 
@@ -386,7 +389,8 @@ def rest(s: Setup, force: np.ndarray | None = None, point: np.ndarray | None = N
         rotation = rotation_matrix(short * step[..., 3:6]) @ rotation
         reaction = reaction + short * step[..., 6:]
         if np.all(longest < 1e-9 * size):
-            return Pose(position, rotation, reaction if c else np.zeros((*batch, 3)))
+            origin = position - np.einsum("...ij,...j", rotation, s.centre)
+            return Pose(position, origin, rotation, reaction if c else np.zeros((*batch, 3)))
     raise InputError(
         "no equilibrium was found near the level position; springs, mass and centre of mass do not belong together"
     )
@@ -675,4 +679,4 @@ def level(s: Setup) -> LinearModel:
     M[..., :3, :3] = np.asarray(s.mass)[..., None, None] * np.eye(3)
     M[..., 3:, 3:] = s.inertia
     basis = np.broadcast_to(VERTICAL, (*batch, 6, 3))
-    return LinearModel(M, D, K, basis, Pose(position, R, np.zeros((*batch, 3))), s.centre)
+    return LinearModel(M, D, K, basis, Pose(position, position - s.centre, R, np.zeros((*batch, 3))), s.centre)
