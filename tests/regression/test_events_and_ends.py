@@ -102,3 +102,43 @@ def test_copies_refuse_what_they_do_not_share() -> None:
     system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
     with pytest.raises(InputError, match="'light' is not the same"):
         system.assemble()
+
+
+@event_law
+def passes(t, y, p):
+    return np.sin(2.0 * np.pi * p[0] * t - 1.0)
+
+
+@pytest.mark.parametrize(("method", "options"), [("rk4", {"step": 4e-4}), ("dopri5", {})])
+def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None:
+    """Any number of events is logged, and a run does not depend on how often its log grew."""
+    from evolvent.solvers import drive
+
+    assembly = oscillator(parts.Event(law=passes, parameters=(1000.0,))).assemble()
+    assembly.model = assembly.model._replace(breaks=4e-4 * np.arange(1, 10_000))  # no step passes over two events
+    samples = np.linspace(0.0, 4.0, 9)
+    grown = []
+    grow = drive._grow_log
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drive, "_grow_log", lambda loop: grown.append(loop) or grow(loop))
+        found = solve(assembly, samples=samples, method=method, **options)
+        make = drive._make_loop
+        patch.setattr(drive, "_make_loop", lambda *given: grow(grow(make(*given))))
+        once = solve(assembly, samples=samples, method=method, **options)
+    assert found.success
+    assert len(grown) == 2
+    assert found.event_times == pytest.approx((np.arange(4000) + 1.0 / (2.0 * np.pi)) / 1000.0, abs=1e-9)
+    assert np.array_equal(found.y, once.y)
+    assert np.array_equal(found.event_times, once.event_times)
+
+
+def test_an_event_that_fires_again_and_again_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousand events within a share of the run that is too small for them (here a half) are no events."""
+    from evolvent.solvers import drive
+
+    monkeypatch.setattr(drive, "CHATTER", 0.5)
+    system = oscillator(parts.Event(law=passes, parameters=(1000.0,)))
+    found = solve(system.assemble(), samples=[0.0, 4.0], method="rk4", step=4e-4)
+    assert found.status == "failed"
+    assert "fires again and again" in found.message
+    assert found.event_times[-1] < 3.0

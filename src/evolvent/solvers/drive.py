@@ -32,6 +32,8 @@ FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 #: Relative defect of the energy account at which a run has failed.
 ENERGY_LIMIT = 1e-2
+#: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
+CHATTER = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -166,13 +168,16 @@ def solve(
     status, message = "success", "the run reached its end"
     began = clock.perf_counter()
     budget, reached, worst = 500, times[0], 0.0
+    filled = -math.inf
     try:
         while True:
             slice_began = clock.perf_counter()
-            code = advance(budget)
+            code = advance(loop, budget)
             spent = clock.perf_counter() - slice_began
             reached = float(loop.clock[ex.TIME])
-            if code != ex.BUDGET:
+            if code == ex.LOG_FULL and reached - filled > CHATTER * (times[-1] - times[0]):
+                loop, filled = _grow_log(loop), reached
+            elif code != ex.BUDGET:
                 break
             budget = max(100, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
             if progress is not None:
@@ -182,7 +187,7 @@ def solve(
             if not worst <= ENERGY_LIMIT:
                 break
         wall_time = clock.perf_counter() - began
-        if code < 0:
+        if code < 0 or code == ex.LOG_FULL:
             status, message = "failed", _reason(code, reached, loop, method, fixed)
         else:
             _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
@@ -230,8 +235,8 @@ def solve(
 
 def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.Loop:
     n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info["ne"][0])
-    nodes = assembly.model.nodes.size
-    log = 1000 + 100 * nodes
+    n_p = assembly.model.threads.size
+    log = 1000 + 2 * ex.rounds(n_p) * (n_p + 1)
     span = times[-1] - times[0]
     tally = np.zeros(8, dtype=np.int64)
     tally[ex.FRESH] = 1
@@ -254,10 +259,18 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
     )
 
 
+def _grow_log(loop: ex.Loop) -> ex.Loop:
+    """The loop with room for twice as many events."""
+    return loop._replace(
+        log_t=np.concatenate([loop.log_t, np.zeros_like(loop.log_t)]),
+        log_k=np.concatenate([loop.log_k, np.zeros_like(loop.log_k)]),
+    )
+
+
 def _bind(
     model: mdl.Model, loop: ex.Loop, tableau: ex.Method, *, rtol: float, atol: float, aside: Popen | None
-) -> Callable[[int], int]:
-    """The loop as a function of its budget alone, compiled (a budget of nothing makes that happen here).
+) -> Callable[[ex.Loop, int], int]:
+    """The time loop as a function of what it carries and its budget, compiled (a budget of nothing does that here).
 
     `aside` is a process that compiles a part of it (see `cold_start`).
     """
@@ -271,12 +284,12 @@ def _bind(
         aside.wait()
     arguments = (*rates, *bind_corrections(model), *options, model)
 
-    def advance(budget: int) -> int:
+    def advance(loop: ex.Loop, budget: int) -> int:
         return int(steps(*arguments, loop, budget))
 
     tally = loop.tally.copy()
     tally[ex.FRESH] = 0
-    steps(*arguments, loop._replace(y=loop.y.copy(), s=loop.s.copy(), tally=tally), 0)
+    advance(loop._replace(y=loop.y.copy(), s=loop.s.copy(), tally=tally), 0)
     return advance
 
 
@@ -297,4 +310,4 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
             f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
             "already wound; stop the feed in time, end the run earlier, or let the thread go"
         )
-    return f"more than {loop.log_t.size} events by t = {reached:.6g} s: an event fires again and again"
+    return f"{loop.tally[ex.EVENTS]} events by t = {reached:.6g} s: there one fires again and again"

@@ -19,7 +19,7 @@ from evolvent.flow.events import DUE, is_release
 from evolvent.jit import inlined, kernel
 
 # status codes of a loop
-BUDGET, DONE, STOPPED, NOT_FINITE, TOO_SMALL, LOG_FULL, NO_THREAD = 0, 1, 2, -1, -2, -3, -4
+BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
 # places in Loop.tally
 STEPS, RHS, REJECTED, EVENTS, SAMPLE, GRID, BREAK, FRESH = range(8)
 # places in Loop.clock
@@ -87,7 +87,7 @@ class Loop(NamedTuple):
     tally : (8,) int, counters (see the module's constants)
     samples : (nt,) float, times to keep the state at
     out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
-    log_t, log_k : (nlog,) float and int, time and number of every event
+    log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
     """
 
@@ -165,6 +165,19 @@ def highest(events, model, t, y, s, loop):
     return value
 
 
+@inlined
+def rounds(threads):
+    """How often `fire` looks for events at one time; each round carries out one, or one of every thread."""
+    return 2 * threads + 64
+
+
+@inlined
+def log_is_short(model, loop):
+    """Whether the log may not hold all that `fire` could write into it."""
+    n = model.threads.size
+    return loop.log_t.size - loop.tally[EVENTS] < rounds(n) * (n + 1)
+
+
 @kernel
 def fire(rhs1, inventory1, events, apply, model, t, loop):
     """Carry out every event that is due at time t; the releases among them together.
@@ -174,7 +187,7 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
     y, s, g = loop.y, loop.s, loop.g
     threads = model.threads
     stop = 0
-    for _ in range(2 * threads.size + 64):
+    for _ in range(rounds(threads.size)):
         events(t, y, s, model, g)
         due = -1
         for k in range(g.size):
@@ -189,8 +202,6 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
             if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
                 continue
             n = loop.tally[EVENTS]
-            if n == loop.log_t.size:
-                return LOG_FULL
             loop.log_t[n] = t
             loop.log_k[n] = k
             loop.tally[EVENTS] = n + 1
@@ -266,6 +277,8 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
     for _ in range(budget):
         if tally[SAMPLE] == loop.samples.size:
             return DONE
+        if watch and log_is_short(model, loop):
+            return LOG_FULL
         t = clock[TIME]
         target = clock[ORIGIN] + (tally[GRID] + 1) * clock[STEP]
         sample = loop.samples[tally[SAMPLE]]
@@ -413,6 +426,8 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
     for _ in range(budget):
         if tally[SAMPLE] == loop.samples.size:
             return DONE
+        if watch and log_is_short(model, loop):
+            return LOG_FULL
         t, h = clock[TIME], clock[STEP]
         landing = t + h * 1.01 >= until
         if landing:
