@@ -246,15 +246,22 @@ def make_modes(
     poles: Array,
     signal: Signal,
     *,
+    coefficients: Array | None = None,
     noise: Array | None = None,
     covariance: Array | None = None,
     warnings: tuple[str, ...] = (),
     iterations: int = 0,
 ) -> Modes:
-    """Modes with the amplitudes that fit best to given `poles`; noise from the residual unless given."""
+    """Modes of given poles; those of a fit are in order and come with its linear `coefficients`.
+
+    Without these, the amplitudes are those that fit best; without `noise`, it follows from the residual.
+    """
     poles = sort(poles)
     m, sensors = len(poles), signal.data.shape[1]
-    coefficients, residual = fit_linear(poles, signal)
+    if coefficients is None:
+        coefficients = fit_linear(poles, signal)[0]
+    fitted = basis(poles, signal) @ coefficients
+    residual = signal.data - fitted
     a = split(coefficients, m)
     if noise is None:
         noise = signal.noise if signal.noise is not None else noise_floor(signal, residual, m)
@@ -273,7 +280,7 @@ def make_modes(
         noise=noise,
         time=signal.time,
         data=signal.data,
-        fitted=basis(poles, signal) @ coefficients,
+        fitted=fitted,
         residual=residual,
         warnings=warnings,
         iterations=iterations,

@@ -233,8 +233,8 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
         c = int(np.argmax(dead))
         raise InputError(f"{names[c]} is constant ({highest[c]:.6g}): a dead sensor; leave it out")
     for side, extremes in (("highest", highest), ("lowest", lowest)):
-        for c in np.flatnonzero((values == extremes).sum(axis=0) >= FLAT_RUN):
-            held = _held(values[:, c], extremes[c])
+        for c in np.flatnonzero((values == extremes).sum(axis=0) >= FLAT_RUN).tolist():
+            held = _held(values[:, c], float(extremes[c]))
             if held:
                 raise InputError(
                     f"{names[c]} is clipped or held: {held} samples stand at its {side} value {extremes[c]:.6g}; "

@@ -24,8 +24,8 @@ from evolvent.identification.subspace import Starts, in_band
 
 #: Steps at most. From ESPRIT's start 3 to 5 are usual.
 MOST_STEPS = 100
-#: Converged where a step changes the sum of squares (in units of the noise) by less: 1e-4 standard deviations.
-TOLERANCE = 1e-8
+#: Converged where a step changes the sum of squares (in units of the noise) by less: 1e-3 standard deviations.
+TOLERANCE = 1e-6
 #: Noise is estimated anew, and the fit repeated, while a sensor's estimate moves by more than this share ...
 NOISE_CHANGE = 0.02
 #: ... and at most so many times.
@@ -42,7 +42,7 @@ class Point(NamedTuple):
     ----------
     poles : (m,)
     factors : one a group of sensors
-    amplitudes : (m, c)
+    coefficients : (2 m + 1 + degree, c), the linear parameters, see `basis`
     squares : (c,) sums of squares of the residual
     residual : (c, 2 m) the part of the residual in the directions of t Phi; with
     jacobian : (c, 2 m, 2 m), its derivatives with respect to frequency and decay_rate
@@ -50,7 +50,7 @@ class Point(NamedTuple):
 
     poles: Array
     factors: list[Factor]
-    amplitudes: Array
+    coefficients: Array
     squares: Array
     residual: Array
     jacobian: Array
@@ -82,7 +82,7 @@ def evaluate(poles: Array, signal: Signal) -> Point:
     m, sensors = len(poles), signal.data.shape[1]
     width = 2 * m + 1 + signal.degree
     A = basis(poles, signal, slopes=True)
-    amplitudes = np.empty((m, sensors), dtype=complex)
+    coefficients = np.empty((width, sensors))
     squares = np.empty(sensors)
     residual = np.empty((sensors, 2 * m))
     jacobian = np.empty((sensors, 2 * m, 2 * m))
@@ -90,13 +90,13 @@ def evaluate(poles: Array, signal: Signal) -> Point:
     for rows, members in signal.groups:
         R = np.asarray(np.linalg.qr(np.hstack((A[rows], signal.data[rows][:, members])), mode="r"))
         right = R[:, width + 2 * m :]
-        amplitudes[:, members] = split(np.linalg.solve(R[:width, :width], right[:width]), m)
+        coefficients[:, members] = np.linalg.solve(R[:width, :width], right[:width])
         squares[members] = (right[width:] ** 2).sum(axis=0)
         residual[members] = right[width : width + 2 * m].T
         slopes = R[width : width + 2 * m, width : width + 2 * m]
-        jacobian[members] = slopes @ slope_factors(amplitudes[:, members]).transpose(2, 0, 1)
+        jacobian[members] = slopes @ slope_factors(split(coefficients[:, members], m)).transpose(2, 0, 1)
         factors.append(Factor(R[: width + 2 * m], members))
-    return Point(poles, factors, amplitudes, squares, residual, jacobian)
+    return Point(poles, factors, coefficients, squares, residual, jacobian)
 
 
 def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, bool]:
@@ -194,12 +194,14 @@ def remarks(modes: Modes) -> tuple[str, ...]:
 
 def modes_of_fit(found: Fit, signal: Signal) -> Modes:
     """Modes with the covariance that the fit gives."""
+    point = found.point
     return make_modes(
         "varpro",
-        found.point.poles,
+        point.poles,
         signal,
+        coefficients=point.coefficients,
         noise=found.noise,
-        covariance=covariance(found.point.factors, found.point.amplitudes, found.noise),
+        covariance=covariance(point.factors, split(point.coefficients, len(point.poles)), found.noise),
         iterations=found.steps,
     )
 
