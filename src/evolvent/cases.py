@@ -64,7 +64,8 @@ def system(name: str) -> Any:
 @functools.cache
 def _files() -> dict[str, pathlib.Path]:
     """Files of the built-in cases by name."""
-    found = {path.stem.replace("_", "-"): path for path in _FOLDER.rglob("*.yaml")}
+    every = (path for path in _FOLDER.rglob("*.yaml") if not path.name.endswith(".study.yaml"))
+    found = {path.stem.replace("_", "-"): path for path in every}
     return dict(sorted(found.items()))
 
 

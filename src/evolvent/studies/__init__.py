@@ -1,0 +1,64 @@
+"""Studies: many cases of one system, over keys that vary, on all cores or on a cluster.
+
+A study is a YAML file::
+
+    study: feed                     # its name
+    case: heliogyro                 # a built-in case, a file beside the study, or a case's keys
+    set: {blade.segments: inextensible, solver.method: dopri5}
+    sample: grid                    # or list, latin-hypercube, monte-carlo
+    over:
+      spool.rate: {from: 2 rad/s, to: 4 rad/s, points: 11}
+      blade.nodes: [10, 20, 40]
+    keep: [body_rate.last, lag_angle.max]
+
+``over`` holds for ``grid`` lists or {from, to, points, spacing: linear or log}; for ``list`` lists of one length; for
+the others {from, to} (uniform) or {mean, std} (normal), with ``samples``. ``seed`` fixes all that is drawn. ``keep``
+names variables of the run, with ``.first``, ``.last``, ``.min``, ``.max`` or ``.mean`` over its time, and statistics;
+left out, all that has no time. ``batch`` is the number of cases a task. Built-in studies are files ``*.study.yaml``
+beside their system.
+
+A system's module may hold more for studies:
+
+``SEED_KEY``
+    Key of its case that takes a seed, ``"sensors.seed"``; every case then gets one of its own.
+``run_batch(cases) -> [xarray.Dataset or Exception]``
+    Runs of many cases at once; each must have the bits that it has alone.
+``study_figures(dataset) -> {name: matplotlib.figure.Figure}``
+    What to draw of a study, in place of lines and maps.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from evolvent.studies.study import Study, built_in, read, text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.studies.conduct import sweep
+
+__all__ = ["Study", "built_in", "open", "read", "sweep", "text"]
+
+
+def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as evolvent.open is)
+    """Read the results of a study.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no study, or one that is not finished.
+    """
+    from evolvent.studies import conduct, store
+
+    conduct.check_installed()
+    return store.read(folder)
+
+
+def __getattr__(name: str) -> object:
+    if name == "sweep":
+        from evolvent.studies.conduct import sweep
+
+        return sweep
+    raise AttributeError(f"module 'evolvent.studies' has no attribute {name!r}")

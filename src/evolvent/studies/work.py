@@ -1,0 +1,116 @@
+"""A task: a batch of cases, computed where the task runs, and given back as bytes."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import xarray as xr
+
+from evolvent import cases
+from evolvent.errors import EvolventError, InputError
+from evolvent.studies import record, store
+from evolvent.studies.study import Study
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Task:
+    """Cases that are computed together.
+
+    Attributes
+    ----------
+    content : mapping, the case that varies
+    indices : tuple of int, of the cases
+    overrides : tuple of mapping, what each case changes
+    keep : tuple of str
+    sources : str, hash that the sources must have where the task runs
+    """
+
+    content: Mapping[str, Any]
+    indices: tuple[int, ...]
+    overrides: tuple[Mapping[str, Any], ...]
+    keep: tuple[str, ...]
+    sources: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Result:
+    """What a task gives back.
+
+    Attributes
+    ----------
+    content : bytes, of a `record.Table`
+    seconds : float, that it took
+    refused : str, why the study cannot go on; else empty
+    """
+
+    content: bytes
+    seconds: float
+    refused: str
+
+
+def task(study: Study, indices: Sequence[int]) -> Task:
+    """The task of some cases of a study."""
+    return Task(
+        content=study.content,
+        indices=tuple(indices),
+        overrides=tuple(study.overrides(index) for index in indices),
+        keep=study.keep,
+        sources=store.sources(),
+    )
+
+
+def compute(task: Task) -> Result:
+    """Run the cases of a task; a case that fails is kept with its reason.
+
+    Raises
+    ------
+    EvolventError
+        If the sources here are not those that the study was started with.
+    KeyboardInterrupt
+        If the user ended a run.
+    """
+    from threadpoolctl import threadpool_limits
+
+    if store.sources() != task.sources:
+        raise EvolventError("a worker has other sources of evolvent than this process; install the same everywhere")
+    began = time.perf_counter()
+    with threadpool_limits(limits=1):  # the number of threads may change the last bits of linear algebra
+        outcomes = _outcomes(task)
+    try:
+        record.check_kept(outcomes)
+        refused = ""
+    except InputError as error:
+        refused = str(error)
+    content = record.encode(record.table(outcomes))
+    return Result(content=content, seconds=time.perf_counter() - began, refused=refused)
+
+
+def _outcomes(task: Task) -> list[record.Outcome]:
+    """What is kept of every case, in order."""
+    loaded = [cases.load(task.content, overrides) for overrides in task.overrides]
+    module = cases.system(loaded[0].system)
+    run_batch = getattr(module, "run_batch", None)
+    runs = None
+    if run_batch is not None and len({case.system for case in loaded}) == 1:
+        try:
+            runs = run_batch(loaded)
+        except Exception:  # noqa: BLE001  (the cases one by one then tell which of them is to blame)
+            runs = None
+    found = []
+    for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
+        run = _run(module, case) if runs is None else runs[k]
+        if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
+            raise KeyboardInterrupt
+        found.append(record.outcome(index, run, task.keep))
+    return found
+
+
+def _run(module: Any, case: Any) -> xr.Dataset | Exception:
+    """The run of a case, or why there is none."""
+    try:
+        return module.run(case)
+    except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
+        return error
