@@ -9,10 +9,10 @@ from typing import Any
 from evolvent.errors import InputError, nearest
 from evolvent.identification.linear_prediction import prony, tls_prony
 from evolvent.identification.modes import Modes
-from evolvent.identification.orders import WHITE, search, whiteness
-from evolvent.identification.signals import Signal, read_signal
+from evolvent.identification.orders import search
+from evolvent.identification.signals import read_signal
 from evolvent.identification.subspace import esprit, matrix_pencil
-from evolvent.identification.variable_projection import remarks, unsupported, varpro
+from evolvent.identification.variable_projection import varpro
 
 METHODS: dict[str, Callable[..., Modes]] = {
     "varpro": varpro,
@@ -50,7 +50,7 @@ def identify(
     highest_order : the largest order to try where none is given; 10 unless given
     names : c names of sensors, for messages
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`; estimated unless given
-    band : (low, high) rad/s; modes are looked for inside. What lies outside stays in the residual.
+    band : (low, high) rad/s; only modes inside are fitted. What lies outside stays in the residual: see its warnings.
     detrend : "constant" (an offset is fitted to each sensor) or "linear" (an offset and a drift)
 
     Returns
@@ -88,26 +88,12 @@ def identify(
     if highest_order is not None and (isinstance(highest_order, bool) or highest_order < 1):
         raise InputError(f"highest_order is {highest_order!r}; it must be a whole number, 1 or more")
     signal = read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend)
-    found, criteria = search(signal, highest_order)
-    if found is None:
+    modes, criteria = search(signal, highest_order)
+    if modes is None:
         raise InputError("no mode stands out of the noise; give the order if one must be there")
-    modes = found
     if method != "varpro":
-        modes = METHODS[method](
-            data, found.order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend
+        other = METHODS[method](
+            data, modes.order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend
         )
-        doubts: tuple[str, ...] = ()
-    else:
-        doubts = (*unsupported(modes), *remarks(modes))
-    return replace(modes, criteria=criteria, warnings=(*doubts, *_colour(modes, signal)))
-
-
-def _colour(modes: Modes, signal: Signal) -> tuple[str, ...]:
-    """A warning where the residual is not white."""
-    p = whiteness(signal, modes.residual, modes.noise)
-    if p >= WHITE:
-        return ()
-    return (
-        f"the residual is not white (p = {p:.1g}): it holds more than these modes and noise, and the standard "
-        "deviations are too small",
-    )
+        return replace(other, criteria=criteria)
+    return replace(modes, criteria=criteria)

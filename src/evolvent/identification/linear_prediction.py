@@ -11,7 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from evolvent.errors import InputError
 from evolvent.identification.modes import Modes, make_modes
 from evolvent.identification.signals import Array, Signal, check_order, read_signal, survey
-from evolvent.identification.subspace import _checked, _without_gaps, choose_stride, hankel_subspace
+from evolvent.identification.subspace import choose_stride, enough, hankel_subspace, without_gaps
 
 
 def prony(
@@ -51,7 +51,7 @@ def prony(
     linearly (to all samples). It is biased by noise, the more the more samples a period there are; see
     benchmarks/identification.py.
     """
-    signal = _without_gaps(
+    signal = without_gaps(
         read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "prony"
     )
     order = check_order(signal, order)
@@ -89,7 +89,7 @@ def tls_prony(
     Rahman & Yu (1987), with backward prediction over a third of the record as in Kumaresan & Tufts (1982): of the
     polynomial's roots those of the signal are the innermost. Interleaved subsequences as in `esprit`.
     """
-    signal = _without_gaps(
+    signal = without_gaps(
         read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "tls_prony"
     )
     order = check_order(signal, order)
@@ -115,4 +115,4 @@ def _decimation(signal: Signal, samples_per_period: float | None) -> int:
 def _from_roots(method: str, roots: Array, stride: int, signal: Signal, order: int) -> Modes:
     roots = roots[np.abs(roots) > 0.0]
     poles = np.log(roots) / (stride * signal.step)
-    return make_modes(method, _checked(signal, order, poles, method), signal)
+    return make_modes(method, enough(signal, order, poles, method), signal)

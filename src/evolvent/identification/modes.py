@@ -156,7 +156,7 @@ class Modes:
         variance = (
             by_frequency**2 * C[k, k] + 2.0 * by_frequency * by_decay * C[k, m + k] + by_decay**2 * C[m + k, m + k]
         )
-        return np.asarray(np.sqrt(variance))
+        return np.sqrt(np.maximum(variance, 0.0))
 
     @property
     def amplitude_std(self) -> Array:
@@ -174,9 +174,8 @@ class Modes:
         re = first + np.arange(size).reshape(self.amplitude.shape)
         im = re + size
         C = self.covariance
-        return np.asarray(
-            np.sqrt(by_real**2 * C[re, re] + 2.0 * by_real * by_imag * C[re, im] + by_imag**2 * C[im, im])
-        )
+        variance = by_real**2 * C[re, re] + 2.0 * by_real * by_imag * C[re, im] + by_imag**2 * C[im, im]
+        return np.sqrt(np.maximum(variance, 0.0))
 
     @property
     def offset_std(self) -> Array:
@@ -194,27 +193,30 @@ class Modes:
 
         Notes
         -----
-        Each shape is turned by half the phase of sum_c a_c^2 / noise_c^2, which makes its real part as large as it
-        can be; realness is ``|sum_c a_c^2 / noise_c^2| / sum_c |a_c|^2 / noise_c^2``, the modal phase collinearity.
-        To first order the covariance is that of the real parts; the turn itself counts only with the imaginary part.
+        Each shape is turned by half the phase of s = sum_c a_c^2 / noise_c^2, which makes its real part as large as it
+        can be; realness is ``|s| / sum_c |a_c|^2 / noise_c^2``, the modal phase collinearity. The covariance is first
+        order, with the turn's own uncertainty: d turn angle = -Im(sum_c a_c da_c / noise_c^2 / s).
         """
         a = self.complex_amplitude
         m, sensors = a.shape
-        weighted = a / self.noise
-        square = (weighted**2).sum(axis=1)
+        square = ((a / self.noise) ** 2).sum(axis=1)
+        realness = np.abs(square) / (np.abs(a / self.noise) ** 2).sum(axis=1)
         turn = np.exp(-0.5j * np.angle(square))
         shape = a * turn[:, np.newaxis]
         largest = shape.real[np.arange(m), np.argmax(np.abs(shape.real), axis=1)]
         turn = turn * np.where(largest < 0.0, -1.0, 1.0)
         shape = a * turn[:, np.newaxis]
-        realness = np.abs(square) / (np.abs(weighted) ** 2).sum(axis=1)
-        # Re(turn da) = Re turn Re da - Im turn Im da
+        # d Re shape = Re(turn da) - Im shape d angle, by Re da and by Im da
         size = m * sensors
         T = np.zeros((2 * m + size, len(self.covariance)))
         T[: 2 * m, : 2 * m] = np.eye(2 * m)
-        k = np.arange(size)
-        T[2 * m + k, 2 * m + k] = np.repeat(turn.real, sensors)
-        T[2 * m + k, 2 * m + size + k] = -np.repeat(turn.imag, sensors)
+        for k in range(m):
+            at = slice(k * sensors, (k + 1) * sensors)
+            rows = np.arange(2 * m, 2 * m + size)[at]
+            by_re = turn[k] * np.eye(sensors)
+            angle = -a[k] / self.noise**2 / square[k]
+            T[np.ix_(rows, rows)] = by_re.real - np.outer(shape[k].imag, angle.imag)
+            T[np.ix_(rows, rows + size)] = -by_re.imag - np.outer(shape[k].imag, angle.real)
         return ModeShapes(shape, shape.real, realness, T @ self.covariance @ T.T)
 
     def predict(self, time: Array) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammaincc
 
 from evolvent.identification.modes import Modes, OrderCriteria
 from evolvent.identification.signals import (
@@ -14,32 +13,24 @@ from evolvent.identification.signals import (
     fit_linear,
     highest_order,
     noise_of,
-    power,
 )
 from evolvent.identification.subspace import Starts, add_peaks
-from evolvent.identification.variable_projection import Fit, evaluate, fit, modes_of_fit, unsupported
+from evolvent.identification.variable_projection import (
+    WHITE,
+    Fit,
+    acceptable,
+    evaluate,
+    fit,
+    modes_of_fit,
+    unsupported,
+    whiteness,
+    with_warnings,
+)
 
 #: Orders that are tried where the user sets no limit.
 MOST_MODES = 10
 #: The search ends after so many orders that do not better the description length.
 PATIENCE = 2
-#: A residual with a smaller p-value is not white.
-WHITE = 1e-3
-
-
-def whiteness(signal: Signal, residual: Array, noise: Array) -> float:
-    """p-value of the highest line of the residual's periodogram, summed over sensors, were the residual white.
-
-    Notes
-    -----
-    Each line of white noise is a sum of c exponential variables, Gamma(c); the highest of n such lines exceeds x with
-    probability 1 - (1 - Q(c, x))^n (Fisher's test, Brockwell & Davis 1991, section 10.2, for known noise). What the
-    fit has taken off near its modes makes the test careful rather than keen.
-    """
-    lines = power(residual)[1:-1] / (signal.counts * noise**2)
-    total = lines.sum(axis=1)
-    tail = gammaincc(residual.shape[1], total.max())
-    return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
 
 
 def criteria(signal: Signal, squares: Array, m: int) -> tuple[float, float]:
@@ -71,7 +62,7 @@ class _Row(NamedTuple):
 def fit_order(signal: Signal, starts: Starts, order: int, fewer: Array) -> Fit:
     """The best fit of `order` modes, from ESPRIT and from the poles of one mode `fewer` with a line added."""
     trials = [fit(starts.poles(order), signal), fit(add_peaks(signal, fewer, order), signal)]
-    good = [trial for trial in trials if trial.converged] or trials
+    good = [trial for trial in trials if acceptable(trial, signal)] or trials
     return min(good, key=lambda trial: criteria(signal, trial.point.squares, order)[0])
 
 
@@ -90,7 +81,8 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
 
     Notes
     -----
-    Orders with a mode that cannot be told from its neighbour or from the noise are out of the question. Where MDL and
+    Orders with a mode that cannot be told from its neighbour or from the noise, or whose fit leaves the band or does not
+    converge, are out of the question. Where MDL and
     BIC differ, the lower order is taken if its residual is white, else the higher.
     """
     most = min(MOST_MODES if limit is None else limit, highest_order(signal))
@@ -105,7 +97,7 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
         point = found.point
         modes = modes_of_fit(found, signal)
         white = whiteness(signal, modes.residual, modes.noise)
-        supported = found.converged and not unsupported(modes)
+        supported = acceptable(found, signal) and not unsupported(modes)
         rows.append(_Row(m, *criteria(signal, point.squares, m), white, supported))
         tried.append(modes)
         best = max(min(rows, key=lambda row: row.mdl).order, min(rows, key=lambda row: row.bic).order)
@@ -116,4 +108,7 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
         (min(possible, key=lambda row: row.mdl), min(possible, key=lambda row: row.bic)), key=lambda row: row.order
     )
     chosen = low if low.whiteness >= WHITE else high
-    return tried[chosen.order], OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))
+    best_modes = tried[chosen.order]
+    if best_modes is not None:
+        best_modes = with_warnings(best_modes, signal)
+    return best_modes, OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -214,16 +214,16 @@ def fill(signal: Signal, poles: Array | None = None) -> Signal:
     return signal.with_data(data)
 
 
-def _checked(signal: Signal, order: int, poles: Array, method: str) -> Array:
+def enough(signal: Signal, order: int, poles: Array, method: str) -> Array:
     poles = in_band(poles, signal)
     if len(poles) < order:
         raise InputError(
             f"{method} finds {len(poles)} of {order} modes (poles that oscillate within the band); ask for fewer"
         )
-    return poles
+    return strongest(signal, poles, order) if len(poles) > order else poles
 
 
-def _without_gaps(signal: Signal, method: str) -> Signal:
+def without_gaps(signal: Signal, method: str) -> Signal:
     if not signal.present.all():
         worst = int(np.argmin(signal.counts))
         raise InputError(
@@ -267,12 +267,12 @@ def esprit(
     Roy & Kailath (1989); Van Huffel et al. (1994). Up to MOST_ROWS rows and half the record; subsequences as further
     columns, see this module.
     """
-    signal = _without_gaps(
+    signal = without_gaps(
         read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "esprit"
     )
     order = check_order(signal, order)
     poles = shift_poles(signal_subspace(signal), order, signal.step, total=True)
-    return make_modes("esprit", _checked(signal, order, poles, "esprit"), signal)
+    return make_modes("esprit", enough(signal, order, poles, "esprit"), signal)
 
 
 def matrix_pencil(
@@ -286,18 +286,18 @@ def matrix_pencil(
     band: Sequence[float] | None = None,
     detrend: str = "constant",
 ) -> Modes:
-    """Matrix pencil: as `esprit` without stride, a third of the record in the rows, by least squares.
+    """Matrix pencil: as `esprit` without stride, by least squares.
 
     Parameters, returns and errors are those of `esprit`.
 
     Notes
     -----
-    Hua & Sarkar (1990), with the pencil parameter N / 3.
+    Hua & Sarkar (1990), with the pencil parameter N / 3, 400 at most.
     """
-    signal = _without_gaps(
+    signal = without_gaps(
         read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "matrix_pencil"
     )
     order = check_order(signal, order)
-    subspace = hankel_subspace(signal, 1.0 / survey(signal)[0], rows=len(signal.time) // 3 + 1, stride=1)
+    subspace = hankel_subspace(signal, 1.0 / survey(signal)[0], rows=min(len(signal.time) // 3, 400) + 1, stride=1)
     poles = shift_poles(subspace, order, signal.step, total=False)
-    return make_modes("matrix pencil", _checked(signal, order, poles, "matrix_pencil"), signal)
+    return make_modes("matrix pencil", enough(signal, order, poles, "matrix_pencil"), signal)

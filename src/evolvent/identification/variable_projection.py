@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import gammaincc
 
 from evolvent.errors import InputError
 from evolvent.identification.bounds import Factor, covariance, slope_factors
@@ -17,10 +18,11 @@ from evolvent.identification.signals import (
     basis,
     check_order,
     noise_of,
+    power,
     read_signal,
     split,
 )
-from evolvent.identification.subspace import Starts, in_band
+from evolvent.identification.subspace import Starts, add_peaks, in_band
 
 #: Steps at most. From ESPRIT's start 3 to 5 are usual.
 MOST_STEPS = 100
@@ -31,6 +33,8 @@ NOISE_CHANGE = 0.02
 #: ... and at most so many times.
 MOST_REWEIGHTS = 4
 
+#: A residual whose highest line has a smaller p-value is not white.
+WHITE = 1e-3
 #: Two frequencies are told apart where they differ by so many standard deviations of their difference.
 APART = 2.0
 
@@ -158,6 +162,32 @@ def fit(poles: Array, signal: Signal) -> Fit:
     return Fit(point, noise, steps, converged)
 
 
+def whiteness(signal: Signal, residual: Array, noise: Array) -> float:
+    """p-value of the highest line of the residual's periodogram, summed over sensors, were the residual white.
+
+    Notes
+    -----
+    Each line of white noise is a sum of c exponential variables, Gamma(c); the highest of n such lines exceeds x with
+    probability 1 - (1 - Q(c, x))^n (Fisher's test, Brockwell & Davis 1991, section 10.2, for known noise). What the
+    fit has taken off near its modes makes the test careful rather than keen.
+    """
+    lines = power(residual)[1:-1] / (signal.counts * noise**2)
+    total = lines.sum(axis=1)
+    tail = gammaincc(residual.shape[1], total.max())
+    return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
+
+
+def colour(modes: Modes, signal: Signal) -> tuple[str, ...]:
+    """A sentence where the residual is not white."""
+    p = whiteness(signal, modes.residual, modes.noise)
+    if p >= WHITE:
+        return ()
+    return (
+        f"the residual is not white (p = {p:.1g}): it holds more than these modes and noise, and the standard "
+        "deviations are too small",
+    )
+
+
 def unsupported(modes: Modes) -> tuple[str, ...]:
     """Modes that the data do not support: not apart from their neighbours or not above the noise; a sentence each."""
     w, C = modes.frequency, modes.pole_covariance
@@ -247,10 +277,29 @@ def varpro(
     order = check_order(signal, order)
     if start is not None:
         poles = np.atleast_1d(np.asarray(start, dtype=complex))
-        if poles.shape != (order,) or not np.all(np.isfinite(poles)) or np.any(poles.imag <= 0.0):
-            raise InputError(f"start is {start!r}; it must be {order} complex poles with positive imaginary parts")
+        if poles.shape != (order,) or not np.all(np.isfinite(poles)) or not _visible(poles, signal):
+            raise InputError(
+                f"start is {start!r}; it must be {order} complex poles with imaginary parts above 0 and below half the "
+                f"rate, {np.pi / signal.step:.6g} rad/s"
+            )
         return checked_modes(fit(sort(poles), signal), signal)
-    return checked_modes(fit(Starts(signal).poles(order), signal), signal)
+    found = fit(Starts(signal).poles(order), signal)
+    if acceptable(found, signal):
+        modes = checked_modes(found, signal)
+        if not modes.warnings:
+            return modes
+    # no good end: another start, the residual's highest lines one by one
+    other = fit_lines(signal, order)
+    good = [trial for trial in (found, other) if acceptable(trial, signal)] or [found]
+    return checked_modes(min(good, key=lambda trial: float(np.log(trial.point.squares).sum())), signal)
+
+
+def fit_lines(signal: Signal, order: int) -> Fit:
+    """Fit 1, 2, ... `order` modes, each from the one before with the highest line of its residual added."""
+    found = fit(add_peaks(signal, np.empty(0, dtype=complex), 1), signal)
+    for m in range(2, order + 1):
+        found = fit(add_peaks(signal, found.point.poles, m), signal)
+    return found
 
 
 def checked_modes(found: Fit, signal: Signal) -> Modes:
@@ -267,5 +316,14 @@ def checked_modes(found: Fit, signal: Signal) -> Modes:
             f"the data do not support {order} modes in the band {signal.band[0]:.6g} to {signal.band[1]:.6g} rad/s: "
             f"the fit leaves it ({outside} rad/s)"
         )
-    modes = modes_of_fit(found, signal)
-    return replace(modes, warnings=(*unsupported(modes), *remarks(modes)))
+    return with_warnings(modes_of_fit(found, signal), signal)
+
+
+def acceptable(found: Fit, signal: Signal) -> bool:
+    """Whether a fit converged inside the band."""
+    return found.converged and len(in_band(found.point.poles, signal)) == len(found.point.poles)
+
+
+def with_warnings(modes: Modes, signal: Signal) -> Modes:
+    """The same modes with all that speaks against them."""
+    return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal)))
