@@ -81,9 +81,9 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
 
     Notes
     -----
-    Orders with a mode that cannot be told from its neighbour or from the noise, or whose fit leaves the band or does not
-    converge, are out of the question. Where MDL and
-    BIC differ, the lower order is taken if its residual is white, else the higher.
+    Orders with a mode that cannot be told from its neighbour or from the noise, or whose fit leaves the band or does
+    not converge, are out of the question. Where MDL and BIC differ, the lower order is taken if its residual is white,
+    else the higher.
     """
     most = min(MOST_MODES if limit is None else limit, highest_order(signal))
     starts = Starts(signal)

@@ -215,6 +215,7 @@ def fill(signal: Signal, poles: Array | None = None) -> Signal:
 
 
 def enough(signal: Signal, order: int, poles: Array, method: str) -> Array:
+    """`order` of the poles, those that lie in the band and hold most energy; refused where there are fewer."""
     poles = in_band(poles, signal)
     if len(poles) < order:
         raise InputError(
@@ -224,6 +225,7 @@ def enough(signal: Signal, order: int, poles: Array, method: str) -> Array:
 
 
 def without_gaps(signal: Signal, method: str) -> Signal:
+    """The signal itself; refused where a sample is missing."""
     if not signal.present.all():
         worst = int(np.argmin(signal.counts))
         raise InputError(
