@@ -39,14 +39,14 @@ class Assembly:
     y : (ny,) float, initial state [q | v | accounts]
     s : (ns,) int, initial switches
     names : dict, name -> (family, index)
-    laws : list, user laws kept alive as long as the model uses their addresses
+    laws : dict, address -> user's law, kept alive as long as the model uses it
     """
 
     model: mdl.Model
     y: Array
     s: Array
     names: dict[str, tuple[str, int]]
-    laws: list[Any]
+    laws: dict[int, Any]
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""
@@ -72,7 +72,7 @@ class Builder:
         self.released: list[int] = []
         self.values: list[float] = []
         self.breaks: set[float] = set()
-        self.laws: list[Any] = []
+        self.laws: dict[int, Any] = {}
         self._ground()
 
     def _ground(self) -> None:
@@ -108,7 +108,10 @@ class Builder:
     def parameters(self, values: Sequence[float]) -> tuple[int, int]:
         """Store parameters; returns the range of their places."""
         first = len(self.values)
-        self.values.extend(float(x) for x in values)
+        try:
+            self.values.extend(float(x) for x in values)
+        except (TypeError, ValueError):
+            raise InputError(f"parameters is {values!r}; it must be a sequence of numbers") from None
         return first, len(self.values)
 
     def law(self, law: Any, kind: str) -> int:
@@ -117,7 +120,7 @@ class Builder:
             address = jit.law_address(law, kind)
         except TypeError as error:
             raise InputError(str(error)) from None
-        self.laws.append(law)
+        self.laws[address] = law
         return address
 
     def find(self, name: str, family: str) -> int:
@@ -182,7 +185,7 @@ class Builder:
             sums=np.zeros((2, mdl.N_INVENTORY)),
             **families,
         )
-        assembly = Assembly(model, y, s, dict(self.names), list(self.laws))
+        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws))
         _check_constraints(assembly)
         return assembly
 

@@ -10,18 +10,22 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import math
 import os
 import pathlib
 import tempfile
 import warnings
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 import numba
 from numba import config, f8, njit, types
 from numba.core import cgutils
-from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning
 from numba.extending import intrinsic
+
+from evolvent.errors import InputError
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
@@ -122,13 +126,62 @@ LAWS = {
     "feed": _VECTOR(f8, f8[::1]),
     "event": f8(f8, f8[::1], f8[::1]),
 }
-_plain_laws: list[Callable] = []  # only used without compilation: addresses are then indices into this list
+# only used without compilation: addresses are then places in this list; 0 stands for no law
+_plain_laws: list[Any] = [None]
+
+
+#: How a law of each kind is called, and what it returns.
+FORMS = {
+    "force": "(x, v, t, parameters) -> (fx, fy, fz)",
+    "spring": "(extension, rate, t, parameters) -> tension",
+    "feed": "(t, parameters) -> (angle, rate, acceleration)",
+    "event": "(t, y, parameters) -> value",
+}
 
 
 def _law(kind: str, function: Callable) -> Any:
+    if not isinstance(function, FunctionType):
+        raise InputError(f"@evolvent.{kind}_law stands before a function, not before {function!r}")
     if config.DISABLE_JIT:
         return function
-    return _compile(LAWS[kind], function)
+    try:
+        return _compile(LAWS[kind], function)
+    except (NumbaError, TypeError) as error:
+        raise InputError(
+            f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
+        ) from error
+
+
+def describe_law(law: Any) -> str:
+    """Name of a user's law and where it stands."""
+    code = getattr(law, "py_func", law).__code__
+    return f"the law {law.__name__!r} ({code.co_filename}:{code.co_firstlineno})"
+
+
+def _one_line(message: str) -> str:
+    """What numba says first, without its account of what it was doing."""
+    lines = [line.strip(" >") for line in message.splitlines()]
+    said = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
+    return " ".join(said[: 2 if said[0].endswith(":") else 1])
+
+
+def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
+    """What a user's law returns, as a tuple of finite numbers.
+
+    Raises
+    ------
+    InputError
+        If it raises an exception, or returns anything else.
+    """
+    try:
+        result = law(*arguments)
+        values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
+    except Exception as error:  # whatever a user's code may raise
+        raise InputError(f"{describe_law(law)} fails: {type(error).__name__}: {error}") from error
+    if not all(math.isfinite(x) for x in values):
+        shown = values if isinstance(result, tuple) else values[0]
+        raise InputError(f"{describe_law(law)} returns {shown}; it must return finite numbers")
+    return values
 
 
 def force_law(function: Callable) -> Any:

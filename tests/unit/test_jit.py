@@ -6,6 +6,7 @@ Several of these lean on numba's inner workings on purpose: a release of numba t
 from __future__ import annotations
 
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -200,13 +201,98 @@ def test_a_law_of_the_wrong_kind_is_refused_by_name():
         reeled(hardening, 1.0, 1.0).assemble()
 
 
-@compiled_only
-def test_a_law_that_returns_the_wrong_shape_is_refused_when_it_is_decorated():
-    def lopsided(x, v, t, p):
-        return 1.0, 2.0
+def two_components(x, v, t, p):
+    return 1.0, 2.0
 
-    with pytest.raises(numba.core.errors.NumbaError):
-        jit.force_law(lopsided)
+
+def one_argument(t):
+    return t, 0.0, 0.0
+
+
+def unknown_name(t, y, p):
+    return level - y[0]  # noqa: F821
+
+
+def unknown_attribute(extension, rate, t, p):
+    return p.stiffness * extension
+
+
+@compiled_only
+@pytest.mark.parametrize(
+    ("kind", "law", "said"),
+    [
+        ("force", two_components, "No conversion from UniTuple(float64 x 2) to UniTuple(float64 x 3)"),
+        ("feed", one_argument, "2 argument types given, but function takes 1"),
+        ("event", unknown_name, "name 'level' is not defined"),
+        ("spring", unknown_attribute, "Unknown attribute 'stiffness'"),
+    ],
+)
+def test_a_law_that_does_not_compile_is_refused_in_one_sentence(kind, law, said):
+    with pytest.raises(InputError) as refused:
+        getattr(jit, f"{kind}_law")(law)
+    message = str(refused.value)
+    assert "\n" not in message
+    assert message.startswith(f"the law {law.__name__!r} ({__file__}:{law.__code__.co_firstlineno}) cannot be compiled")
+    assert jit.FORMS[kind] in message
+    assert said in message
+
+
+def test_a_law_is_a_function():
+    with pytest.raises(InputError, match="stands before a function"):
+        jit.event_law(5)
+
+
+@jit.feed_law
+def runs_out(t, p):
+    if t > p[0]:
+        raise ValueError("the table ends")
+    return p[1] + t, 1.0, 0.0
+
+
+@jit.event_law
+def undefined(t, y, p):
+    return math.nan + 0.0 * y[0]
+
+
+@jit.force_law
+def pole(x, v, t, p):
+    return p[0] / t, 0.0, 0.0
+
+
+@jit.spring_law
+def lost(extension, rate, t, p):
+    return p[3] * extension if p.size > 3 else math.nan
+
+
+def test_laws_are_tried_before_a_run():
+    """Their exceptions, and what is no finite number, are refused by the law's and the part's name."""
+    event = on_spring(hardening, 1.0, 0.0)
+    event.add(parts.Event(law=undefined), "never")
+    with pytest.raises(InputError, match=r"'never' at t = 0 s: the law 'undefined' .* returns nan; it must return"):
+        solve(event.assemble(), samples=[0.0, 1.0])
+    with pytest.raises(InputError, match=r"the law 'lost' .* returns nan"):
+        solve(on_spring(lost).assemble(), samples=[0.0, 1.0])
+    if not config.DISABLE_JIT:
+        with pytest.raises(InputError, match=r"the law 'pole' .* returns \(inf, 0.0, 0.0\)"):
+            solve(reeled(pole, 1.0).assemble(), samples=[0.0, 1.0])
+
+
+def test_a_feed_law_is_tried_at_both_ends():
+    def fed(*parameters):
+        system = System()
+        feed = parts.LawFeed(law=runs_out, parameters=parameters)
+        system.add(parts.Reel(body="ground", radius=0.01, feed=feed), "reel")
+        system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
+        return system
+
+    with pytest.raises(InputError, match=r"'blade' at t = 3 s: the law 'runs_out' .* ValueError: the table ends"):
+        solve(fed(2.0, 100.0).assemble(), samples=[0.0, 3.0])
+    with pytest.raises(InputError, match="the table ends"):
+        fed(-1.0, 100.0).assemble()
+    with pytest.raises(InputError, match=r"returns \(nan, 1.0, 0.0\)"):
+        fed(2.0, np.nan).assemble()
+    with pytest.raises(InputError, match="parameters is"):
+        fed("two").assemble()
 
 
 def test_a_law_without_a_source_file_still_works():

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from evolvent import jit
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import feed as kernels
@@ -157,8 +158,9 @@ class LawFeed:
         return FeedRow(kernels.LAW, first, last, builder.law(self.law, "feed"))
 
     def at(self, builder: Builder, row: FeedRow, time: float) -> tuple[float, float, float]:
-        """Angle, rate and acceleration."""
-        return _evaluate(builder, row, time)
+        """Angle, rate and acceleration; refused unless finite."""
+        angle, rate, acceleration = jit.try_law(self.law, time, np.array(builder.values[row.first : row.last]))
+        return angle, rate, acceleration
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -20,6 +20,7 @@ from evolvent.flow import bind_corrections, bind_rates, pointer, signatures, sta
 from evolvent.kernels import thread
 from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
+from evolvent.solvers.laws import try_laws
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
@@ -140,13 +141,14 @@ def solve(
     Raises
     ------
     InputError
-        For an unknown method, an unstable step, or samples out of order.
+        For an unknown method, an unstable step, samples out of order, or a law that fails at the start.
     """
     if method not in METHODS:
         raise InputError(f"solver.method is {method!r}; {nearest(method, METHODS)}")
     times = np.array(samples, dtype=float)
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
+    try_laws(assembly, times[0], times[-1])
     aside = cold_start.start(method)
     tableau = METHODS[method]
     fixed = method != "dopri5"
