@@ -7,6 +7,7 @@ from evolvent.inertia.inverse import (
     from_six_modes,
     from_three_frequencies,
 )
+from evolvent.inertia.pendulums import bifilar, compound, multifilar, tared, torsion, torsion_stiffness, trifilar
 from evolvent.inertia.problem import mac
 from evolvent.inertia.stand import (
     Body,
@@ -42,7 +43,9 @@ __all__ = [
     "Pose",
     "Sample",
     "Stand",
+    "bifilar",
     "candidates",
+    "compound",
     "energy",
     "equilibrium",
     "fit",
@@ -52,9 +55,14 @@ __all__ = [
     "linear_model",
     "mac",
     "monte_carlo",
+    "multifilar",
     "propagate",
     "sample",
     "spring_energies",
+    "tared",
+    "torsion",
+    "torsion_stiffness",
+    "trifilar",
     "vertical_model",
     "with_budget",
     "wrench",

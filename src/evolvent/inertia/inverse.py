@@ -435,11 +435,12 @@ def from_six_modes(
     points, directions : (s, 3) float, of six sensors or more, that show all six motions
     frequency_covariance, shape_covariance : (6, 6), (6, s, s) float, optional
     pose : Pose, optional
-        The measured pose at rest (its origin and rotation): adds the statics, sum F = M g and the moments.
+        The measured pose at rest (its origin and rotation): adds the statics, sum F = M g and the moments, to the
+        linear solution.
     prior : mapping of str to (value, standard deviation), optional
         As of `fit`.
     refine : bool
-        Follow the linear solution by `fit`.
+        Follow the linear solution by `fit`. Without it no uncertainty is given.
     inputs : mapping of str to float, optional
 
     Notes
@@ -462,7 +463,7 @@ def from_six_modes(
     found = six_mode_properties(p, pose)
     values = np.array([found[name] for name in BODY_NAMES])
     if not refine:
-        return finish(p, values, "six modes, linear", inputs=inputs)
+        return finish(p, values, "six modes, linear")
     return solve(p, "six modes", [values], inputs=inputs)
 
 
@@ -481,6 +482,7 @@ def fit(
     points: Any = None,
     directions: Any = (0.0, 1.0, 0.0),
     model: str = "full",
+    release: Any = None,
     prior: Mapping[str, tuple[float, float]] | None = None,
     inputs: Mapping[str, float] | None = None,
 ) -> Inertia:
@@ -500,6 +502,9 @@ def fit(
     points, directions : (s, 3) float, m and level axes, of the sensors; vertical if left out
     model : {"full", "vertical"}
         `linear_model`, about the true equilibrium, or Belyakov's `vertical_model`.
+    release : ((3,), (3,)) float, optional
+        Force, N, level axes, that was let go, and where, m, body axes. The shapes are then true amplitudes in metres,
+        and tell mass and stiffness apart. Without it their scale is free.
     prior : mapping of str to (value, standard deviation), optional
         Unknowns that were also measured otherwise, such as the mass.
     inputs : mapping of str to float, optional
@@ -530,6 +535,7 @@ def fit(
         points=points,
         directions=directions,
         model=model,
+        release=release,
         prior=dict(prior or {}),
     )
     return solve(p, "least squares", starts(p, stand, body), inputs=inputs)
@@ -630,7 +636,8 @@ def finish(
         if (name == "stiffness" or name[0] == "k") and not named[name] > 0.0:
             raise InputError(f"the data give {name} = {named[name]:.6g} N/m; no spring has it, check the data")
     r = p.residual(values)
-    free = len(p.frequency) + (0 if p.shapes is None else p.shapes.size - len(p.shapes)) + len(p.prior) - len(values)
+    scaled = 0 if p.shapes is None or p.release is not None else len(p.shapes)
+    free = len(p.frequency) + (0 if p.shapes is None else p.shapes.size - scaled) + len(p.prior) - len(values)
     misfit = float(np.sqrt(r @ r / free)) if free > 0 else float("nan")
     if p.weighted and misfit > 3.0:
         warnings.append(f"the model misses the data by {misfit:.1f} of their standard deviations")
@@ -643,7 +650,8 @@ def finish(
         candidates=found,
         misfit=misfit,
     )
-    result = with_budget(result, inputs or {})
+    if not method.endswith("linear"):
+        result = with_budget(result, inputs or {})
     reason = broken(result.tensor)
     if reason:
         moments = np.linalg.eigvalsh(result.tensor)

@@ -167,6 +167,9 @@ class Problem:
     shapes : (m, s) float or None, amplitudes of each mode at the sensors, to any scale
     shape_covariance : (m, s, s) float or None
     points, directions : (s, 3) float, of the sensors
+    release : (2, 3) float or None
+        Force, N, level axes, whose letting go set the modes going, and its point, m, body axes; the shapes are then
+        true amplitudes.
     prior : tuple of (name, value, standard deviation)
         Measurements of unknowns made otherwise.
     weighted : bool, whether the covariances were given and may be propagated
@@ -181,6 +184,7 @@ class Problem:
     shape_covariance: np.ndarray | None
     points: np.ndarray | None
     directions: np.ndarray
+    release: np.ndarray | None
     prior: tuple[tuple[str, float, float], ...]
     weighted: bool
 
@@ -222,8 +226,8 @@ class Problem:
 
         Notes
         -----
-        The scale of a shape is free: what stays of the whitened measured shape after projection off the whitened
-        shape of the model is its residual (Golub & Pereyra 1973).
+        Unless the released force is known the scale of a shape is free: what stays of the whitened measured shape
+        after projection off the whitened shape of the model is its residual (Golub & Pereyra 1973).
         """
         frequency = self.frequency if frequency is None else frequency
         shapes = self.shapes if shapes is None else shapes
@@ -232,6 +236,8 @@ class Problem:
         batch = np.broadcast_shapes(modes.eigenvalue.shape[:-1], frequency.shape[:-1], np.shape(values)[:-1])
         f = np.sqrt(modes.eigenvalue)
         v = None if self.points is None or shapes is None else modes.at(self.points, self.directions)
+        if v is not None and self.release is not None:
+            v = modes.release(*self.release).real[..., None] * v
         cost = np.abs(np.log(f[..., None, :] / frequency[..., :, None]))
         if v is not None and shapes is not None:
             cost = cost + 1.0 - mac(shapes[..., :, None, :], v[..., None, :, :])
@@ -242,8 +248,9 @@ class Problem:
             v = np.take_along_axis(np.broadcast_to(v, (*batch, *v.shape[-2:])), pick[..., None], axis=-2)
             W = whitener(self.shape_covariance)
             Wv, Wa = np.einsum("mij,...mj->...mi", W, v), np.einsum("mij,...mj->...mi", W, shapes)
-            Wv /= np.linalg.norm(Wv, axis=-1, keepdims=True)
-            left = np.sum(Wv * Wa, axis=-1, keepdims=True) * Wv - Wa
+            if self.release is None:
+                Wv = np.sum(Wv * Wa, axis=-1, keepdims=True) / np.sum(Wv * Wv, axis=-1, keepdims=True) * Wv
+            left = Wv - Wa
             rows.append(left.reshape(*batch, -1))
         for name, value, std in self.prior:
             row = (np.asarray(values)[..., self.unknown.index(name), None] - value) / std
@@ -285,6 +292,7 @@ def problem(
     points: Any = None,
     directions: Any = (0.0, 1.0, 0.0),
     model: str = "full",
+    release: Any = None,
     prior: dict[str, tuple[float, float]] | None = None,
 ) -> Problem:
     """A checked `Problem`; parameters as of `evolvent.inertia.fit`."""
@@ -321,6 +329,8 @@ def problem(
         else:
             S = array("shape_covariance", shape_covariance, (m, len(points), len(points)))
         whitener(S)
+    elif release is not None:
+        raise InputError("release tells the scale of shapes; give the shapes too")
     rows = []
     for name, (value, std) in (prior or {}).items():
         if name not in unknown:
@@ -338,6 +348,7 @@ def problem(
         shape_covariance=S,
         points=points if shapes is not None else None,
         directions=array("directions", directions, (3,)),
+        release=None if release is None else array("release", release, (2, 3)),
         prior=tuple(rows),
         weighted=weighted,
     )
