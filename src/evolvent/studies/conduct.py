@@ -218,6 +218,7 @@ class _Spread:
             while True:
                 self._submit()
                 if not self.running:
+                    self._look(at_once=True)
                     return
                 with contextlib.suppress(queue.Empty):
                     self._end(self.ended.get(timeout=0.5))
@@ -269,9 +270,9 @@ class _Spread:
         content = record.encode(record.table([outcome]))
         self.sweep.keep(work.Result(content=content, seconds=self.sweep.cost, refused=""), 1)
 
-    def _look(self) -> None:
-        """Tell of workers that are gone."""
-        if time.monotonic() - self.looked < 1.0:
+    def _look(self, *, at_once: bool = False) -> None:
+        """Tell of workers that are gone, looking every second."""
+        if time.monotonic() - self.looked < 1.0 and not at_once:
             return
         self.looked = time.monotonic()
         if self.client.status not in ("running", "connecting"):
@@ -337,6 +338,9 @@ def _ctrl_c_held() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # its start would let Ctrl-C through to the thread that starts it
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from typing import TYPE_CHECKING, Any
@@ -52,7 +53,7 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
     """
     grid = dataset.attrs["sample"] == "grid"
     dims = dataset["status"].dims
-    keys = [str(name) for name in dims if dataset.sizes[name] > 1] if grid else _keys(dataset)
+    keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
     first = {name: 0 for name in dims if name not in keys or keys.index(str(name)) > 1}
     found: dict[str, Figure] = {}
     for name, variable in dataset.data_vars.items():
@@ -62,10 +63,6 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
             drawn = variable.isel(first) if grid else variable
             found[re.sub(r"\W", "_", str(name))] = _figure(dataset, drawn, keys, grid)
     return found
-
-
-def _keys(dataset: xr.Dataset) -> list[str]:
-    return [str(name) for name, along in dataset.coords.items() if along.dims == ("case",)]
 
 
 def _figure(dataset: xr.Dataset, drawn: xr.DataArray, keys: list[str], grid: bool) -> Figure:

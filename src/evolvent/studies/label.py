@@ -28,6 +28,7 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
             "system": study.system,
             "study": study.text,
             "sample": study.sample,
+            "keys": json.dumps([axis.key for axis in study.axes]),
             "version": __version__,
             "versions": json.dumps(versions()),
             "sources": sources(),

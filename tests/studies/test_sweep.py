@@ -1,0 +1,420 @@
+"""Sweeps: the same bits however they are computed, failures kept, nothing lost at any end of the process."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+import yaml
+from click.testing import CliRunner
+from distributed.scheduler import KilledWorker
+
+import evolvent
+from evolvent import studies
+from evolvent.errors import InputError
+from evolvent.studies import conduct, draw, record, store
+from evolvent.studies.command import sweep as command
+from evolvent.systems import heliogyro
+
+MAIN = "from evolvent.studies.command import sweep; sweep()"
+
+
+def dump(study):
+    """YAML of a study, its keys in their order."""
+    return yaml.safe_dump(study, sort_keys=False)
+
+
+def same(a, b):
+    """Whether two datasets are equal bit for bit, attributes and all."""
+    xr.testing.assert_identical(a, b)
+    for name in a.variables:
+        assert a[name].dtype == b[name].dtype
+        assert a[name].values.tobytes() == b[name].values.tobytes(), name
+
+
+def children():
+    """Processes that this one has started."""
+    return psutil.Process().children(recursive=True)
+
+
+@pytest.fixture
+def long_study(study):
+    """A study of 60 cases, one a task, in each of which some time goes by."""
+    study["set"]["output.every"] = "0.2 ms"
+    study["over"] = {"spool.rate": {"from": 3, "to": 4, "points": 30}, "blade.nodes": [3, 5]}
+    study["batch"] = 1
+    return study
+
+
+@pytest.fixture
+def reference(study):
+    """Results of the study, computed here."""
+    return studies.sweep(study)
+
+
+def test_results_are_labelled(study, reference, tmp_path):
+    assert dict(reference.sizes) == {"spool.rate": 3, "blade.nodes": 2, "blade": 2, "node": 5}
+    assert reference["spool.rate"].units == "rad/s"
+    assert reference.body_rate_last.units == "rad s-1"
+    assert (reference.status == "success").all()
+    assert (reference.reason == "").all()
+    one = evolvent.run("heliogyro", {**study["set"], "spool.rate": 3.5, "blade.nodes": 5})
+    at = reference.sel({"spool.rate": 3.5, "blade.nodes": 5})
+    assert float(at.body_rate_last) == float(one.body_rate[-1])
+    np.testing.assert_array_equal(at.lag_angle_max, one.lag_angle.max("time"))
+    assert {"study", "versions", "sources", "version", "system"} <= set(reference.attrs)
+    same(studies.sweep(yaml.safe_load(reference.attrs["study"])), reference)
+
+
+def test_the_same_bits_on_processes_in_batches_and_from_a_folder(study, reference, tmp_path):
+    before = set(children())
+    told = []
+    same(studies.sweep(study, output=tmp_path / "s", workers=2, tell=told.append), reference)
+    assert told == []
+    same(studies.open(tmp_path / "s"), reference)
+    seen = []
+    same(studies.sweep(study, output=tmp_path / "s", progress=lambda *n: seen.append(n)), reference)
+    assert seen == [(6, 6)]
+    batched = studies.sweep(study | {"batch": 4})
+    xr.testing.assert_equal(batched, reference)
+    time.sleep(0.5)
+    assert {p for p in set(children()) - before if "resource_tracker" not in " ".join(p.cmdline())} == set()
+
+
+def test_failed_cases_keep_their_reason(study):
+    study["over"] = {"spool.rate": ["3.5 rad/s", "2000 rad/s"]}
+    found = studies.sweep(study)
+    assert found.status.values.tolist() == ["success", "failed"]
+    assert "the feed outruns the thread" in str(found.reason[1].item())
+    assert np.isfinite(found.body_rate_last[0])
+    assert np.isnan(found.body_rate_last[1])
+
+
+def test_a_system_may_run_batches(study, reference, monkeypatch):
+    sizes = []
+
+    def run_batch(batch):
+        sizes.append(len(batch))
+        return [heliogyro.run(case) for case in batch]
+
+    monkeypatch.setattr(heliogyro, "run_batch", run_batch, raising=False)
+    found = studies.sweep(study | {"batch": 4})
+    assert sizes == [4, 2]
+    xr.testing.assert_equal(found, reference)
+
+
+def test_a_batch_that_raises_is_taken_apart(study, reference, monkeypatch):
+    def run_batch(batch):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(heliogyro, "run_batch", run_batch, raising=False)
+    xr.testing.assert_equal(studies.sweep(study), reference)
+
+
+def test_whatever_a_case_raises_is_its_reason(study, monkeypatch):
+    def run(case):
+        if case.blade.nodes == 3:
+            raise ZeroDivisionError("in the middle")
+        return heliogyro.simulate.run(case)
+
+    monkeypatch.setattr(heliogyro, "run", run)
+    found = studies.sweep(study)
+    assert set(found.reason.values[:, 0]) == {"ZeroDivisionError: in the middle"}
+    assert (found.status[:, 1] == "success").all()
+
+
+def test_names_to_keep_are_checked_by_the_first_runs(study):
+    with pytest.raises(InputError, match=r"keep holds .*, which no run has; did you mean .body_rate."):
+        studies.sweep(study | {"keep": ["body_rat.last"]})
+
+
+# ------------------------------------------------------------------------------------------------ the folder
+
+
+def test_a_folder_is_not_shared(study, tmp_path, monkeypatch):
+    studies.sweep(study, output=tmp_path / "s")
+    other = {**study, "over": {"spool.rate": [3.0, 4.0]}}
+    with pytest.raises(InputError, match="holds the study 'short' with other cases; give another folder with -o"):
+        studies.sweep(other, output=tmp_path / "s")
+    with pytest.raises(InputError, match="with other kept variables"):
+        studies.sweep({**study, "keep": ["steps"]}, output=tmp_path / "s")
+    monkeypatch.setattr(store, "sources", lambda: "other")
+    with pytest.raises(InputError, match="with other sources"):
+        studies.sweep(study, output=tmp_path / "s")
+    monkeypatch.undo()
+    (tmp_path / "f").mkdir()
+    (tmp_path / "f" / "letter.txt").write_text("dear")
+    with pytest.raises(InputError, match="holds other files and no study"):
+        studies.sweep(study, output=tmp_path / "f")
+    with pytest.raises(InputError, match="is not a folder"):
+        studies.sweep(study, output=tmp_path / "f" / "letter.txt")
+    with store.opened(tmp_path / "s", studies.read(study)), pytest.raises(InputError, match="another process works"):
+        studies.sweep(study, output=tmp_path / "s")
+
+
+def test_folders_that_cannot_be_opened(study, tmp_path):
+    with pytest.raises(InputError, match="no such folder"):
+        studies.open(tmp_path / "none")
+    with pytest.raises(InputError, match="not the folder of a study"):
+        studies.open(tmp_path)
+    with store.opened(tmp_path / "s", studies.read(study)):
+        pass
+    with pytest.raises(InputError, match="is not finished; sweep it again"):
+        studies.open(tmp_path / "s")
+    studies.sweep(study, output=tmp_path / "s")
+    (tmp_path / "s" / "results.zarr" / ".zmetadata").write_text("{")
+    with pytest.raises(InputError, match="it is damaged"):
+        studies.open(tmp_path / "s")
+    (tmp_path / "s" / "study.json").write_text("{}")
+    with pytest.raises(InputError, match="does not describe a study"):
+        studies.open(tmp_path / "s")
+
+
+@pytest.mark.parametrize("cut", [1, 40, 300])
+def test_a_torn_log_loses_only_its_last_record(study, reference, tmp_path, cut):
+    study["batch"] = 2
+    studies.sweep(study, output=tmp_path / "s")
+    log = tmp_path / "s" / "cases.log"
+    whole = log.read_bytes()
+    log.write_bytes(whole[:-cut])
+    for path in sorted((tmp_path / "s" / "results.zarr").rglob("*"), reverse=True):
+        path.rmdir() if path.is_dir() else path.unlink()
+    (tmp_path / "s" / "results.zarr").rmdir()
+    told, seen = [], []
+    again = studies.sweep(study, output=tmp_path / "s", tell=told.append, progress=lambda *n: seen.append(n))
+    xr.testing.assert_equal(again, reference)
+    assert seen == [(4, 6), (6, 6)]
+    assert len(told) == 1
+    assert "cut off" in told[0]
+
+
+# ------------------------------------------------------------------------------------------------ ends of processes
+
+
+def start(folder, *words):
+    """The command in a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-W", "ignore", "-c", MAIN, "study.yaml", "-o", "out", *words],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
+def wait_for(condition, seconds=60.0):
+    """Until a condition holds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def recorded(folder):
+    """Cases of every record of a folder's log."""
+    with (folder / "cases.log").open("r+b") as log:
+        return [rows.cases for rows in store._read_log(log)[0]]
+
+
+def started(folder, records=6):
+    """Whether some cases are done."""
+    log = folder / "out" / "cases.log"
+    return lambda: log.exists() and log.read_bytes().count(b"evc1") >= records
+
+
+def test_kill_9_loses_nothing_and_computes_nothing_twice(long_study, tmp_path):
+    reference = studies.sweep(long_study)
+    (tmp_path / "study.yaml").write_text(dump(long_study))
+    process = start(tmp_path, "--workers", "2")
+    wait_for(started(tmp_path))
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate(timeout=30)
+    first = recorded(tmp_path / "out")
+    assert 6 <= len(first) < 60
+    seen = []
+    again = studies.sweep(long_study, output=tmp_path / "out", progress=lambda *n: seen.append(n))
+    assert seen[0] == (len(first), 60)
+    assert len(seen) == 1 + 60 - len(first)
+    every = recorded(tmp_path / "out")
+    assert every[: len(first)] == first
+    assert sorted(case for cases in every for case in cases) == list(range(60))
+    same(again, reference)
+
+
+def test_no_worker_outlives_a_killed_sweep(long_study, tmp_path):
+    (tmp_path / "study.yaml").write_text(dump(long_study))
+    process = start(tmp_path, "--workers", "2")
+    wait_for(started(tmp_path, 1))
+    family = psutil.Process(process.pid).children(recursive=True)
+    assert len(family) >= 2
+    process.kill()
+    process.communicate(timeout=30)
+    wait_for(lambda: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in family), 20.0)
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
+    (tmp_path / "study.yaml").write_text(dump(long_study))
+    process = start(tmp_path, "--workers", workers)
+    wait_for(started(tmp_path))
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert err.startswith("evolvent: stopped; ")
+    assert "of 60 cases are kept in out, and the same command goes on from there" in err
+    assert len(err.splitlines()) == 1, err
+    done = len(recorded(tmp_path / "out"))
+    assert f"; {done} of 60" in err
+    assert out == ""
+
+
+def test_a_worker_that_dies_is_replaced(long_study):
+    told, victims = [], []
+    before = set(children())
+
+    def progress(done, count):
+        if done >= 6 and not victims:
+            workers = [p for p in set(children()) - before if "spawn_main" in " ".join(p.cmdline())]
+            victims.append(workers[0])
+            workers[0].kill()
+
+    long_study["set"]["output.every"] = "0.05 ms"
+    found = studies.sweep(long_study, workers=2, progress=progress, tell=told.append)
+    assert victims
+    assert (found.status == "success").all()
+    assert any("a worker died" in sentence for sentence in told)
+
+
+class _Future:
+    """A future that has ended."""
+
+    def __init__(self, result, error):
+        self.status = "error" if error else "finished"
+        self._result, self._error = result, error
+
+    def result(self):
+        return self._result
+
+    def exception(self):
+        return self._error
+
+    def add_done_callback(self, call):
+        call(self)
+
+
+class _Client:
+    """A client whose workers die of one case."""
+
+    status = "running"
+
+    def __init__(self):
+        self.batches = []
+
+    def nthreads(self):
+        return {"a": 1, "b": 1}
+
+    def submit(self, function, task, **options):
+        self.batches.append(task.indices)
+        if 2 in task.indices:
+            return _Future(None, KilledWorker("task", None, 1))
+        return _Future(function(task), None)
+
+
+def test_a_case_that_ends_its_process_is_given_up_alone(study, reference, tmp_path):
+    client = _Client()
+    asked = studies.read(study | {"batch": 2})
+    with store.opened(tmp_path / "s", asked) as there:
+        conduct._Spread(conduct._Sweep(there, None, None), client).run()
+        rows = record.join(there.rows)
+    assert rows.cases == tuple(range(6))
+    assert [c for c, s in zip(rows.cases, rows.status, strict=True) if s == "failed"] == [2]
+    assert "died" in rows.reason[2]
+    assert client.batches.count((2,)) == 2
+    assert rows.columns["body_rate_last"].values[3] == reference.body_rate_last.values.flat[3]
+
+
+# ------------------------------------------------------------------------------------------------ a scheduler
+
+
+def test_workers_of_a_scheduler(study, reference):
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+        same(studies.sweep(study, scheduler=cluster.scheduler_address, workers=None), reference)
+
+
+def test_schedulers_and_workers_that_cannot_be_used(study, monkeypatch):
+    with pytest.raises(InputError, match="workers is 0; it must be a whole number from 1"):
+        studies.sweep(study, workers=0)
+    with pytest.raises(InputError, match="both given"):
+        studies.sweep(study, workers=2, scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(InputError, match="cannot reach a Dask scheduler at 'nonsense://x'"):
+        studies.sweep(study, scheduler="nonsense://x")
+
+
+def test_without_its_packages_a_sweep_says_what_to_install(study, monkeypatch):
+    import importlib.util
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "zarr" else find(name))
+    with pytest.raises(InputError, match=r"a sweep needs zarr; install them with: pip install 'evolvent\[sweep\]'"):
+        studies.sweep(study)
+
+
+# ------------------------------------------------------------------------------------------------ command, figures
+
+
+def test_the_command(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pathlib.Path("s.yaml").write_text(dump(study))
+    done = CliRunner().invoke(command, ["s.yaml", "--figures", "f"], catch_exceptions=False)
+    assert done.exit_code == 0
+    assert done.stdout.splitlines() == [
+        "evolvent study short: 6 cases, 6 computed now",
+        "results: short/results.zarr",
+        "figures: 2 in f",
+    ]
+    assert {p.name for p in (tmp_path / "f").iterdir()} == {"body_rate_last.png", "steps.png"}
+    done = CliRunner().invoke(command, ["s.yaml"], catch_exceptions=False)
+    assert "6 cases, 0 computed now, 6 of them before" in done.stdout
+    done = CliRunner().invoke(command, ["s.yaml", "--quiet"], catch_exceptions=False)
+    assert done.output == ""
+    assert isinstance(CliRunner().invoke(command, ["s.yml"]).exception, InputError)
+
+
+def test_a_sweep_of_failures_fails(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(heliogyro, "run", lambda case: 1 / 0)
+    pathlib.Path("s.yaml").write_text(dump(study))
+    done = CliRunner().invoke(command, ["s.yaml", "--workers", "1"])
+    assert isinstance(done.exception, evolvent.RunFailed)
+    assert "all 6 cases failed; the first: ZeroDivisionError" in str(done.exception)
+    assert "failed: 6 of 6" in done.stdout
+
+
+def test_figures(study, reference, tmp_path, monkeypatch):
+    found = draw.figures(reference)
+    assert set(found) == {"body_rate_last", "steps"}
+    axes = found["body_rate_last"].axes
+    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("blade.nodes", "spool.rate, rad/s")
+    assert axes[1].get_ylabel().endswith("rad s-1")
+    line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
+    assert line.get_xlabel() == "spool.rate, rad/s"
+    np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])
+    study["over"] = {"solver.method": ["dopri5"], "blade.velocity_turn": [True, False], **study["over"]}
+    assert "steps" in draw.figures(studies.sweep(study))
+    study["over"] = {"spool.rate": {"from": 3, "to": 4}, "blade.nodes": {"from": 3, "to": 5}}
+    marks = draw.figures(studies.sweep(study | {"sample": "monte-carlo", "samples": 5}))["steps"]
+    assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate, rad/s", "blade.nodes"]
+    from matplotlib.figure import Figure
+
+    monkeypatch.setattr(heliogyro, "study_figures", lambda dataset: {"own": Figure()}, raising=False)
+    assert [os.path.basename(path) for path in draw.write(reference, tmp_path)] == ["own.png"]
