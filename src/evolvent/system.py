@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from evolvent.builder import Assembly, Builder
 from evolvent.errors import InputError
 
 
+@runtime_checkable
 class Part(Protocol):
     """A frozen specification that can write itself into a `Builder`."""
 
@@ -51,8 +52,12 @@ class System:
         Raises
         ------
         InputError
-            If the name is taken.
+            If `part` is none, or the name is taken.
         """
+        if isinstance(part, type) or not isinstance(part, Part):
+            raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
+        if name is not None and not isinstance(name, str):
+            raise InputError(f"the name of a part is {name!r}; it must be a word")
         if name is None:
             kind = type(part).__name__.lower()
             number = 1 + sum(type(other) is type(part) for other in self._parts.values())

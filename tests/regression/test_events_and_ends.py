@@ -92,6 +92,32 @@ def test_tension_is_gone_after_separation() -> None:
     assert tension[-1, -1] == 0.0
 
 
+@pytest.mark.parametrize("rate", [3.5, 3.3, 2.9, 3.1, 1.7])
+@pytest.mark.parametrize(
+    ("method", "segments"), [("dopri5", "inextensible"), ("dopri5", "springs"), ("rk4", "springs")]
+)
+def test_separation_at_the_end_of_a_run(method: str, segments: str, rate: float) -> None:
+    """A run until the thread is all out ends with the thread let go, on whichever side of that moment round-off is."""
+    angle = 97.3
+    feed = parts.ConstantFeed(rate=rate, angle=angle)
+    end = (100.0 - angle) / rate
+    found = solve(hub(feed, segments, lets_go=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
+    assert found.success, found.message
+    assert found.t[-1] == end
+    assert found.s[-1, 1] == 1
+    assert np.all(found.s[:-1, 1] == 0)
+    assert found.event_times == pytest.approx([end], rel=1e-9)
+
+
+def test_breaks_a_rounding_apart_are_one() -> None:
+    """Dormand-Prince steps over the gap between a load's end and the next one's start that should be the same time."""
+    loads = [parts.Force(at="p", force=(1.0, 0.0, 0.0), start=0.0, end=0.1 + 0.2)]
+    loads += [parts.Force(at="p", force=(1.0, 0.0, 0.0), start=0.3)]
+    found = solve(oscillator(*loads).assemble(), samples=[0.0, 1.0], method="dopri5")
+    assert found.success, found.message
+    assert found.y[-1, 0] == pytest.approx(1.25 + 0.25 * np.cos(2.0), abs=1e-7)
+
+
 def test_copies_refuse_what_they_do_not_share() -> None:
     """Gravity along the spin axis is the same for all copies; across it, or a law, is not."""
     feed = parts.ConstantFeed(rate=3.5, angle=30.0)

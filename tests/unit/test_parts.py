@@ -190,6 +190,17 @@ def test_what_the_bad_inputs_are_made_from_is_good():
     assert assemble(*BLADE, parts.LawLoad(thread="blade", law=drag, parameters=(1.0,))).model.loads.size == 1
 
 
+@pytest.mark.parametrize("thing", [5, None, "ball", parts.Point])
+def test_what_is_no_part_is_refused(thing):
+    with pytest.raises(InputError, match="is not a part; add one of evolvent.parts"):
+        System().add(thing)
+
+
+def test_a_name_is_a_word():
+    with pytest.raises(InputError, match="the name of a part is 5"):
+        System().add(POINT, 5)
+
+
 def test_names_are_made_from_kind_and_number():
     system = System()
     assert system.add(POINT) == "point-1"

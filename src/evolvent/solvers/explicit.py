@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
 
 A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of feed laws, loads
-that start or end) and, with a fixed step, on samples; it returns to Python only when its budget of steps is used up,
+that start or end) and, with a fixed step, on samples; what is due at its end, but for round-off, still happens; it returns to Python only when its budget of steps is used up,
 so that progress can be shown and the run interrupted, or when it ends.
 
 With a fixed step, the direction of an inextensible thread's new link converges with the third order only after a
@@ -273,6 +273,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
     if status != BUDGET:
         return status
     watch = loop.g.size > 0
+    end = loop.samples[loop.samples.size - 1]
     until = next_break(model, loop, clock[TIME])
     for _ in range(budget):
         if tally[SAMPLE] == loop.samples.size:
@@ -304,12 +305,12 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         at_event = False
         if watch:
             f_high = highest(events, model, target, y1, s, loop)
-            if f_high >= 0.0:
+            if f_high >= 0.0 or (target == end and f_high >= DUE):
                 at_event = True
                 low, high = 0.0, h
                 f_low = highest(events, model, t, y, s, loop)
                 for trial in range(80):
-                    if f_low >= 0.0 or high - low <= 4e-16 * max(abs(target), h):
+                    if f_low >= 0.0 or f_high < 0.0 or high - low <= 4e-16 * max(abs(target), h):
                         break
                     middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
                     if middle <= low or middle >= high:
@@ -433,7 +434,15 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         if landing:
             h = until - t
         if not h > 1e-14 * max(abs(t), 1e-3):
-            return TOO_SMALL
+            if not landing:
+                return TOO_SMALL
+            clock[TIME] = until  # an event fell on it, but for round-off
+            while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] <= until:
+                keep_sample(loop, y)
+            until = min(next_break(model, loop, until), end)
+            rhs(clock[TIME], y, s, model, K[0])
+            tally[RHS] += 1
+            continue
         stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
         add_stages(b, b.size, y, h, K, y1)
         tally[STEPS] += 1
@@ -460,12 +469,12 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         whole = True
         if watch:
             f_high = highest(events, model, target, y1, s, loop)
-            if f_high >= 0.0:
+            if f_high >= 0.0 or (target == end and f_high >= DUE):
                 at_event = True
                 f_low = highest(events, model, t, y, s, loop)
                 low, high = 0.0, 1.0
                 for trial in range(80):
-                    if f_low >= 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
+                    if f_low >= 0.0 or f_high < 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
                         break
                     middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
                     if middle <= low or middle >= high:
