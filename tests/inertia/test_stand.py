@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from evolvent.errors import InputError
 from evolvent.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench
 from evolvent.inertia.stand import rotation_matrix
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 TENSOR = np.array([[3703.0, 120.0, 400.0], [120.0, 43000.0, -300.0], [400.0, -300.0, 42000.0]])
 
@@ -200,7 +201,9 @@ def test_a_map_is_the_same_as_its_points():
     for i, centre in enumerate(centres):
         one = linear_model(stand, Body(mass=15190.0, centre=centre, inertia=TENSOR)).modes()
         np.testing.assert_allclose(modes.natural_frequency[i], one.natural_frequency, rtol=1e-10)
-        np.testing.assert_allclose(modes.energy(z)[i], one.energy(one.release((0, -1e4, 0), stand.points[0])), rtol=1e-6)
+        np.testing.assert_allclose(
+            modes.energy(z)[i], one.energy(one.release((0, -1e4, 0), stand.points[0])), rtol=1e-6
+        )
 
 
 def test_modes_are_orthonormal_and_carry_the_energy():

@@ -521,8 +521,9 @@ def fit(
 
     Notes
     -----
-    Levenberg-Marquardt on the residual of `Problem`, whitened by the covariances, from the best of: the given
-    body, the candidates of three frequencies, the linear solutions from shapes of three or six modes.
+    Levenberg-Marquardt on the residual of `Problem`, whitened by the covariances. With shapes it starts from the best
+    of: the given body, the candidates of three frequencies, the linear solutions from shapes of three or six modes.
+    Without shapes it starts from the given body, and where other bodies have the same frequencies a warning says so.
     """
     p = problem(
         stand,
@@ -538,7 +539,16 @@ def fit(
         release=release,
         prior=dict(prior or {}),
     )
-    return solve(p, "least squares", starts(p, stand, body), inputs=inputs)
+    result = solve(p, "least squares", starts(p, stand, body), inputs=inputs)
+    if p.shapes is None and len(p.frequency) == 3 and {"Ixx", "Izz"} <= set(p.unknown):
+        try:
+            others = len(candidates(stand, body, p.frequency)) - 1
+        except InputError:
+            others = 0
+        if others > 0:
+            near = f"{others} other pairs of Ixx and Izz give about these frequencies; without shapes the start decides"
+            result = dataclasses.replace(result, warnings=(*result.warnings, near))
+    return result
 
 
 def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
@@ -549,14 +559,16 @@ def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
     )
     result = [base + nudge * p.scale]
     guesses: list[dict[str, float]] = []
+    if p.shapes is None:
+        return result
     try:
         if len(p.frequency) == 3 and {"Ixx", "Izz"} <= set(p.unknown):
-            vertical = p.points is not None and not np.any(p.directions - Y)
+            vertical = not np.any(p.directions - Y)
             for c in candidates(stand, body, p.frequency):
                 guesses.append({"stiffness": c.stiffness, "Ixx": c.Ixx, "Izz": c.Izz, "mass": float(p.base.mass)})
             if vertical:
                 guesses.append({"stiffness": float(p.base.stiffness.mean()), **vertical_properties(p)})
-        elif len(p.frequency) == 6 and p.points is not None:
+        elif len(p.frequency) == 6:
             guesses.append({"stiffness": float(p.base.stiffness.mean()), **six_mode_properties(p)})
     except InputError:
         pass

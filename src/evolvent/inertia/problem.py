@@ -149,7 +149,8 @@ def mac(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     Allemang & Brown (1982).
     """
     uv = np.abs(np.sum(np.conj(u) * v, axis=-1)) ** 2
-    return uv / (np.sum(np.abs(u) ** 2, axis=-1) * np.sum(np.abs(v) ** 2, axis=-1))
+    uu_vv = np.sum(np.abs(u) ** 2, axis=-1) * np.sum(np.abs(v) ** 2, axis=-1)
+    return uv / np.where(uu_vv > 0.0, uu_vv, 1.0)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,8 @@ def array(name: str, value: Any, shape: tuple[int, ...] = (), *, least: float = 
         wanted = " x ".join("n" if n < 0 else str(n) for n in shape) + " finite numbers" if shape else "a finite number"
         raise InputError(f"{name} is {' '.join(str(value).split())[:200]}; it must be {wanted}")
     if np.any(result < least):
-        raise InputError(f"{name} is {' '.join(str(value).split())[:200]}; it must be {least:g} or above")
+        limit = "above 0" if 0.0 < least < 1e-300 else f"{least:g} or above"
+        raise InputError(f"{name} is {' '.join(str(value).split())[:200]}; it must be {limit}")
     result.flags.writeable = False
     return result
 
@@ -488,7 +489,7 @@ def falls(model: LinearModel, square: np.ndarray, shapes: np.ndarray) -> str:
     pace = f"growing e-fold in {1.0 / growth:.2g} s" if growth > 0.0 else "with nothing to bring it back"
     return (
         f"the springs cannot hold the body: it {', '.join(motions)}, {pace}; "
-        "hang it from the springs, guide it, or give the springs lateral stiffness"
+        "hang it, guide it, give the springs lateral stiffness, or bring the centre of mass nearer to the middle"
     )
 
 
