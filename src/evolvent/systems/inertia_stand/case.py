@@ -1,0 +1,259 @@
+"""What a user writes about an inertia stand."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from evolvent import units
+from evolvent.cases import Section
+from evolvent.errors import InputError
+
+_LENGTH = units.Quantity(what="a length", unit="m", example="0.4 m")
+_STIFFNESS = units.Quantity(what="a stiffness", unit="N/m", example="740 kN/m", above=0.0)
+_STIFFNESS_OR_ZERO = units.Quantity(what="a stiffness", unit="N/m", example="370 kN/m", least=0.0)
+_DAMPING = units.Quantity(what="a damping coefficient", unit="N s/m", example="100 N s/m", least=0.0)
+_SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
+_NOISE = units.Quantity(what="a length", unit="m", example="0.1 mm", least=0.0)
+
+Place = Annotated[float, _LENGTH]
+Point = tuple[Place, Place, Place]
+Force = Annotated[float, units.Quantity(what="a force", unit="N", example="-9806.65 N")]
+Impulse = Annotated[float, units.Quantity(what="an impulse", unit="N s", example="-500 N s")]
+Speed = Annotated[float, units.Quantity(what="a speed", unit="m/s", example="0.1 m/s")]
+Gravity = Annotated[float, units.Quantity(what="an acceleration", unit="m/s^2", example="9.80665 m/s^2", above=0.0)]
+Rate = Annotated[float, units.Quantity(what="a sampling rate", unit="Hz", example="50 Hz", above=0.0)]
+Product = Annotated[float, units.Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")]
+Stiffnesses = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_STIFFNESS, each="one per spring")]
+Laterals = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_STIFFNESS_OR_ZERO, each="one per spring")]
+Dampings = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_DAMPING, each="one per spring")]
+Lengths = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_SIDE, each="one per spring")]
+Noises = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_NOISE, each="one per sensor")]
+NoiseOrZero = Annotated[float, _NOISE]
+#: Nearest distance of a sampling frequency from twice the highest mode, as a factor.
+LEAST_RATE = 2.0
+
+
+class Body(Section):
+    """The body that is weighed; axes x and z horizontal, y up."""
+
+    mass: units.Mass
+    inertia: tuple[units.Inertia, units.Inertia, units.Inertia] = Field(
+        description="Ixx, Iyy, Izz about the centre of mass, body axes"
+    )
+    products: tuple[Product, Product, Product] = Field(
+        (0.0, 0.0, 0.0), description="Ixy, Ixz, Iyz, elements of the tensor (Ixz = - integral of x z dm)"
+    )
+    offset_x: Place = Field(0.0, description="of the centre of mass from the stiffness centre")
+    offset_z: Place = Field(0.0, description="of the centre of mass from the stiffness centre")
+    height: Place = Field(0.0, description="of the attachment plane above the centre of mass")
+
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """Centre of mass from the stiffness centre of the attachment plane, m, body axes."""
+        return (self.offset_x, -self.height, self.offset_z)
+
+    @property
+    def tensor(self) -> np.ndarray:
+        """(3, 3) kg m2."""
+        xy, xz, yz = self.products
+        xx, yy, zz = self.inertia
+        return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+    @model_validator(mode="after")
+    def _check(self) -> Body:
+        from evolvent.inertia.stand import broken
+
+        if reason := broken(self.tensor):
+            raise InputError(f"body.inertia with body.products is no inertia of a body: {reason}")
+        return self
+
+
+class Stand(Section):
+    """The springs."""
+
+    support: Literal["hanging", "guided", "standing"] = Field(
+        "hanging", description="hanging: free in six degrees of freedom; guided: lateral motion and yaw held"
+    )
+    half_length: units.Length = Field(2.0, description="a: four springs at x = +-a")
+    half_width: units.Length = Field(0.8696, description="b: and z = +-b")
+    points: tuple[Point, ...] | None = Field(
+        None, description="attachment points of any number of springs, in place of half_length and half_width"
+    )
+    stiffness: Stiffnesses = Field(description="along each spring")
+    natural_length: Lengths = 0.5
+    damping: Dampings = Field(0.0, description="along each spring")
+    lateral_stiffness: Laterals = Field(0.0, description="against horizontal displacement of a spring's end")
+    lateral_damping: Dampings = 0.0
+    gravity: Gravity = 9.80665
+
+    @model_validator(mode="after")
+    def _check(self) -> Stand:
+        if self.points is not None:
+            given = {"half_length", "half_width"} & self.model_fields_set
+            if given and any(getattr(self, k) != type(self).model_fields[k].default for k in given):
+                raise InputError(f"stand.points and stand.{min(given)} are both given; give one of them")
+            if not self.points:
+                raise InputError("stand.points is empty; a stand needs at least one spring")
+        for key in ("stiffness", "natural_length", "damping", "lateral_stiffness", "lateral_damping"):
+            value = getattr(self, key)
+            if isinstance(value, tuple) and len(value) != len(self.springs):
+                raise InputError(f"stand.{key} has {len(value)} values, but there are {len(self.springs)} springs")
+        return self
+
+    @property
+    def springs(self) -> tuple[Point, ...]:
+        """Attachment points, m, body axes from the stiffness centre; (a, b), (a, -b), (-a, -b), (-a, b) in (x, z)."""
+        if self.points is not None:
+            return self.points
+        a, b = self.half_length, self.half_width
+        return ((a, 0.0, b), (a, 0.0, -b), (-a, 0.0, -b), (-a, 0.0, b))
+
+
+class Excitation(Section):
+    """What sets the body in motion at t = 0: a `force` that is let go, an `impulse`, or an initial state."""
+
+    force: tuple[Force, Force, Force] | None = Field(None, description="pulls the body at rest, and is let go at once")
+    impulse: tuple[Impulse, Impulse, Impulse] | None = Field(None, description="strikes the body at rest")
+    at: Annotated[int, units.Whole(least=1, most=10_000)] | Literal["best"] | Point = Field(
+        1,
+        description="where it acts: a spring by number, a point, or best: the spring that gives the weakest mode most",
+    )
+    displacement: Point | None = Field(None, description="of the centre of mass from its rest, of an initial state")
+    rotation: tuple[units.Angle, units.Angle, units.Angle] | None = Field(None, description="rotation vector from rest")
+    velocity: tuple[Speed, Speed, Speed] | None = None
+    rate: tuple[units.AngularRate, units.AngularRate, units.AngularRate] | None = Field(
+        None, description="angular velocity, level axes"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Excitation:
+        state = [k for k in ("displacement", "rotation", "velocity", "rate") if getattr(self, k) is not None]
+        kinds = [k for k in ("force", "impulse") if getattr(self, k) is not None] + state[:1]
+        if len(kinds) != 1:
+            given = " and ".join(f"excitation.{k}" for k in kinds) or "nothing"
+            raise InputError(
+                f"excitation gives {given}; give one of force, impulse, or an initial state (displacement, rotation, "
+                f"velocity, rate)"
+            )
+        if state and "at" in self.model_fields_set and self.at != 1:
+            raise InputError("excitation.at is given, but an initial state acts nowhere; leave it out")
+        for key in (*kinds[:1], *state):
+            if not any(getattr(self, key)) and len(state) < 2:
+                raise InputError(f"excitation.{key} is zero; nothing would move")
+        return self
+
+
+class Sensors(Section):
+    """Displacements from the rest, along fixed directions, at points of the body."""
+
+    points: Literal["springs"] | tuple[Point, ...] = Field("springs", description="where they sit; body axes")
+    directions: Literal["vertical", "horizontal and vertical"] | tuple[tuple[units.Number, ...], ...] = Field(
+        "vertical", description="of each point's sensor, level axes; 'horizontal and vertical' puts three at each point"
+    )
+    rate: Rate = 50.0
+    duration: units.Duration = 12.24
+    noise: Noises = Field(0.0, description="standard deviation of white noise")
+    quantisation: NoiseOrZero = Field(0.0, description="step of the digital reading; 0 for none")
+    seed: Annotated[int, units.Whole(least=0, most=2**62)] = 1
+
+    @model_validator(mode="after")
+    def _check(self) -> Sensors:
+        if isinstance(self.points, tuple) and not self.points:
+            raise InputError("sensors.points is empty; give at least one point, or springs")
+        if isinstance(self.directions, tuple):
+            for k, direction in enumerate(self.directions):
+                if len(direction) != 3 or not any(direction):
+                    raise InputError(f"sensors.directions.{k} is {list(direction)}; it must be three numbers, not zero")
+            if isinstance(self.points, tuple) and len(self.directions) != len(self.points):
+                raise InputError(
+                    f"sensors.directions has {len(self.directions)} rows, but sensors.points has {len(self.points)}"
+                )
+        if self.rate * self.duration < 8.0:
+            raise InputError(
+                f"sensors.duration is {self.duration:g} s, which at {self.rate:g} Hz makes "
+                f"{int(self.rate * self.duration)} samples; nothing can be identified from so few"
+            )
+        return self
+
+    @property
+    def samples(self) -> int:
+        """Number of samples, the start among them."""
+        return int(self.rate * self.duration + 1e-9) + 1
+
+
+class Solver(Section):
+    """The time integration."""
+
+    method: Literal["dop853", "rk4", "modified-euler", "dopri5"] = Field(
+        "dop853", description="modified-euler is the paper's; dopri5 is adaptive"
+    )
+    step: units.DurationOrAuto = Field("auto", description="of the methods with a fixed step")
+    accuracy: units.Tolerance = Field(1e-8, description="of the highest frequency, for step: auto")
+    rtol: units.Tolerance = Field(1e-10, description="relative tolerance of dopri5")
+    atol: units.Tolerance = Field(1e-13, description="absolute tolerance of dopri5")
+
+    @model_validator(mode="after")
+    def _check(self) -> Solver:
+        if self.method == "dopri5" and self.step != "auto":
+            raise InputError(f"solver.step is {self.step!r} s, but dopri5 chooses its steps; leave it out, or take rk4")
+        return self
+
+
+class Identification(Section):
+    """How frequencies are read from the sensors, and inertia from the frequencies."""
+
+    method: Literal["varpro", "esprit", "matrix-pencil", "tls-prony", "prony"] = "varpro"
+    order: Annotated[int, units.Whole(least=1, most=50)] | Literal["auto"] = Field(
+        "auto", description="number of modes; auto: found from the signal"
+    )
+    way: Literal["fit", "three-frequencies", "shapes", "six-modes", "none"] = Field(
+        "fit",
+        description="fit: least squares on the six-degree-of-freedom model at the tilted rest; three-frequencies: the "
+        "paper's, with the centre of mass known; shapes: with the stiffness known; six-modes: the whole tensor",
+    )
+
+
+class Case(Section):
+    """A case of the system `inertia-stand`."""
+
+    system: Literal["inertia-stand"] = "inertia-stand"
+    body: Body
+    stand: Stand
+    excitation: Excitation
+    sensors: Sensors = Sensors()
+    solver: Solver = Solver()
+    identification: Identification = Identification()
+
+    @model_validator(mode="after")
+    def _check(self) -> Case:
+        n = len(self.stand.springs)
+        if isinstance(self.excitation.at, int) and self.excitation.at > n:
+            raise InputError(f"excitation.at is {self.excitation.at}, but there are {n} springs")
+        rows = self.sensors.directions
+        if isinstance(rows, tuple) and self.sensors.points == "springs" and len(rows) != n:
+            raise InputError(f"sensors.directions has {len(rows)} rows, but there are {n} springs")
+        if isinstance(self.sensors.noise, tuple) and len(self.sensors.noise) != len(self.sensor_points):
+            raise InputError(
+                f"sensors.noise has {len(self.sensors.noise)} values, but there are {len(self.sensor_points)} sensors"
+            )
+        return self
+
+    @property
+    def sensor_points(self) -> np.ndarray:
+        """(c, 3) m, body axes from the stiffness centre."""
+        points = np.array(self.stand.springs if self.sensors.points == "springs" else self.sensors.points)
+        return np.repeat(points, 3, axis=0) if self.sensors.directions == "horizontal and vertical" else points
+
+    @property
+    def sensor_directions(self) -> np.ndarray:
+        """(c, 3) unit vectors, level axes."""
+        n = len(self.sensor_points)
+        if self.sensors.directions == "vertical":
+            return np.tile([0.0, 1.0, 0.0], (n, 1))
+        if self.sensors.directions == "horizontal and vertical":
+            return np.tile(np.eye(3), (n // 3, 1))
+        directions = np.array(self.sensors.directions, dtype=float)
+        return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])

@@ -1,0 +1,311 @@
+"""What to show of a run: numbers, figures, the scene of an animation."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.systems.inertia_stand.case import Case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Largest displacement in the animation, of the stand's half length; the true one would not be seen.
+SHOWN = 0.12
+
+
+def case_of(run: xr.Dataset) -> Case:
+    """The case that a run was made from."""
+    loaded: Case = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    return loaded
+
+
+def layout(case: Case) -> dict[str, dict[str, int | None]]:
+    """Numeric variables of a run, with their dimensions and sizes, None for any."""
+    n, c = len(case.stand.springs), len(case.sensor_points)
+    time: dict[str, int | None] = {"time": None}
+    mode: dict[str, int | None] = {"mode": None}
+    linear: dict[str, int | None] = {"linear_mode": 3 if case.stand.support == "guided" else 6}
+    found = dict.fromkeys(("energy_kinetic", "energy_elastic", "energy_dissipated", "energy_balance"), time)
+    found |= dict.fromkeys(("position", "velocity", "angular_velocity"), time | {"axis": 3})
+    found |= {"attitude": time | {"quaternion": 4}, "spring_force": time | {"spring": n}}
+    found |= dict.fromkeys(("sensor_displacement", "sensor_true"), time | {"sensor": c})
+    names = [f"mode_{name}" for name in ("frequency", "decay_rate", "energy")]
+    found |= dict.fromkeys([*names, *(f"{name}_std" for name in names), "mode_frequency_linear"], mode)
+    found |= dict.fromkeys(("mode_amplitude", "mode_amplitude_std", "mode_phase"), mode | {"sensor": c})
+    found |= dict.fromkeys(("linear_frequency", "linear_decay_rate", "linear_energy"), linear)
+    found |= {"linear_amplitude": linear | {"sensor": c}, "linear_spring_amplitude": linear | {"spring": n}}
+    component: dict[str, int | None] = {"component": 6}
+    found |= dict.fromkeys(("inertia_true", "inertia_identified", "inertia_std"), component)
+    return found
+
+
+def numbers(run: xr.Dataset) -> list[Number]:
+    """The results that a user wants to see at once."""
+    case = case_of(run)
+    found = []
+    for k in range(run.sizes["mode"]):
+        frequency, std = float(run.mode_frequency[k]), float(run.mode_frequency_std[k])
+        if not np.isfinite(frequency):
+            continue
+        linear = float(run.mode_frequency_linear[k])
+        near = int(np.argmin(np.abs(run.linear_frequency.values - linear))) if np.isfinite(linear) else -1
+        what = str(run.linear_kind.values[near]) if near >= 0 else "no mode of the linear model"
+        text = f"{frequency:.7g} rad/s"
+        if np.isfinite(std):
+            text += f" ± {std:.2g}"
+        if near >= 0:
+            text += f" (linear {linear:.7g})"
+        energy = float(run.mode_energy[k])
+        text += f", {energy:.4g} J" if np.isfinite(energy) else ""
+        found.append(Number(label=f"mode {k + 1}, {what}", value=text))
+    found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(run.mode_energy.values)):.5g} J"))
+    for name, true, value, std in zip(
+        run.component.values,
+        run.inertia_true.values,
+        run.inertia_identified.values,
+        run.inertia_std.values,
+        strict=True,
+    ):
+        if not np.isfinite(value):
+            continue
+        scale = true if true != 0.0 else float(np.max(run.inertia_true.values))
+        text = f"{value:.8g} kg m2"
+        if np.isfinite(std):
+            text += f" ± {std:.2g}"
+        of = "" if true != 0.0 else " of the largest moment"
+        text += f"; true {true:.8g}, error {100.0 * (value - true) / scale:+.2g} %{of}"
+        found.append(Number(label=f"I{name} identified", value=text))
+    more = (
+        ("mass", case.body.mass, "kg"),
+        ("offset_x", case.body.offset_x, "m"),
+        ("offset_z", case.body.offset_z, "m"),
+    )
+    for name, true, unit in (*more, ("height", case.body.height, "m")):
+        value = float(run[f"{name}_identified"])
+        if np.isfinite(value):
+            label = f"{name.replace('_', ' ')} identified"
+            found.append(Number(label=label, value=f"{value:.7g} {unit}; true {true:.7g}"))
+    found.append(Number(label="tilt at rest", value=f"{np.degrees(float(run.static_tilt)):.4g} deg"))
+    balance = float(np.abs(run.energy_balance.values).max())
+    found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
+    if run.attrs.get("warning"):
+        found.append(Number(label="warning", value=run.attrs["warning"]))
+    statistics = json.loads(run.attrs["statistics"])
+    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
+    if statistics.get("step"):
+        steps += f", {statistics['step']:.4g} s each"
+    found.append(Number(label="steps", value=steps))
+    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
+    found.append(Number(label="time of the solve", value=text))
+    return found
+
+
+def figures(run: xr.Dataset) -> list[Figure]:
+    """What to draw of a run; nothing of one with a single sample."""
+    if run.sizes["time"] < 3:
+        return []
+    return [_signals(run), _spectrum(run), _shapes(run), _inertia(run), _motion(run), _balance(run)]
+
+
+def _signals(run: xr.Dataset) -> Figure:
+    """Signals of up to four sensors, and what the identified modes leave of them."""
+    time = run.time.values
+    shown = range(min(run.sizes["sensor"], 4))
+    panels = []
+    for k in shown:
+        lines = [Line(x=time, y=1e3 * run.sensor_displacement.values[:, k], label="read", width=1.0)]
+        if "sensor_fitted" in run:
+            lines.append(Line(x=time, y=1e3 * run.sensor_fitted.values[:, k], label="modes", color=2, style="--"))
+        panels.append(Panel(x_label="time, s", y_label="displacement, mm", lines=lines, title=f"sensor {k + 1}"))
+        if "sensor_fitted" in run:
+            left = run.sensor_displacement.values[:, k] - run.sensor_fitted.values[:, k]
+            lines = [Line(x=time, y=1e6 * left, color=1, width=0.8)]
+            panels.append(Panel(x_label="time, s", y_label="read less modes, um", lines=lines, title=f"sensor {k + 1}"))
+    columns = 2 if "sensor_fitted" in run else 1
+    size = (6.0 * columns, 2.4 * len(shown) + 0.4)
+    return Figure(name="signals", title="Signals and identified modes", panels=panels, columns=columns, size=size)
+
+
+def _spectrum(run: xr.Dataset) -> Figure:
+    """Amplitude spectra with the identified frequencies."""
+    x = run.sensor_displacement.values
+    window = np.hanning(len(x))[:, None]
+    step = float(run.time[1] - run.time[0])
+    size = 4 * len(x)
+    amplitude = 2.0 * np.abs(np.fft.rfft((x - x.mean(axis=0)) * window, size, axis=0)) / window.sum()
+    omega = 2.0 * np.pi * np.fft.rfftfreq(size, step)
+    lines = [
+        Line(x=omega, y=1e3 * amplitude[:, k], label=f"sensor {k + 1}", color=k, width=1.0)
+        for k in range(min(x.shape[1], 4))
+    ]
+    low, high = 1e3 * max(float(amplitude.min()), 1e-6 * float(amplitude.max())), 2e3 * float(amplitude.max())
+    for k, frequency in enumerate(run.mode_frequency.values):
+        lines.append(
+            Line(
+                x=np.array([frequency, frequency]), y=np.array([low, high]), color="gray", style=":",
+                label="identified" if k == 0 else "",
+            )
+        )  # fmt: skip
+    panel = Panel(x_label="angular frequency, rad/s", y_label="amplitude, mm", lines=lines, log=True)
+    return Figure(name="spectrum", title="Spectra of the signals (Hann window)", panels=[panel], size=(8.0, 4.5))
+
+
+def _shapes(run: xr.Dataset) -> Figure:
+    """Amplitude of each mode at each sensor, identified and of the linear model."""
+    sensor = run.sensor.values.astype(float)
+    panels = []
+    for k in range(run.sizes["mode"]):
+        phase = run.mode_phase.values[k]
+        amplitude = run.mode_amplitude.values[k] * np.cos(phase)
+        lines = [Line(x=sensor, y=1e3 * amplitude, label="identified", style="", marker="o")]
+        linear = float(run.mode_frequency_linear[k])
+        if np.isfinite(linear):
+            near = int(np.argmin(np.abs(run.linear_frequency.values - linear)))
+            sign = np.where(np.cos(phase) < 0.0, -1.0, 1.0)
+            lines.append(
+                Line(
+                    x=sensor, y=1e3 * sign * run.linear_amplitude.values[near], label="linear model", color=2,
+                    style="--",
+                )
+            )  # fmt: skip
+        title = f"{float(run.mode_frequency[k]):.5g} rad/s, {float(run.mode_energy[k]):.4g} J"
+        panels.append(Panel(x_label="sensor", y_label="amplitude at t = 0, mm", lines=lines, title=title))
+    size = (4.2 * min(len(panels), 3), 3.4 * -(-len(panels) // 3))
+    return Figure(
+        name="mode_shapes", title="Amplitudes of the modes", panels=panels, columns=min(len(panels), 3), size=size
+    )
+
+
+def _inertia(run: xr.Dataset) -> Figure:
+    """Error of the identified moments with their standard deviations."""
+    true, value, std = (run[name].values for name in ("inertia_true", "inertia_identified", "inertia_std"))
+    names = [str(c) for c in run.component.values]
+    scale = np.sqrt(np.array([true[names.index(n[0] * 2)] * true[names.index(n[1] * 2)] for n in names]))
+    known = np.flatnonzero(np.isfinite(value))
+    lines = []
+    for k in known:
+        error, bar = 100.0 * (value[k] - true[k]) / scale[k], 196.0 * std[k] / scale[k]
+        x = np.array([k, k], dtype=float)
+        lines.append(Line(x=x[:1], y=np.array([error]), marker="o", style="", label=f"I{names[k]}", color=int(k)))
+        if np.isfinite(bar):
+            lines.append(Line(x=x, y=np.array([error - bar, error + bar]), color=int(k)))
+    lines.append(Line(x=np.array([-0.5, 5.5]), y=np.zeros(2), color="gray", style=":"))
+    panel = Panel(
+        x_label="component: " + ", ".join(f"{k} is I{n}" for k, n in enumerate(names)),
+        y_label="identified less true, %",
+        lines=lines,
+        title="bars: 95 % by the signals' noise alone; products in % of the geometric mean of their moments",
+    )
+    return Figure(name="inertia", title="Identified moments of inertia", panels=[panel], size=(8.0, 4.0))
+
+
+def _motion(run: xr.Dataset) -> Figure:
+    """Motion of the centre of mass, small rotations, forces of the springs."""
+    time = run.time.values
+    turned = 2e3 * run.attitude.values[:, 1:]
+    names = ("x", "y", "z")
+    panels = [
+        Panel(
+            x_label="time, s",
+            y_label="displacement, mm",
+            lines=[Line(x=time, y=1e3 * run.position.values[:, k], label=n, color=k) for k, n in enumerate(names)],
+            title="centre of mass, from its rest",
+        ),
+        Panel(
+            x_label="time, s",
+            y_label="rotation, mrad",
+            lines=[Line(x=time, y=turned[:, k], label=f"about {n}", color=k) for k, n in enumerate(names)],
+        ),
+        Panel(
+            x_label="time, s",
+            y_label="force, kN",
+            lines=[
+                Line(x=time, y=1e-3 * run.spring_force.values[:, k], label=f"spring {k + 1}", color=k)
+                for k in range(min(run.sizes["spring"], 6))
+            ],
+        ),
+    ]
+    return Figure(name="motion", title="Motion of the body", panels=panels, size=(8.0, 8.0))
+
+
+def _balance(run: xr.Dataset) -> Figure:
+    """Energies and their balance."""
+    time = run.time.values
+    names = [
+        ("energy_kinetic", "kinetic"),
+        ("energy_elastic", "springs and gravity"),
+        ("energy_dissipated", "dissipated"),
+    ]
+    lines = [Line(x=time, y=run[name].values, label=label, color=k) for k, (name, label) in enumerate(names)]
+    panels = [
+        Panel(x_label="time, s", y_label="energy above rest, J", lines=lines),
+        Panel(
+            x_label="time, s",
+            y_label="balance, of the largest energy",
+            lines=[Line(x=time, y=run.energy_balance.values)],
+        ),
+    ]
+    return Figure(name="balance", title="Energy account", panels=panels, size=(8.0, 6.0))
+
+
+def scene(run: xr.Dataset) -> Scene:
+    """Springs and the body's outline, its motion enlarged; z is up in the picture."""
+    case = case_of(run)
+    springs = np.array(case.stand.springs)
+    centre = np.array(case.body.centre)
+    side = -1.0 if case.stand.support == "standing" else 1.0
+    length = np.broadcast_to(np.array(case.stand.natural_length), (len(springs),))
+    ground = springs + side * length[:, None] * np.array([0.0, 1.0, 0.0])
+    reach = float(np.abs(springs).max())
+    turned = 2.0 * run.attitude.values[:, 1:]
+    moved = run.position.values[:, None] + np.cross(turned[:, None], springs - centre)
+    largest = float(np.abs(moved).max())
+    factor = max(1.0, SHOWN * reach / largest) if largest > 0.0 else 1.0
+    factor = float(f"{factor:.1g}")
+
+    def where(points: np.ndarray) -> np.ndarray:
+        shift = run.position.values[:, None] + np.cross(turned[:, None], points - centre)
+        return points + factor * shift
+
+    box = _box(springs, reach)
+    ends = where(springs)
+    edges = where(box.reshape(-1, 3)).reshape(len(turned), -1, 2, 3)
+    fixed = np.broadcast_to(ground, ends.shape)
+    points = np.concatenate([np.stack([fixed, ends], axis=2), edges], axis=1)
+    points = points[..., [0, 2, 1]] * np.array([1.0, -1.0, 1.0])
+    value = np.full((*points.shape[:2], 1), np.nan)
+    value[:, : len(springs), 0] = 1e-3 * run.spring_force.values
+    still = np.zeros((len(turned), 4))
+    still[:, 0] = 1.0
+    return Scene(
+        title=f"Inertia stand, motion x {factor:g}",
+        time=run.time.values,
+        points=points,
+        value=value,
+        value_label="force of the spring, kN",
+        origin=np.zeros((len(turned), 3)),
+        angle=np.zeros(len(turned)),
+        tilt=still,
+        body=[],
+        numbers={
+            "kinetic energy, J": run.energy_kinetic.values,
+            "height above rest, mm": 1e3 * run.position.values[:, 1],
+        },
+    )
+
+
+def _box(springs: np.ndarray, reach: float) -> np.ndarray:
+    """(edges, 2, 3) outline of a body that reaches to its springs."""
+    low, high = springs.min(axis=0), springs.max(axis=0)
+    low[1] -= 0.12 * reach
+    high[1] += 0.12 * reach
+    corners = np.array(
+        [[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    )
+    pairs = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
+    return np.array([[corners[a], corners[b]] for a, b in pairs])

@@ -1,0 +1,487 @@
+"""From a case to the motion, the sensors' signals and a data set."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, energy, equilibrium, linear_model
+from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
+from evolvent.solvers import lanes
+from evolvent.systems.inertia_stand.case import Case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Numerical gain or loss of energy, of the motion's, above which a run has failed, and above which it is told.
+ENERGY_LIMIT, ENERGY_TOLD = 0.1, 1e-3
+#: Largest number of values of the state that a run may keep, and of steps that it may take.
+MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
+#: Components of the inertia tensor, and what a mode can mostly be.
+COMPONENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+KINDS = ("sway along x", "heave", "sway along z", "roll", "yaw", "pitch")
+
+
+class Prepared(NamedTuple):
+    """A case with all that is known before it moves.
+
+    Attributes
+    ----------
+    z : (m,) complex, modal coordinates at the start, of the linear model
+    loaded : int, the spring at which the excitation acts, from 0; -1 for none
+    suspended : what `lanes` integrates
+    steps : int, of the method between two samples; 0 for the adaptive one
+    """
+
+    case: Case
+    stand: Stand
+    body: Body
+    model: LinearModel
+    modes: NormalModes
+    z: np.ndarray
+    loaded: int
+    suspended: lanes.Suspended
+    steps: int
+
+
+class Outcome(NamedTuple):
+    """How a motion ended, as `evolvent.results.label` wants it."""
+
+    status: str
+    message: str
+    statistics: dict[str, float]
+    wall_time: float
+    compile_time: float
+
+
+def stand_of(case: Case) -> Stand:
+    """The case's stand."""
+    s = case.stand
+    return Stand(
+        points=s.springs,
+        stiffness=s.stiffness,
+        length=s.natural_length,
+        damping=s.damping,
+        lateral_stiffness=s.lateral_stiffness,
+        lateral_damping=s.lateral_damping,
+        support=s.support,
+        gravity=s.gravity,
+    )
+
+
+def body_of(case: Case) -> Body:
+    """The case's body."""
+    return Body(mass=case.body.mass, centre=case.body.centre, inertia=case.body.tensor)
+
+
+def prepare(case: Case) -> Prepared:
+    """Rest, linear modes and initial state of a case.
+
+    Raises
+    ------
+    InputError
+        If the springs cannot hold the body, or the step or the sampling rate does not suit its highest mode.
+    """
+    stand, body = stand_of(case), body_of(case)
+    model = linear_model(stand, body)
+    modes = model.modes()
+    highest = float(modes.natural_frequency.max())
+    if 2.0 * np.pi * case.sensors.rate <= 2.0 * highest:
+        raise InputError(
+            f"sensors.rate is {case.sensors.rate:g} Hz; the highest mode has {highest / (2.0 * np.pi):.4g} Hz, so it "
+            f"must be above {highest / np.pi:.4g} Hz"
+        )
+    steps = _steps(case, highest)
+    state, z, loaded = _start(case, stand, body, modes)
+    n = len(stand.stiffness)
+    suspended = lanes.Suspended(
+        mass=float(body.mass),
+        inertia=body.inertia,
+        gravity=np.array([0.0, -float(stand.gravity), 0.0]),
+        guided=stand.support == "guided",
+        attachment=stand.points - body.centre,
+        ground=stand.ground_points,
+        axis=np.tile([0.0, 1.0, 0.0], (n, 1)),
+        stiffness=stand.stiffness,
+        damping=stand.damping,
+        length=stand.length,
+        lateral_stiffness=stand.lateral_stiffness,
+        lateral_damping=stand.lateral_damping,
+        state=state,
+    )
+    return Prepared(case, stand, body, model, modes, z, loaded, suspended, steps)
+
+
+def _steps(case: Case, highest: float) -> int:
+    """Steps of the method between two samples."""
+    solver, every = case.solver, 1.0 / case.sensors.rate
+    if case.sensors.samples * 14 > MOST_VALUES:
+        raise InputError(f"sensors.duration at sensors.rate makes {case.sensors.samples:.3g} samples, too many")
+    if solver.method == "dopri5":
+        return 0
+    limit = lanes.stability_limit(solver.method) / highest
+    if solver.step == "auto":
+        wanted = lanes.accurate_step(solver.method, solver.accuracy) / highest
+    else:
+        wanted = float(solver.step)
+        if wanted > limit:
+            raise InputError(
+                f"solver.step is {wanted:.6g} s, above the stability limit {limit:.6g} s of {solver.method} (highest "
+                f"frequency {highest:.6g} rad/s); take a smaller step or auto"
+            )
+    count = every / wanted * case.sensors.samples
+    if count > MOST_STEPS:
+        raise InputError(f"solver.step is {wanted:.3g} s; that makes {count:.2g} steps, too many; take a larger one")
+    return max(1, int(np.ceil(every / wanted - 1e-9)))
+
+
+def _start(case: Case, stand: Stand, body: Body, modes: NormalModes) -> tuple[np.ndarray, np.ndarray, int]:
+    """State at t = 0 in the level frame, modal coordinates, and the spring that is loaded (-1 for none)."""
+    given, rest = case.excitation, modes.model.pose
+    position, rotation = rest.position, rest.rotation
+    velocity, rate = np.zeros(3), np.zeros(3)
+    loaded = -1
+    if given.force is not None or given.impulse is not None:
+        point, loaded = _place(case, stand, modes)
+        if given.force is not None:
+            pulled = equilibrium(stand, body, force=given.force, point=point)
+            position, rotation = pulled.position, pulled.rotation
+            z = modes.release(given.force, point)
+        else:
+            z = modes.impulse(given.impulse, point)
+            jump = _impulse(modes.model, np.array(given.impulse), point)
+            velocity, rate = jump[:3], jump[3:]
+    else:
+        from scipy.spatial.transform import Rotation
+
+        turn = np.array(given.rotation or (0.0, 0.0, 0.0))
+        move = np.array(given.displacement or (0.0, 0.0, 0.0))
+        velocity, rate = np.array(given.velocity or (0.0,) * 3), np.array(given.rate or (0.0,) * 3)
+        guided = stand.support == "guided"
+        if guided and (np.any(move[[0, 2]]) or np.any(velocity[[0, 2]]) or turn[1] != 0.0 or rate[1] != 0.0):
+            raise InputError(
+                "excitation gives motion along x or z or about y, which support 'guided' holds; leave it out, "
+                "or take support: hanging"
+            )
+        position, rotation = rest.position + move, Rotation.from_rotvec(turn).as_matrix() @ rest.rotation
+        z = modes.state(np.concatenate([move, turn]), np.concatenate([velocity, rate]))
+    state = np.concatenate([position, quaternion(rotation), velocity, rate])
+    return state, np.asarray(z), loaded
+
+
+def _place(case: Case, stand: Stand, modes: NormalModes) -> tuple[np.ndarray, int]:
+    """Point where the excitation acts, and the number of its spring (-1 for a point of its own)."""
+    given = case.excitation
+    if isinstance(given.at, tuple):
+        return np.array(given.at), -1
+    if given.at != "best":
+        return stand.points[int(given.at) - 1], int(given.at) - 1
+    best = int(np.argmax(_least_energies(case, stand, modes)))
+    return stand.points[best], best
+
+
+def _least_energies(case: Case, stand: Stand, modes: NormalModes) -> np.ndarray:
+    """(n,) J, energy of the weakest of heave, roll and pitch, were the case's force or impulse to act at each spring."""
+    given = case.excitation
+    knock = modes.release if given.force is not None else modes.impulse
+    load = given.force if given.force is not None else given.impulse
+    shares = modes.shapes * (modes.model.mass @ modes.shapes)
+    vertical = np.argsort(shares[[1, 3, 5]].sum(axis=0))[-3:]
+    return np.array([modes.energy(knock(load, point))[vertical].min() for point in stand.points])
+
+
+def _impulse(model: LinearModel, impulse: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Jump (6,) of velocity and angular velocity from an impulse at a body point, guides included."""
+    r = model.pose.rotation @ (point - model.centre)
+    M, _, _ = model.reduced()
+    load = model.basis.T @ np.concatenate([impulse, np.cross(r, impulse)])
+    return np.asarray(model.basis @ np.linalg.solve(M, load))
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Quaternion (..., 4), scalar part first and positive, of rotation matrices (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
+    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))
+
+
+# ------------------------------------------------------------------------------------------------ runs
+
+
+def plan(case: Case) -> cases.Plan:
+    """What a run will take; refuses what can be refused before it."""
+    prepared = prepare(case)
+    solver = "dopri5" if prepared.steps == 0 else lanes.NAME
+    return cases.Plan(duration=(case.sensors.samples - 1) / case.sensors.rate, solver=solver)
+
+
+def run(
+    case: Case,
+    *,
+    laws: Mapping[str, Any] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Run a case: motion, sensors, identification.
+
+    Raises
+    ------
+    InputError
+        If laws are given (this system places none), or the case cannot be run.
+    """
+    if laws:
+        raise InputError(f"laws are given ({', '.join(laws)}), but inertia-stand places no law of the user's")
+    item = prepare(case)
+    return _finish(item, *_move([item], progress)[0])
+
+
+def run_batch(batch: Sequence[Case]) -> list[xr.Dataset | Exception]:
+    """Runs of many cases, integrated together in compiled batches; a case gives the same bits as alone.
+
+    Returns
+    -------
+    list, of the same length
+        A run, or the error that a case ended with.
+    """
+    found: list[Any] = []
+    for case in batch:
+        try:
+            found.append(prepare(case))
+        except InputError as error:
+            found.append(error)
+    ready = [k for k, item in enumerate(found) if isinstance(item, Prepared)]
+    for k, moved in zip(ready, _move([found[k] for k in ready], None), strict=True):
+        try:
+            found[k] = _finish(found[k], *moved)
+        except InputError as error:
+            found[k] = error
+    return found
+
+
+def _move(
+    prepared: Sequence[Prepared], progress: Callable[[float], None] | None
+) -> list[tuple[np.ndarray, dict[str, float], float, float]]:
+    """States (samples, 14) of each, statistics, and the times of the solve and of compilation, s."""
+    moved: list[Any] = [None] * len(prepared)
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for k, item in enumerate(prepared):
+        if item.steps == 0:
+            from evolvent.systems.inertia_stand.adaptive import integrate
+
+            moved[k] = integrate(item, progress)
+            continue
+        sensors = item.case.sensors
+        key = (item.steps, sensors.rate, sensors.samples, item.case.solver.method, len(item.stand.stiffness))
+        groups.setdefault(key, []).append(k)
+    for (steps, rate, samples, method, _), members in groups.items():
+        began = clock.perf_counter()
+        lanes.warm_up()
+        compiled = clock.perf_counter()
+        states = lanes.integrate(
+            [prepared[k].suspended for k in members],
+            every=1.0 / rate,
+            samples=samples,
+            steps=steps,
+            method=method,
+            progress=progress,
+        )
+        each = (clock.perf_counter() - compiled) / len(members)
+        for row, k in enumerate(members):
+            highest = float(prepared[k].modes.natural_frequency.max())
+            statistics = {
+                "steps": float(steps * (samples - 1)),
+                "rhs_evaluations": float(steps * (samples - 1) * lanes.scheme(method).evaluations),
+                "step": 1.0 / rate / steps,
+                "stability_limit": lanes.stability_limit(method) / highest,
+            }
+            moved[k] = (states[row], statistics, each, compiled - began)
+    return moved
+
+
+def _finish(
+    item: Prepared, states: np.ndarray, statistics: dict[str, float], wall: float, compiling: float
+) -> xr.Dataset:
+    """The run as a Dataset."""
+    import xarray as xr
+
+    from evolvent.results import label, variable
+    from evolvent.systems.inertia_stand.identify import identified
+
+    case, stand = item.case, item.stand
+    finite = np.all(np.isfinite(states), axis=1)
+    kept = int(np.argmin(finite)) if not np.all(finite) else len(states)
+    states = states[:kept]
+    t = np.arange(kept) / case.sensors.rate
+    position, velocity, rate = states[:, X : X + 3], states[:, V : V + 3], states[:, W : W + 3]
+    rotation = matrices(states[:, Q : Q + 4])
+    account, outcome = _account(item, states, rotation, statistics, wall, compiling, complete=bool(np.all(finite)))
+    true = _displacement(item, position, rotation)
+    measured = _measured(case, true)
+    time, axis, sensor = ("time",), ("time", "axis"), ("time", "sensor")
+    relative = position - item.model.pose.position
+    turned = np.einsum("tij,kj->tik", rotation, item.model.pose.rotation)
+    data = {
+        "position": variable(axis, relative, "m", "displacement of the centre of mass from its rest, level axes"),
+        "attitude": variable(
+            ("time", "quaternion"), quaternion(turned), "1", "rotation from the rest, level axes, scalar first"
+        ),
+        "velocity": variable(axis, velocity, "m s-1", "velocity of the centre of mass, level axes"),
+        "angular_velocity": variable(axis, rate, "rad s-1", "angular velocity, level axes"),
+        "spring_force": variable(
+            ("time", "spring"), _pulls(item, position, rotation), "N", "force along the spring, positive where it pulls"
+        ),
+        "sensor_displacement": variable(sensor, measured, "m", "displacement from the rest as the sensor reads it"),
+        "sensor_true": variable(sensor, true, "m", "displacement from the rest along the sensor"),
+        **account,
+        **_linear(item),
+    }
+    data |= identified(item, measured)
+    n, c = len(stand.stiffness), true.shape[1]
+    dataset = xr.Dataset(
+        data,
+        {
+            "time": variable(time, t, "s", "time"),
+            "axis": ("axis", ["x", "y", "z"]),
+            "component": ("component", list(COMPONENTS)),
+            "spring": variable(("spring",), np.arange(1, n + 1), "1", "spring"),
+            "linear_kind": ("linear_mode", kinds(item.modes)),
+            "sensor": variable(("sensor",), np.arange(1, c + 1), "1", "sensor"),
+        },
+    )
+    label(
+        dataset,
+        system="inertia-stand",
+        case=cases.to_yaml(case),
+        method=case.solver.method,
+        solution=outcome,
+        laws={},
+    )
+    warnings = [w for v in dataset.data_vars.values() if (w := v.attrs.pop("warning", ""))]
+    if warnings:
+        dataset.attrs["warning"] = "; ".join(warnings)
+    return dataset
+
+
+def matrices(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), scalar part first, of any length."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(q[..., [1, 2, 3, 0]]).as_matrix())
+
+
+def _displacement(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """(nt, c) m, displacement of the sensors' points from the rest along their directions."""
+    pose, arm = item.model.pose, item.case.sensor_points - item.body.centre
+    moved = position[:, None] - pose.position + np.einsum("tij,cj->tci", rotation - pose.rotation, arm)
+    return np.einsum("tci,ci->tc", moved, item.case.sensor_directions)
+
+
+def _measured(case: Case, true: np.ndarray) -> np.ndarray:
+    """What the sensors read: with noise, then rounded to steps of the quantisation."""
+    sensors = case.sensors
+    noise = np.broadcast_to(np.array(sensors.noise), true.shape[1:])
+    read = true + noise * np.random.default_rng(sensors.seed).standard_normal(true.shape) if noise.any() else true
+    step = sensors.quantisation
+    return step * np.round(read / step) if step > 0.0 else read
+
+
+def _pulls(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """(nt, n) N, elastic force along each spring."""
+    stand = item.stand
+    ends = position[:, None] + np.einsum("tij,nj->tni", rotation, stand.points - item.body.centre)
+    length = np.linalg.norm(ends - stand.ground_points, axis=-1)
+    return np.asarray(stand.stiffness * (length - stand.length))
+
+
+def _account(
+    item: Prepared,
+    states: np.ndarray,
+    rotation: np.ndarray,
+    statistics: dict[str, float],
+    wall: float,
+    compiling: float,
+    *,
+    complete: bool,
+) -> tuple[dict[str, xr.Variable], Outcome]:
+    """Energies, their balance, and how the run ended."""
+    from evolvent.results import variable
+
+    body, pose = item.body, item.model.pose
+    velocity, rate = states[:, V : V + 3], states[:, W : W + 3]
+    own = np.einsum("tji,tj->ti", rotation, rate)
+    kinetic = 0.5 * body.mass * np.sum(velocity**2, axis=1) + 0.5 * np.einsum("ti,ij,tj->t", own, body.inertia, own)
+    rest = energy(item.stand, body, pose.position, pose.rotation)
+    potential = energy(item.stand, body, states[:, X : X + 3], rotation) - rest
+    dissipated = states[:, DISSIPATED]
+    total = kinetic + potential + dissipated
+    largest = max(float(kinetic.max()), float(potential.max()), 1e-300)
+    balance = (total - total[0]) / largest
+    worst = float(np.abs(balance).max())
+    time = ("time",)
+    data = {
+        "energy_kinetic": variable(time, kinetic, "J", "kinetic energy"),
+        "energy_elastic": variable(time, potential, "J", "energy of the springs and of gravity above that at rest"),
+        "energy_dissipated": variable(time, dissipated, "J", "energy dissipated so far"),
+        "energy_balance": variable(time, balance, "1", "what the energy account lacks, over the largest energy"),
+    }
+    t = (len(states) - 1) / item.case.sensors.rate
+    method = item.case.solver.method
+    status, message = "success", "the run reached its end"
+    advice = f"take a smaller step than {statistics.get('step', 0.0):.3g} s" if item.steps else "tighten solver.rtol"
+    if not complete:
+        status = "failed"
+        message = f"the state stopped being finite after t = {t:.6g} s with {method}; {advice}"
+    elif worst > ENERGY_LIMIT:
+        status = "failed"
+        message = f"the energy account is off by {worst:.2g} of the motion's energy by t = {t:.6g} s; {advice}"
+    elif worst > ENERGY_TOLD:
+        what = "takes" if balance[-1] < 0.0 else "adds"
+        data["energy_balance"].attrs["warning"] = (
+            f"{method} itself {what} {100.0 * worst:.2g} % of the energy at this step, which decay rates show; {advice}"
+        )
+    statistics = {**statistics, "energy_defect": worst}
+    return data, Outcome(status, message, statistics, wall, compiling)
+
+
+def _linear(item: Prepared) -> dict[str, xr.Variable]:
+    """The linear model at the true rest."""
+    from evolvent.results import variable
+
+    modes, mode = item.modes, ("linear_mode",)
+    at_springs = modes.amplitude(item.z, item.stand.points)
+    at_sensors = modes.amplitude(item.z, item.case.sensor_points, item.case.sensor_directions)
+    tilt = float(modes.model.pose.tilt)
+    acts = item.case.excitation.force is not None or item.case.excitation.impulse is not None
+    least = _least_energies(item.case, item.stand, modes) if acts else np.array([np.nan])
+    return {
+        "linear_frequency": variable(mode, modes.frequency, "rad s-1", "frequency of the linear model at the rest"),
+        "linear_decay_rate": variable(mode, modes.decay_rate, "s-1", "decay rate of the linear model"),
+        "linear_energy": variable(mode, modes.energy(item.z), "J", "energy that the excitation gives the mode"),
+        "linear_amplitude": variable(
+            ("linear_mode", "sensor"), np.abs(at_sensors), "m", "amplitude at the sensor, linear model"
+        ),
+        "linear_spring_amplitude": variable(
+            ("linear_mode", "spring"), at_springs.real, "m", "vertical amplitude at the spring at t = 0, linear model"
+        ),
+        "static_tilt": variable((), tilt, "rad", "angle of the body's y axis to the vertical at rest"),
+        "least_energy": variable(
+            (), least[item.loaded] if item.loaded >= 0 else np.nan, "J", "energy of the weakest of heave, roll, pitch"
+        ),
+        "least_energy_best": variable((), least.max(), "J", "the same, were the best spring loaded"),
+        "best_spring": variable((), int(np.argmax(least)) + 1 if acts else 0, "1", "spring whose load does that"),
+        "loaded_spring": variable((), item.loaded + 1, "1", "spring at which the excitation acts, 0 for none"),
+        "inertia_true": variable(
+            ("component",), [item.body.inertia[i, j] for i, j in COMPONENTS.values()], "kg m2", "inertia of the case"
+        ),
+    }
+
+
+def kinds(modes: NormalModes) -> list[str]:
+    """What each mode mostly is, by the shares of its kinetic energy."""
+    shares = modes.shapes * (modes.model.mass @ modes.shapes)
+    return [KINDS[int(k)] for k in np.argmax(shares, axis=0)]
