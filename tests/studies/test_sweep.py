@@ -380,9 +380,9 @@ def test_the_command(study, tmp_path, monkeypatch):
     assert done.stdout.splitlines() == [
         "evolvent study short: 6 cases, 6 computed now",
         "results: short/results.zarr",
-        "figures: 2 in f",
+        "figures: 3 in f",
     ]
-    assert {p.name for p in (tmp_path / "f").iterdir()} == {"body_rate_last.png", "steps.png"}
+    assert {p.name for p in (tmp_path / "f").iterdir()} == {"body_rate_last.png", "lag_angle_max.png", "steps.png"}
     done = CliRunner().invoke(command, ["s.yaml"], catch_exceptions=False)
     assert "6 cases, 0 computed now, 6 of them before" in done.stdout
     done = CliRunner().invoke(command, ["s.yaml", "--quiet"], catch_exceptions=False)
@@ -402,10 +402,11 @@ def test_a_sweep_of_failures_fails(study, tmp_path, monkeypatch):
 
 def test_figures(study, reference, tmp_path, monkeypatch):
     found = draw.figures(reference)
-    assert set(found) == {"body_rate_last", "steps"}
+    assert set(found) == {"body_rate_last", "lag_angle_max", "steps"}
+    assert found["lag_angle_max"].axes[0].get_title(loc="left") == "at blade = 1, node = 1"
     axes = found["body_rate_last"].axes
-    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("blade.nodes", "spool.rate, rad/s")
-    assert axes[1].get_ylabel().endswith("rad s-1")
+    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate, rad/s", "blade.nodes")
+    assert axes[1].get_ylabel() == "body_rate_last, rad s-1"
     line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
     assert line.get_xlabel() == "spool.rate, rad/s"
     np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])
