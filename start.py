@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Set up a virtual environment beside this file and run evolvent, its tests or its benchmarks in it.
 
-    python3 start.py run heliogyro     results in run.nc, figures in figures/
+    python3 start.py run heliogyro     results in run.nc, figures in run-figures/
     python3 start.py test              lint, types, floors, tests
     python3 start.py bench             benchmarks/run.py
 
@@ -72,15 +72,12 @@ def set_up(extra: str | None) -> int:
 
 
 def run(arguments: list[str]) -> int:
-    """`evolvent run` with its figures and results left beside this file unless told otherwise."""
+    """`evolvent run` with its results, and figures beside them, left beside this file unless told otherwise."""
     if code := set_up(None):
         return code
     names = [a.split("=")[0] for a in arguments]
-    if not {"-h", "--help"} & set(names):
-        if "--figures" not in names:
-            arguments = [*arguments, "--figures", "figures"]
-        if not {"-o", "--output"} & set(names):
-            arguments = [*arguments, "-o", "run.nc"]
+    if not {"-h", "--help", "-o", "--output"} & set(names):
+        arguments = [*arguments, "-o", "run.nc"]
     return call([str(BIN / "evolvent"), "run", *arguments])
 
 

@@ -1,4 +1,7 @@
-"""The command line: list, show, schema, run, info, plot."""
+"""The command line: list, show, schema, run, info, plot.
+
+All that a user asked for is left on disk even where nobody reads what is printed.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from evolvent import __version__
-from evolvent.errors import EvolventError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,9 +34,28 @@ def main() -> NoReturn:
         click.echo("evolvent: interrupted", err=True)
         code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone away
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _mute()
         code = 0
+    except OSError as error:
+        _mute()
+        about = f" {error.filename!r}" if error.filename else " the output"
+        click.echo(f"evolvent: cannot write{about}: {(error.strerror or str(error)).lower()}", err=True)
+        code = FAILED
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _mute() -> None:
+    """Send what is still to be printed nowhere."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _say(text: str, *, end: str = "\n") -> None:
+    """Print to stdout; a reader that has gone away is no reason to stop."""
+    try:
+        click.echo(text + end, nl=False)
+    except BrokenPipeError:
+        _mute()
 
 
 def _complain(error: click.ClickException | EvolventError) -> int:
@@ -44,6 +66,8 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         message = f"no such option: {error.option_name}; {nearest(error.option_name, known)}"
     elif isinstance(error, click.ClickException):
         message = error.format_message()
+        if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
+            message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
     message = " ".join(message.split()).rstrip(".")
     click.echo(f"evolvent: {message[:1].lower() + message[1:]}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
@@ -66,7 +90,7 @@ class _Commands(click.Group):
 def commands(ctx: click.Context) -> None:
     """How spacecraft structures are wound up, measured and deployed.
 
-    Start with: evolvent run heliogyro --figures figures
+    Start with: evolvent run heliogyro
     """
     if ctx.invoked_subcommand is None:
         raise click.UsageError(f"no command is given; {nearest('', commands.list_commands(ctx))}", ctx)
@@ -101,28 +125,39 @@ def schema(system: str) -> None:
     click.echo(json.dumps(cases.json_schema(system), indent=2))
 
 
+def _once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
+    """The value of an option that may be given once."""
+    if len(values) > 1:
+        name = max(parameter.opts, key=len)
+        raise click.UsageError(f"{name} is given {len(values)} times, as {', '.join(map(repr, values))}", ctx)
+    return values[0] if values else None
+
+
 @commands.command()
 @click.argument("case", metavar="CASE|FILE")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("-o", "--output", metavar="RUN.NC", help="Keep the results as NetCDF.")
-@click.option("--figures", metavar="DIR", help="Draw figures and an animation into a folder.")
+@click.option("-o", "--output", multiple=True, callback=_once, metavar="RUN.NC", help="Keep the results as NetCDF.")
+@click.option(
+    "--figures",
+    multiple=True,
+    callback=_once,
+    metavar="DIR",
+    help="Folder for figures and animation.  [default: RUN-figures, or CASE-figures]",
+)
+@click.option("--no-figures", is_flag=True, help="Draw none.")
 @click.option("--quiet", is_flag=True, help="Print no table and no progress.")
-def run(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None, quiet: bool) -> None:
-    """Run a built-in CASE or a case FILE and print its results.
+def run(
+    case: str, assignments: tuple[str, ...], output: str | None, figures: str | None, no_figures: bool, quiet: bool
+) -> None:
+    """Run a built-in CASE or a case FILE, print its results and draw figures.
 
     Ctrl-C ends the run and keeps what was computed.
     """
     from evolvent import cases
 
-    overrides = dict(cases.parse_assignment(assignment) for assignment in assignments)
-    loaded = cases.load(case, overrides)
+    loaded = cases.load(case, _overrides(assignments))
     module = cases.system(loaded.system)
-    from evolvent import results
-
-    if output is not None:
-        results.claim(output)
-    if figures is not None:
-        results.claim_folder(figures)
+    folder = _claim(case, output, figures, no_figures)
     plan = module.plan(loaded)
     if plan.solver:
         from evolvent import jit
@@ -131,7 +166,7 @@ def run(case: str, assignments: tuple[str, ...], output: str | None, figures: st
             click.echo("evolvent: compiling for this machine, once; this takes half a minute", err=True)
     with _progress(plan.duration, quiet) as progress:
         found = module.run(loaded, progress=progress)
-    _keep(found, output, figures, quiet)
+    _keep(found, output, folder, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":
         raise RunFailed(message, found)
@@ -140,34 +175,82 @@ def run(case: str, assignments: tuple[str, ...], output: str | None, figures: st
         raise click.exceptions.Exit(INTERRUPTED)
 
 
+def _overrides(assignments: tuple[str, ...]) -> dict[str, Any]:
+    """What ``--set`` changes; no key twice."""
+    from evolvent import cases
+
+    found: dict[str, Any] = {}
+    for assignment in assignments:
+        key, value = cases.parse_assignment(assignment)
+        if key in found:
+            raise InputError(f"--set gives {key!r} twice; give it once")
+        found[key] = value
+    return found
+
+
+def _claim(case: str, output: str | None, figures: str | None, no_figures: bool) -> str | None:
+    """Refuse files that could not be written; returns the folder for figures, None for none."""
+    from evolvent import cases, results
+
+    if output is not None:
+        results.claim(output)
+        if case not in cases.built_in() and os.path.exists(output) and os.path.samefile(case, output):
+            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    if no_figures:
+        if figures is not None:
+            raise InputError(f"--figures {figures!r} and --no-figures are both given; give one of them")
+        return None
+    folder = _beside(output if output is not None else os.path.basename(case)) if figures is None else figures
+    try:
+        results.claim_folder(folder)
+    except InputError as error:
+        raise InputError(f"{error} (--no-figures draws none)") from None
+    if output is not None and os.path.realpath(output) in _with_parents(os.path.realpath(folder)):
+        raise InputError(f"--figures {folder!r} cannot be a folder, for -o writes the file {output!r}")
+    return folder
+
+
+def _beside(path: str) -> str:
+    """The folder of the figures of a run, beside its file."""
+    return os.path.splitext(path)[0] + "-figures"
+
+
+def _with_parents(path: str) -> list[str]:
+    """`path` and all folders above it."""
+    above = os.path.dirname(path)
+    return [path] if above == path else [path, *_with_parents(above)]
+
+
 def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: bool) -> None:
-    """Table, results file and figures of a run."""
+    """Results file, table and figures of a run, in the order of their worth."""
     from evolvent import results
 
-    if not quiet:
-        _table(found)
     if output is not None:
         results.save(found, output)
-        if not quiet:
-            click.echo(f"results: {output}")
+    if not quiet:
+        _table(found)
+        if output is not None:
+            _say(f"results: {output}")
     if figures is not None:
         _draw(found, figures, quiet)
 
 
 def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     """Figures and animation of a run."""
-    from evolvent import animation, cases, plots
+    from evolvent import cases
 
     module = cases.system(found.attrs["system"])
     figures, scene = module.figures(found), module.scene(found)
     if not figures and scene is None:
         click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
         return
+    from evolvent import animation, plots  # what draws takes longer to load than most runs take
+
     paths = plots.draw(figures, folder)
     if scene is not None:
         paths.append(animation.write(scene, os.path.join(folder, f"{scene.name}.html")))
     if not quiet:
-        click.echo(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
+        _say(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
 
 
 def _table(found: xr.Dataset) -> None:
@@ -183,17 +266,20 @@ def _table(found: xr.Dataset) -> None:
     table.add_column(overflow="fold")
     status = found.attrs["status"]
     style = "green" if status in ("success", "stopped by event") else "bold red"
-    message = "" if status == "success" else f": {found.attrs['message']}"
-    table.add_row("status", Text.assemble((status, style), message))
+    message = found.attrs["message"].removeprefix(status).lstrip()
+    table.add_row("status", Text.assemble((status, style), "" if status == "success" else f": {message}"))
     for number in cases.system(found.attrs["system"]).numbers(found):
         table.add_row(number.label, Text(number.value))
-    Console(highlight=False).print(table)
+    console = Console(highlight=False)
+    with console.capture() as printed:
+        console.print(table)
+    _say(printed.get(), end="")
 
 
 @contextlib.contextmanager
 def _progress(end: float, quiet: bool) -> Iterator[Callable[[float], None] | None]:
     """A progress bar on stderr if somebody watches; yields what to call with the time reached."""
-    if quiet or not sys.stderr.isatty():
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
@@ -212,25 +298,27 @@ def info(path: str) -> None:
     from evolvent import results
 
     found = results.open(path)
-    click.echo(f"{found.attrs['title']}, version {found.attrs['version']}")
+    _say(f"{found.attrs['title']}, version {found.attrs['version']}")
     _table(found)
-    click.echo("\ncase:\n" + "".join(f"  {line}\n" for line in found.attrs["case"].splitlines()))
+    _say("\ncase:\n" + "".join(f"  {line}\n" for line in found.attrs["case"].splitlines()))
     width = max(len(str(name)) for name in found.variables)
-    click.echo("variables:")
+    _say("variables:")
     for name, variable in found.variables.items():
         attrs = variable.attrs
         dims = ", ".join(str(d) for d in variable.dims)
         unit = attrs.get("units", "")
-        click.echo(f"  {name!s:<{width}}  {unit:<10} ({dims})  {attrs.get('long_name', '')}".rstrip())
+        _say(f"  {name!s:<{width}}  {unit:<10} ({dims})  {attrs.get('long_name', '')}".rstrip())
 
 
 @commands.command()
 @click.argument("path", metavar="RUN.NC")
-@click.option("--figures", metavar="DIR", default="figures", show_default=True, help="Folder to draw into.")
-def plot(path: str, figures: str) -> None:
+@click.option(
+    "--figures", multiple=True, callback=_once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
+)
+def plot(path: str, figures: str | None) -> None:
     """Draw figures and an animation of a results file."""
     from evolvent import results
 
     found = results.open(path)
-    results.claim_folder(figures)
-    _draw(found, figures, quiet=False)
+    folder = results.claim_folder(_beside(path) if figures is None else figures)
+    _draw(found, folder, quiet=False)

@@ -81,9 +81,60 @@ def test_run_leaves_table_results_and_figures(call, tmp_path):
     for words in ("lag_angle", "kg m2 s-1", "segments: inextensible", "(time, blade, node, axis)"):
         assert words in out
 
-    code, out, err = call("plot", "run.nc", "--figures", "again")
-    assert (code, err) == (0, "")
-    assert {p.name for p in (tmp_path / "again").iterdir()} == FIGURES
+    for words, folder in ((["--figures", "again"], "again"), ([], "run-figures")):
+        code, out, err = call("plot", "run.nc", *words)
+        assert (code, err) == (0, "")
+        assert {p.name for p in (tmp_path / folder).iterdir()} == FIGURES
+
+
+def test_figures_are_left_beside_the_results_unless_told_otherwise(call, tmp_path):
+    quick = [*QUICK, "--set", "blade.nodes=3", "--quiet"]
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "mine.yaml").write_text(cases.text("heliogyro"))
+    assert call("run", "heliogyro", *quick)[0] == 0
+    assert call("run", "a/mine.yaml", *quick)[0] == 0
+    assert call("run", "heliogyro", *quick, "-o", "a/run.nc")[0] == 0
+    for folder in ("heliogyro-figures", "mine-figures", "a/run-figures"):
+        assert {p.name for p in (tmp_path / folder).iterdir()} == FIGURES
+    assert call("run", "heliogyro", *quick, "-o", "b.nc", "--no-figures")[0] == 0
+    assert not (tmp_path / "b-figures").exists()
+
+
+def test_what_draws_is_loaded_after_the_table(tmp_path):
+    code = (
+        "import sys; from evolvent import cli; say = cli._say\n"
+        "cli._say = lambda text, **rest: say(f\"{'matplotlib' in sys.modules} {text}\", **rest)\n"
+        "sys.argv = ['evolvent', 'run', 'heliogyro', *sys.argv[1:]]; cli.main()"
+    )
+    command = [sys.executable, "-W", "ignore", "-c", code, *QUICK]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("False status")
+    assert done.stdout.splitlines()[-1].startswith("True figures: body_rate.png")
+
+
+@pytest.mark.parametrize(
+    ("shell", "code", "words"),
+    [
+        (
+            "run heliogyro {quick} -o run.nc > /dev/full",
+            1,
+            "evolvent: cannot write the output: no space left on device\n",
+        ),
+        ("list > /dev/full", 1, "evolvent: cannot write the output: no space left on device\n"),
+        ("--version > /dev/full", 1, "evolvent: cannot write the output: no space left on device\n"),
+        ("run heliogyro {quick} -o run.nc >&-", 0, ""),
+        ("run heliogyro {quick} -o run.nc | head -c 1 > one", 0, ""),
+        ("schema heliogyro | head -c 1 > one", 0, ""),
+    ],
+)
+def test_an_output_that_takes_no_more_is_no_traceback(tmp_path, shell, code, words):
+    evolvent.run("heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": 0.1})
+    line = f"{sys.executable} -W ignore -m evolvent {shell.format(quick=' '.join(map(repr, QUICK)))}"
+    options = {"cwd": tmp_path, "capture_output": True, "text": True, "check": False}
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {line}"], **options)
+    assert (done.returncode, done.stderr) == (code, words)
+    if "run.nc" in shell:
+        assert evolvent.open(tmp_path / "run.nc").attrs["status"] == "success"
 
 
 def test_figures_are_pictures_and_the_page_needs_nothing_else(call, tmp_path):
@@ -115,7 +166,7 @@ def test_a_free_body_gets_its_own_figure(call, tmp_path):
 
 def test_case_file_and_changed_copy(call, tmp_path):
     (tmp_path / "mine.yaml").write_text(cases.text("heliogyro").replace("nodes: 20", "nodes: 5"))
-    assert call("run", "mine.yaml", *QUICK, "-o", "run.nc")[0] == 0
+    assert call("run", "mine.yaml", *QUICK, "-o", "run.nc", "--no-figures")[0] == 0
     assert evolvent.open("run.nc").sizes["node"] == 5
 
 
@@ -142,7 +193,21 @@ BAD = {
     "unknown option": (["run", "heliogyro", "--figure", "x"], "no such option: --figure; did you mean '--figures'?"),
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": ([], "no command is given; known: info, list"),
-    "no case": (["run"], "missing argument"),
+    "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
+    "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),
+    "output twice": (["run", "heliogyro", "-o", "a", "-o", "b"], "--output is given 2 times, as 'a', 'b'"),
+    "figures twice": (["run", "heliogyro", "--figures", "a", "--figures", "b"], "--figures is given 2 times"),
+    "key twice": (["run", "heliogyro", *2 * ["--set", "blade.nodes=3"]], "--set gives 'blade.nodes' twice"),
+    "output is a device": (["run", "heliogyro", "-o", "/dev/null"], "'/dev/null': it is not a regular file"),
+    "output is the case": (["run", "heliogyro.yaml", "-o", "./heliogyro.yaml"], "is the case file itself"),
+    "output has no name": (["run", "heliogyro", "-o", ""], "cannot write '': the name is empty"),
+    "output has a long name": (["run", "heliogyro", "-o", 300 * "x"], "the name is too long, with 300 characters"),
+    "figures have no name": (["run", "heliogyro", "--figures", ""], "cannot write into '': the name is empty"),
+    "figures in a file": (["run", "heliogyro", "-o", "a", "--figures", "a/b"], "for -o writes the file 'a'"),
+    "figures and none": (["run", "heliogyro", "--no-figures", "--figures", "b"], "give one of them"),
+    "too many steps": (["run", "heliogyro", "--set", "solver.step=1 ns"], "1.4e+11 steps over"),
+    "too stiff": (["run", "heliogyro", "--set", "blade.stiffness=1e12"], "lower blade.stiffness"),
+    "plot without a name": (["plot", ""], "cannot read '': the name is empty"),
     "unknown shown": (["show", "heliogiro"], "did you mean 'heliogyro'?"),
     "unknown schema": (["schema", "helio"], "did you mean 'heliogyro'?"),
     "missing results": (["info", "none.nc"], "cannot read 'none.nc': no such file or directory"),
@@ -155,13 +220,15 @@ BAD = {
 def test_bad_input_is_one_line_and_code_2(call, tmp_path, name):
     words, message = BAD[name]
     (tmp_path / "bad.yaml").write_text("body: {inertia: 3\n")
+    (tmp_path / "heliogyro.yaml").write_text(cases.text("heliogyro"))
     code, out, err = call(*words)
     assert (code, out) == (2, "")
     assert message in err
     assert err.startswith("evolvent: ")
     lines = [line for line in err.splitlines() if "half a minute" not in line]
     assert len(lines) == 1
-    assert [p.name for p in tmp_path.iterdir()] == ["bad.yaml"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.yaml", "heliogyro.yaml"]
+    assert (tmp_path / "heliogyro.yaml").read_text() == cases.text("heliogyro")
 
 
 @pytest.mark.parametrize("words", [["-o", "run.nc"], ["--figures", "f"]])
@@ -172,7 +239,7 @@ def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path
     monkeypatch.setattr(results.tempfile, "TemporaryFile", refuse)
     code, out, err = call("run", "heliogyro", *words)
     assert (code, out) == (2, "")
-    assert err == f"evolvent: cannot write {words[1]!r}: permission denied\n"
+    assert err.startswith(f"evolvent: cannot write {words[1]!r}: permission denied")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -180,7 +247,7 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
     import evolvent.solvers.drive as drive
 
     monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
-    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc")
+    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc", "--no-figures")
     assert code == 1
     assert err.splitlines()[-1].startswith("evolvent: the energy account is off")
     assert "failed" in out
@@ -188,7 +255,7 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path):
-    slow = ["--set", "blade.stiffness=1e8 N/m", "--set", "output.every=1 ms", "-o", "run.nc"]
+    slow = ["--set", "blade.stiffness=1e7 N/m", "--set", "output.every=1 ms", "-o", "run.nc", "--no-figures"]
     command = [sys.executable, "-W", "ignore", "-m", "evolvent", "run", "heliogyro", *slow]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     evolvent.run("heliogyro", {"solver.duration": "0.01 s"})  # compiled before the clock starts
@@ -207,7 +274,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path):
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "interrupted at t =" in err
-    assert "interrupted" in out
+    assert "interrupted: at t =" in out
     run = evolvent.open(tmp_path / "run.nc")
     assert run.attrs["status"] == "interrupted"
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]

@@ -212,7 +212,11 @@ def run(
 
 def plan(case: Case) -> cases.Plan:
     """What a run of a case takes; refuses what `run` would refuse, before anything long is compiled."""
-    _, samples, _ = _prepared(case, {})
+    from evolvent.solvers.drive import choose_step
+
+    assembly, samples, step = _prepared(case, {})
+    if step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
+        choose_step(assembly, case.solver.method, step, float(samples[-1]))
     return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
 
 
@@ -221,28 +225,24 @@ def _prepared(case: Case, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray
     assembly = build(case, laws=laws).assemble()
     samples = _samples(case, assembly, by_law="feed" in laws)
     step = case.solver.step if isinstance(case.solver.step, float) else None
-    _check_steps(case, assembly, step, float(samples[-1]))
+    _check_steps(case, step, float(samples[-1]))
     return assembly, samples, step
 
 
-def _check_steps(case: Case, assembly: Assembly, step: float | None, end: float) -> None:
-    """Refuse a step that is not stable, and a run of too many steps."""
-    from evolvent.solvers.drive import METHODS, choose_step
-    from evolvent.solvers.stability import fastest_mode, stability_limit
-
-    method = case.solver.method
-    if method == "dopri5":  # springs keep it near its stability limit; nothing says beforehand what links need
-        if case.blade.segments == "inextensible":
+def _check_steps(case: Case, step: float | None, end: float) -> None:
+    """Refuse a run of too many steps."""
+    blade = case.blade
+    which, change = "solver.step", "take a longer solver.step"
+    if step is None:
+        if blade.segments == "inextensible":  # nothing says beforehand what steps these need
             return
-        taken = stability_limit(METHODS[method], fastest_mode(assembly), end)
-    else:
-        taken, _, _ = choose_step(assembly, method, step, end)
-    if end > MOST_STEPS * taken:
-        which = "solver.step" if step is not None else "a step that is stable"
-        change = "a longer solver.step" if step is not None else "a lower blade.stiffness, fewer blade.nodes"
+        frequency = 2.0 * np.sqrt(blade.stiffness * blade.nodes / (blade.line_density * blade.length))
+        step = float(2.8 / frequency)
+        which, change = "the largest stable step", "lower blade.stiffness or blade.nodes"
+    if end > MOST_STEPS * step:
         raise InputError(
-            f"{which} is {taken:.3g} s; that makes {end / taken:.2g} steps over {end:.6g} s, "
-            f"more than {MOST_STEPS:.0e}; take {change} or a shorter solver.duration"
+            f"{which} is {step:.3g} s; that makes {end / step:.2g} steps over {end:.6g} s, more than {MOST_STEPS:.0e}; "
+            f"{change}, or shorten solver.duration"
         )
 
 
