@@ -2,11 +2,12 @@
 
     python benchmarks/identification.py [-o benchmarks/identification.json] [--trials 500]
 
-Three set-ups (tests/identification/setups.py): 12.24 s, four sensors, white noise of 1 % of the largest amplitude of any
-mode at any sensor, N = 100 (8.17 Hz; the fastest mode has 2.1 samples a period) and N = 1000 (81.7 Hz). Each trial of a
-method that raises counts as a failure, and so does one whose worst frequency is off by more than half the distance to
-the next mode; the ratio is the worst mode's root mean square error of frequency, over the trials that did not fail,
-over its bound for all four sensors. Times are medians of one call, warm; run with OPENBLAS_NUM_THREADS=1 for one core.
+Three set-ups (tests/identification/setups.py): 12.24 s, four sensors, white noise of 1 % of the largest amplitude of
+any mode at any sensor, N = 100 (8.17 Hz; the fastest mode has 2.1 samples a period) and N = 1000 (81.7 Hz). A trial
+fails where the method raises, or its worst frequency is off by more than half the distance to the next mode. The ratio
+is the worst mode's root mean square error of frequency, over the trials that did not fail, to its bound for all four
+sensors. Times are of one call, warm: the tenth percentile, since a machine has other things to do as well, and the
+median. Run with OPENBLAS_NUM_THREADS=1 for one core.
 """
 
 from __future__ import annotations
@@ -93,7 +94,8 @@ def measure(name: str, setup: Any, length: int, trials: int) -> dict[str, float]
     found: dict[str, float] = {"failures": failures, "trials": trials}
     if errors:
         found["ratio"] = float((np.sqrt(np.mean(np.square(errors), axis=0)) / deviation).max())
-        found["time_ms"] = 1e3 * float(np.median(times))
+        found["time_ms"] = 1e3 * float(np.quantile(times, 0.1))
+        found["median_time_ms"] = 1e3 * float(np.median(times))
         if name == "varpro":
             found["coverage"] = float(np.mean(inside))
     return found
@@ -108,7 +110,7 @@ def measure_order(setup: Any, length: int, trials: int) -> dict[str, float]:
         began = time.perf_counter()
         right += identify(data, rate=length / setups.DURATION).order == len(setup.frequency)
         times.append(time.perf_counter() - began)
-    return {"right": right, "trials": trials, "time_ms": 1e3 * float(np.median(times))}
+    return {"right": right, "trials": trials, "time_ms": 1e3 * float(np.quantile(times, 0.1))}
 
 
 def main() -> None:

@@ -89,7 +89,12 @@ def covariance(factors: Sequence[Factor], amplitudes: Array, noise: Array) -> Ar
     # from (c, width) over the parameters first to Re a (m, c), Im a (m, c), offset (c)
     pick = np.arange(sensors * width).reshape(sensors, width)[:, : 2 * m + 1].T.ravel()
     cross = of_poles @ K[pick].T
-    return np.block([[of_poles, cross], [cross.T, linear[np.ix_(pick, pick)]]])
+    whole = np.empty((2 * m + pick.size,) * 2)
+    whole[: 2 * m, : 2 * m] = of_poles
+    whole[: 2 * m, 2 * m :] = cross
+    whole[2 * m :, : 2 * m] = cross.T
+    whole[2 * m :, 2 * m :] = linear[np.ix_(pick, pick)]
+    return whole
 
 
 def cramer_rao(

@@ -27,9 +27,11 @@ from evolvent.identification.variable_projection import (
     with_warnings,
 )
 
+__all__ = ["MOST_MODES", "PATIENCE", "WHITE", "criteria", "search", "whiteness"]
+
 #: Orders that are tried where the user sets no limit.
 MOST_MODES = 10
-#: The search ends after so many orders that do not better the description length.
+#: The search ends after so many orders that better neither criterion; after one where the best's residual is white.
 PATIENCE = 2
 
 
@@ -101,7 +103,7 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
         rows.append(_Row(m, *criteria(signal, point.squares, m), white, supported))
         tried.append(modes)
         best = max(min(rows, key=lambda row: row.mdl).order, min(rows, key=lambda row: row.bic).order)
-        if m >= best + PATIENCE:
+        if m >= best + (1 if rows[best].whiteness >= WHITE else PATIENCE):
             break
     possible = [row for row in rows if row.supported]
     low, high = sorted(

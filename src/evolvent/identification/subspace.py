@@ -122,8 +122,10 @@ def peak(signal: Signal, residual: Array) -> complex:
 def add_peaks(signal: Signal, poles: Array, order: int) -> Array:
     """`poles` and as many of the residual's highest lines as make `order`."""
     while len(poles) < order:
-        residual = fit_linear(poles, signal)[1]
-        poles = sort(np.append(poles, peak(signal, residual)))
+        line = peak(signal, fit_linear(poles, signal)[1])
+        while np.any(np.abs(poles - line) < 0.1 / signal.time[-1]):
+            line += 0.5j / signal.time[-1]  # two equal poles could never part
+        poles = sort(np.append(poles, line))
     return poles
 
 

@@ -123,7 +123,7 @@ def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, b
             return point, step, damping < 1.0
         poles = point.poles + 1j * change[:m] - change[m:]
         cost = (point.squares / noise**2).sum()
-        trial = evaluate(poles, signal) if _visible(poles, signal) else None
+        trial = _attempt(poles, signal)
         if trial is not None and (trial.squares / noise**2).sum() < cost:
             point = trial
             damping = 0.0 if damping < 1e-3 else damping / 10.0
@@ -134,6 +134,16 @@ def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, b
             if damping > 1e8:
                 return point, step, False
     return point, MOST_STEPS, False
+
+
+def _attempt(poles: Array, signal: Signal) -> Point | None:
+    """The fit at `poles`; None where the samples cannot show them, or two are the same."""
+    if not _visible(poles, signal):
+        return None
+    try:
+        return evaluate(poles, signal)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _visible(poles: Array, signal: Signal) -> bool:
@@ -277,10 +287,11 @@ def varpro(
     order = check_order(signal, order)
     if start is not None:
         poles = np.atleast_1d(np.asarray(start, dtype=complex))
-        if poles.shape != (order,) or not np.all(np.isfinite(poles)) or not _visible(poles, signal):
+        fits = poles.shape == (order,) and len(np.unique(poles)) == order and np.all(np.isfinite(poles))
+        if not (fits and _visible(poles, signal)):
             raise InputError(
-                f"start is {start!r}; it must be {order} complex poles with imaginary parts above 0 and below half the "
-                f"rate, {np.pi / signal.step:.6g} rad/s"
+                f"start is {start!r}; it must be {order} different complex poles with imaginary parts above 0 and "
+                f"below half the rate, {np.pi / signal.step:.6g} rad/s"
             )
         return checked_modes(fit(sort(poles), signal), signal)
     found = fit(Starts(signal).poles(order), signal)
