@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.builder import Assembly
-from evolvent.flow import Observations, bind_flow, observe
+from evolvent.flow import Observations, bind_rates, observe
 from evolvent.solvers import Solution, solve
 from evolvent.system import System
 
@@ -140,7 +140,7 @@ def heliogyro(
 def derivative(assembly: Assembly, s: Array | None = None) -> Callable[[float, Array], Array]:
     """The right-hand side as SciPy wants it."""
     switches = assembly.s.copy() if s is None else s
-    rhs = bind_flow(assembly.model).rhs[0]
+    rhs = bind_rates(assembly.model)[0][0]
 
     def f(t: float, y: Array) -> Array:
         dy = np.empty_like(y)

@@ -307,7 +307,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from evolvent import jit, parts
-from evolvent.flow import bind_flow
+from evolvent.flow import bind_rates
 from evolvent.solvers import explicit, solve
 from evolvent.system import System
 from my_law import pull
@@ -327,7 +327,7 @@ def hits(function):
     return sum(function.stats.cache_hits.values())
 
 
-rhs = bind_flow(assembly.model).rhs[0]
+rhs = bind_rates(assembly.model)[0][0]
 print(json.dumps({
     "x": found.y[-1, 0], "law": [hits(pull), misses(pull)], "rhs": [hits(rhs), misses(rhs)],
     "loop": [hits(explicit.fixed_step), misses(explicit.fixed_step)],

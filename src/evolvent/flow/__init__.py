@@ -16,18 +16,8 @@ from evolvent.flow.rhs import rhs
 from evolvent.model import N_INVENTORY, Model
 
 
-class Flow(NamedTuple):
-    """The functions of a model that solvers call, each in a 1-tuple (typed by numba as a function pointer)."""
-
-    rhs: tuple[Any]
-    inventory: tuple[Any]
-    events: tuple[Any]
-    apply: tuple[Any]
-    project: tuple[Any]
-
-
 class Signatures(NamedTuple):
-    """Types of the functions in a `Flow`."""
+    """Types of the functions of a model that solvers call."""
 
     rhs: Any
     inventory: Any
@@ -60,11 +50,6 @@ def bind_corrections(model: Model) -> tuple[Any, Any]:
     """Compile (or load) what changes a state between steps: apply_event and project, each in a 1-tuple."""
     kind = signatures(model)
     return (jit.bind(apply_event, kind.apply),), (jit.bind(project, kind.project),)
-
-
-def bind_flow(model: Model) -> Flow:
-    """All functions of `model`, compiled or loaded; the same for every model, since all are of one type."""
-    return Flow(*bind_rates(model), *bind_corrections(model))
 
 
 def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:

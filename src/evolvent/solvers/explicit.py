@@ -1,8 +1,9 @@
 """Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
 
 A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of feed laws, loads
-that start or end) and, with a fixed step, on samples; what is due at its end, but for round-off, still happens; it returns to Python only when its budget of steps is used up,
-so that progress can be shown and the run interrupted, or when it ends.
+that start or end) and, with a fixed step, on samples; what is due at its end, but for round-off, still happens. It
+returns to Python only when its budget of steps is used up, so that progress can be shown and the run interrupted, when
+its log of events is full, or when it ends.
 
 With a fixed step, the direction of an inextensible thread's new link converges with the third order only after a
 release (its equation is singular where the link has no length); the adaptive method's error control covers that.
