@@ -338,7 +338,7 @@ def noise_of(signal: Signal, squares: Array, m: int) -> Array:
 
 def power(data: Array) -> Array:
     """(N // 2 + 1, c) squared magnitudes of the Fourier transform; samples that are missing count as 0."""
-    transform = np.fft.rfft(np.nan_to_num(data), axis=0)
+    transform = np.fft.rfft(np.where(np.isnan(data), 0.0, data), axis=0)
     return np.asarray(transform.real**2 + transform.imag**2)
 
 
@@ -352,7 +352,8 @@ def survey(signal: Signal) -> tuple[Array, float]:
     """
     length, sensors = signal.data.shape
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(length) + 0.5) / length)
-    spectrum = power((signal.data - np.nanmean(signal.data, axis=0)) * window[:, np.newaxis])
+    mean = np.where(signal.present, signal.data, 0.0).sum(axis=0) / signal.counts
+    spectrum = power((signal.data - mean) * window[:, np.newaxis])
     floor = np.median(spectrum, axis=0) / np.log(2.0) + (signal.rounding * length) ** 2
     nyquist = np.pi / signal.step
     highest = signal.band[1]

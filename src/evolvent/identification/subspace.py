@@ -63,7 +63,9 @@ def hankel_subspace(signal: Signal, weights: Array, *, rows: int, stride: int) -
     columns = len(windows)
     H = windows.transpose(2, 1, 0).reshape(rows, -1)
     # take off what an offset (and a drift) puts into each sensor's rows
-    trend = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, columns), signal.degree + 1))[0]
+    trend = np.full((columns, 1), columns**-0.5)
+    if signal.degree:
+        trend = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, columns), signal.degree + 1))[0]
     common = (H.reshape(-1, columns) @ trend).reshape(rows, -1)
     return Subspace(np.linalg.eigh(H @ H.T - common @ common.T)[1], stride)
 
