@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, info, plot.
+"""The command line: list, show, schema, run, sweep, info, plot.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -16,6 +16,7 @@ import click
 
 from evolvent import __version__
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.studies.command import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,10 +99,10 @@ def commands(ctx: click.Context) -> None:
 
 @commands.command("list")
 def list_cases() -> None:
-    """List the built-in cases."""
-    from evolvent import cases
+    """List the built-in cases, and the studies for `evolvent sweep`."""
+    from evolvent import cases, studies
 
-    found = cases.built_in()
+    found = cases.built_in() | {name: f"study: {what}" for name, what in studies.built_in().items()}
     width = max(len(name) for name in found)
     for name, what in found.items():
         click.echo(f"{name:<{width}}  {what}")
@@ -110,10 +111,10 @@ def list_cases() -> None:
 @commands.command()
 @click.argument("case")
 def show(case: str) -> None:
-    """Print a built-in CASE, to be kept in a file and edited."""
-    from evolvent import cases
+    """Print a built-in CASE or study, to be kept in a file and edited."""
+    from evolvent import cases, studies
 
-    click.echo(cases.text(case), nl=False)
+    click.echo(studies.text(case) if case in studies.built_in() else cases.text(case), nl=False)
 
 
 @commands.command()
@@ -322,3 +323,6 @@ def plot(path: str, figures: str | None) -> None:
     found = results.open(path)
     folder = results.claim_folder(_beside(path) if figures is None else figures)
     _draw(found, folder, quiet=False)
+
+
+commands.add_command(sweep)

@@ -156,6 +156,15 @@ def test_bad_studies_are_refused_before_anything_runs(study, change, sentence):
     assert "\n" not in str(refused.value)
 
 
+def test_numbers_of_numpy_are_numbers(study):
+    study["over"] = {"spool.rate": np.linspace(3.0, 4.0, 3), "blade.nodes": (np.int64(3), 5)}
+    found = studies.read(study)
+    assert found.axes[0].values == (3.0, 3.5, 4.0)
+    assert studies.read(yaml.safe_load(found.text)).digests == found.digests
+    with pytest.raises(InputError, match="the study holds <object"):
+        studies.read({**study, "over": {"spool.rate": [object()]}})
+
+
 def test_files_that_are_no_studies(tmp_path):
     with pytest.raises(InputError, match="no study is called 'inertia-stand-mop'"):
         studies.read("inertia-stand-mop")

@@ -29,17 +29,20 @@ A system's module may hold more for studies:
 
 from __future__ import annotations
 
+import importlib
 import os
-from typing import TYPE_CHECKING
-
-from evolvent.studies.study import Study, built_in, read, text
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.studies.catalogue import built_in, text
     from evolvent.studies.conduct import sweep
+    from evolvent.studies.study import Study, read
 
 __all__ = ["Study", "built_in", "open", "read", "sweep", "text"]
+
+_LAZY = {"Study": "study", "built_in": "catalogue", "read": "study", "sweep": "conduct", "text": "catalogue"}
 
 
 def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as evolvent.open is)
@@ -56,9 +59,7 @@ def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as
     return store.read(folder)
 
 
-def __getattr__(name: str) -> object:
-    if name == "sweep":
-        from evolvent.studies.conduct import sweep
-
-        return sweep
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(f"evolvent.studies.{_LAZY[name]}"), name)
     raise AttributeError(f"module 'evolvent.studies' has no attribute {name!r}")

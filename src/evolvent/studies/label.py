@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 
 from evolvent import __version__
+from evolvent.studies.axes import Axis
 from evolvent.studies.record import Table
 from evolvent.studies.store import sources, versions
-from evolvent.studies.study import Axis, Study
+from evolvent.studies.study import Study
 
 
 def dataset(study: Study, rows: Table) -> xr.Dataset:

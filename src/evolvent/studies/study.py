@@ -10,42 +10,22 @@ import math
 import os
 import pathlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, get_args
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import yaml
 
-from evolvent import cases, units
+from evolvent import cases
 from evolvent.errors import InputError, nearest
+from evolvent.studies import catalogue
+from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, shown, whole
 from evolvent.studies.record import REDUCTIONS
 
-_SYSTEMS = pathlib.Path(cases.__file__).parent / "systems"
-#: How the name of a built-in study's file ends.
-SUFFIX = ".study.yaml"
 SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
 _KEYS = ("study", "case", "set", "sample", "over", "samples", "seed", "keep", "batch")
-#: Most cases that a study may have.
-MOST_CASES = 10_000_000
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Axis:
-    """A key that varies.
-
-    Attributes
-    ----------
-    key : str, dotted
-    values : tuple, one for each point (grid) or for each case
-    unit, what : str, of the key, as its schema says
-    """
-
-    key: str
-    values: tuple[Any, ...]
-    unit: str
-    what: str
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -127,38 +107,6 @@ def _digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
-# ------------------------------------------------------------------------------------------------ built-in
-
-
-@functools.cache
-def _files() -> dict[str, pathlib.Path]:
-    """Files of the built-in studies by name: ``inertia_stand/map.study.yaml`` is ``inertia-stand-map``."""
-    found = {}
-    for path in sorted(_SYSTEMS.rglob(f"*{SUFFIX}")):
-        name = str(path.relative_to(_SYSTEMS))[: -len(SUFFIX)]
-        found[re.sub(r"[\\/_]", "-", name)] = path
-    return found
-
-
-def built_in() -> dict[str, str]:
-    """Built-in studies, name -> what it is (the first line of its file)."""
-    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in _files().items()}
-    return {name: line.lstrip("# ").strip() for name, line in first.items()}
-
-
-def text(name: str) -> str:
-    """A built-in study as the text that a user edits.
-
-    Raises
-    ------
-    InputError
-        If there is no such study.
-    """
-    if name not in _files():
-        raise InputError(f"no study is called {name!r}; {nearest(name, _files())}")
-    return _files()[name].read_text(encoding="utf-8")
-
-
 # ------------------------------------------------------------------------------------------------ reading
 
 
@@ -181,35 +129,35 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
             raise InputError(f"unknown key {key!r} in the study; {nearest(str(key), _KEYS)}")
     name = content.get("study", "study")
     if not isinstance(name, str) or not re.fullmatch(r"\w[\w.-]*", name):
-        raise InputError(f"study is {name!r}; it must be a name of letters, digits, '-' and '_'")
+        raise InputError(f"study is {shown(name)}; it must be a name of letters, digits, '-' and '_'")
     sample = content.get("sample", "grid")
     if sample not in SAMPLES:
-        raise InputError(f"sample is {sample!r}; {nearest(str(sample), SAMPLES)}")
+        raise InputError(f"sample is {shown(sample)}; {nearest(str(sample), SAMPLES)}")
     random = sample in ("latin-hypercube", "monte-carlo")
-    seed = _whole(content, "seed", 0, least=0, most=2**63 - 1)
+    seed = whole(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
         raise InputError(f"samples is missing; sample: {sample} needs the number of cases, such as 100")
     if not random and "samples" in content:
         raise InputError(f"samples is given, but sample: {sample} takes the values that stand in 'over'")
-    samples = _whole(content, "samples", 0, least=1, most=MOST_CASES)
+    samples = whole(content, "samples", 0, least=1, most=MOST_CASES)
     case = _case(content, folder)
     fixed = _section(content, "set")
     system = case.get("system")
     if not isinstance(system, str):
-        raise InputError(f"the case's key 'system' is {system!r}; {nearest(str(system), cases.systems())}")
+        raise InputError(f"the case's key 'system' is {shown(system)}; {nearest(str(system), cases.systems())}")
     module = cases.system(system)
-    axes = _axes(_section(content, "over"), sample, module.Case, samples, seed)
-    varied = {axis.key for axis in axes}
+    varying = axes(_section(content, "over"), sample, module.Case, samples=samples, seed=seed)
+    varied = {axis.key for axis in varying}
     seed_key, seed_most = _seed_key(module, varied | set(fixed))
     keep = _keep(content)
-    batch = _whole(content, "batch", 0, least=1, most=MOST_CASES)
+    batch = whole(content, "batch", 0, least=1, most=MOST_CASES)
     found = Study(
         name=name,
         content=case,
         fixed=fixed,
         system=system,
         sample=sample,
-        axes=axes,
+        axes=varying,
         seed=seed,
         seed_key=seed_key,
         seed_most=seed_most,
@@ -218,28 +166,41 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
         text=_text(content, case),
     )
     if found.count > MOST_CASES:
-        raise InputError(f"the study has {found.count:.3g} cases; at most {MOST_CASES:.0e} are possible")
+        raise InputError(f"the study has {found.count:.3g} cases; at most {MOST_CASES} are possible")
     return _checked(found, module)
 
 
 def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
     """Content of a study, and the folder that its case file may stand in."""
     if isinstance(study, Mapping):
-        return dict(study), pathlib.Path()
+        return _plain(study), pathlib.Path()
     if not isinstance(study, (str, os.PathLike)):
         raise InputError(f"a study is a name, a file or a mapping, not {type(study).__name__}")
     name = os.fspath(study)
-    if name in _files():
-        path, source = _files()[name], text(name)
+    if name in catalogue.files():
+        path, source = catalogue.files()[name], catalogue.text(name)
     else:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
-            raise InputError(f"no study is called {name!r}; {nearest(name, _files())}")
+            raise InputError(f"no study is called {shown(name)}; {nearest(name, catalogue.files())}")
         path = pathlib.Path(name)
         source = _source(path)
     content = cases.parse_yaml(source, name)
     if not isinstance(content, dict):
         raise InputError(f"{name}: a study is a mapping of keys to values, this is not")
     return content, path.parent
+
+
+def _plain(content: Any) -> Any:
+    """Content with dicts, lists and Python's own numbers only, as YAML would give it."""
+    if isinstance(content, Mapping):
+        return {key: _plain(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple, np.ndarray)):
+        return [_plain(value) for value in content]
+    if isinstance(content, np.generic):
+        return content.item()
+    if content is None or isinstance(content, (bool, int, float, str)):
+        return content
+    raise InputError(f"the study holds {shown(content)}; it may hold words, numbers, lists and mappings")
 
 
 def _source(path: pathlib.Path) -> str:
@@ -260,13 +221,13 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
     if isinstance(case, dict):
         return dict(case)
     if not isinstance(case, str):
-        raise InputError(f"case is {case!r}; it must be the name of a built-in case, a file, or a case's keys")
+        raise InputError(f"case is {shown(case)}; it must be the name of a built-in case, a file, or a case's keys")
     if case in cases.built_in() or not re.search(r"[./\\]", case):
         found = cases.parse_yaml(cases.text(case), case)
     else:
         path = (folder / case).resolve()
         if not path.is_relative_to(folder.resolve()):
-            raise InputError(f"case is {case!r}; a case file must stand in the folder of its study, or below")
+            raise InputError(f"case is {shown(case)}; a case file must stand in the folder of its study, or below")
         found = cases.parse_yaml(_source(path), case)
     if not isinstance(found, dict):
         raise InputError(f"{case}: a case is a mapping of keys to values, this is not")
@@ -276,25 +237,18 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
 def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     section = content.get(key) or {}
     if not isinstance(section, dict):
-        raise InputError(f"{key} is {section!r}; it must be a mapping of keys of the case (blade.nodes) to values")
+        raise InputError(f"{key} is {shown(section)}; it must be a mapping of keys of the case (blade.nodes) to values")
     return section
-
-
-def _whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
-    value = content.get(key, default)
-    if key in content and (isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most):
-        raise InputError(f"{where}{key} is {value!r}; it must be a whole number from {least} to {most}")
-    return int(value)
 
 
 def _keep(content: Mapping[str, Any]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
-        raise InputError(f"keep is {keep!r}; it must be a list of variables, such as [body_rate.last]")
+        raise InputError(f"keep is {shown(keep)}; it must be a list of variables, such as [body_rate.last]")
     for name in keep:
         _, dot, reduction = name.partition(".")
         if dot and reduction not in REDUCTIONS:
-            raise InputError(f"keep holds {name!r}; after the dot, {nearest(reduction, REDUCTIONS)}")
+            raise InputError(f"keep holds {shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
     return tuple(dict.fromkeys(keep))
 
 
@@ -303,178 +257,14 @@ def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
     key = getattr(module, "SEED_KEY", None)
     if key is None or key in given:
         return "", 0
-    most = getattr(_annotation(module.Case, key)[0], "most", None)
+    most = getattr(annotation(module.Case, key)[0], "most", None)
     return key, min(int(most), 2**53) if most is not None else 2**53
 
 
 def _text(content: Mapping[str, Any], case: Mapping[str, Any]) -> str:
-    whole = {key: content[key] for key in _KEYS if key in content} | {"case": case}
-    ordered = {key: whole[key] for key in _KEYS if key in whole}
+    everything = {key: content[key] for key in _KEYS if key in content} | {"case": case}
+    ordered = {key: everything[key] for key in _KEYS if key in everything}
     return yaml.safe_dump(ordered, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
-
-
-# ------------------------------------------------------------------------------------------------ what varies
-
-
-def _annotation(kind: Any, key: str) -> tuple[Any, str]:
-    """What reads a key's value (`units.Quantity`, `units.Whole` or None), and what the key is.
-
-    Raises
-    ------
-    InputError
-        If the case has no such key.
-    """
-    path = [part for part in key.split(".") if not part.isdecimal()]
-    known = cases.keys(kind)
-    if ".".join(path) not in known:
-        last = [k for k in known if k.rpartition(".")[2] == path[-1]] if path else []
-        guess = f"did you mean {last[0]!r}?" if last else nearest(key, known)
-        raise InputError(f"over: unknown key {key!r}; {guess}")
-    field: Any = None
-    sections = [kind]
-    for part in path:
-        owner = next(s for s in sections if part in s.model_fields)
-        field = owner.model_fields[part]
-        sections = list(_sections(field.annotation))
-    readers = [m for m in _metadata(field) if isinstance(m, (units.Quantity, units.OneOrMore, units.Whole))]
-    reader = readers[0] if readers else None
-    if isinstance(reader, units.OneOrMore):
-        reader = reader.quantity
-    what = getattr(reader, "what", "").removeprefix("a ").removeprefix("an ")
-    return reader, field.description or what or key
-
-
-def _sections(annotation: Any) -> Iterator[type[cases.Section]]:
-    """Sections that an annotation holds."""
-    if isinstance(annotation, type) and issubclass(annotation, cases.Section):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _sections(argument)
-
-
-def _metadata(annotated: Any) -> Iterator[Any]:
-    """All that stands beside the types of a field."""
-    yield from getattr(annotated, "metadata", ())
-    yield from getattr(annotated, "__metadata__", ())
-    for inner in (getattr(annotated, "annotation", None), *getattr(annotated, "__args__", ())):
-        if inner is not None:
-            yield from _metadata(inner)
-
-
-def _axes(over: Mapping[str, Any], sample: str, kind: Any, samples: int, seed: int) -> tuple[Axis, ...]:
-    """The keys that vary, with their values."""
-    if not over:
-        raise InputError("over is missing; it must name the keys that vary, such as blade.nodes: [10, 20]")
-    found = []
-    drawn = _draws(sample, samples, len(over), seed)
-    for k, (key, given) in enumerate(over.items()):
-        reader, what = _annotation(kind, str(key))
-        where = f"over.{key}"
-        if drawn is not None:
-            values = _spread(where, given, reader, drawn[:, k])
-        elif isinstance(given, dict) and sample == "grid":
-            values = _points(where, given, reader)
-        elif isinstance(given, list) and given:
-            values = given
-        else:
-            allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
-            raise InputError(f"{where} is {_shown(given)}; with sample: {sample} it must be {allowed}")
-        unit = getattr(reader, "unit", "")
-        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what))
-    lengths = {axis.key: len(axis.values) for axis in found}
-    if sample == "list" and len(set(lengths.values())) > 1:
-        told = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-        raise InputError(f"the lists of 'over' must be equally long with sample: list, but {told}")
-    return tuple(found)
-
-
-def _shown(value: Any) -> str:
-    shown = "empty" if value is None else repr(value)
-    return shown if len(shown) <= 80 else shown[:77] + "..."
-
-
-def _draws(sample: str, n: int, keys: int, seed: int) -> np.ndarray | None:
-    """Numbers in (0, 1), one for each case and key; None where values are given."""
-    if sample in ("grid", "list"):
-        return None
-    rng = np.random.default_rng(np.random.SeedSequence(seed))
-    drawn = rng.random((n, keys))
-    if sample == "latin-hypercube":
-        order = np.stack([rng.permutation(n) for _ in range(keys)], axis=1)
-        drawn = (order + drawn) / n
-    return np.clip(drawn, 2.0**-53, 1.0 - 2.0**-53)
-
-
-def _fields(where: str, given: Mapping[str, Any], *allowed: Sequence[str]) -> None:
-    """Refuse keys other than those of one of the `allowed` forms."""
-    known = {key for form in allowed for key in form}
-    for key in given:
-        if key not in known:
-            raise InputError(f"unknown key '{where}.{key}'; {nearest(str(key), known)}")
-
-
-def _number(where: str, given: Mapping[str, Any], key: str, reader: Any) -> float:
-    """A number of a range, in the SI unit of the swept key."""
-    if key not in given:
-        raise InputError(f"{where}.{key} is missing; a range has a 'from' and a 'to'")
-    value, unit = given[key], getattr(reader, "unit", "")
-    problem = "it is not a finite number"
-    try:
-        if not isinstance(value, bool) and isinstance(value, (int, float, str)):
-            number = units.parse(value, unit) if isinstance(value, str) else float(value)
-            if math.isfinite(number):
-                return number
-    except units.UnitError as error:
-        problem = str(error)
-    wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
-    raise InputError(f"{where}.{key} is {_shown(value)}; it must be {wanted}; {problem}")
-
-
-def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
-    """Equally spaced points."""
-    _fields(where, given, ("from", "to", "points", "spacing"))
-    _numeric(where, reader)
-    first, last = (_number(where, given, key, reader) for key in ("from", "to"))
-    if "points" not in given:
-        raise InputError(f"{where}.points is missing; it must be the number of points, such as 11")
-    points = _whole(given, "points", 0, least=1, most=MOST_CASES, where=f"{where}.")
-    spacing = given.get("spacing", "linear")
-    if spacing not in ("linear", "log"):
-        raise InputError(f"{where}.spacing is {spacing!r}; it must be 'linear' or 'log'")
-    if spacing == "linear":
-        values = np.linspace(first, last, points)
-    elif first > 0.0 and last > 0.0:
-        values = np.geomspace(first, last, points)
-    else:
-        raise InputError(f"{where}.spacing is 'log', but the range from {first:g} to {last:g} is not above zero")
-    return [int(v) if isinstance(reader, units.Whole) and v.is_integer() else float(v) for v in values]
-
-
-def _spread(where: str, given: Any, reader: Any, drawn: np.ndarray) -> list[Any]:
-    """Values of a distribution at the numbers `drawn` from (0, 1)."""
-    _numeric(where, reader)
-    if not isinstance(given, dict) or not ({"mean", "std"} & set(given) or {"from", "to"} & set(given)):
-        raise InputError(f"{where} is {_shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)")
-    if {"mean", "std"} & set(given):
-        from scipy.special import ndtri
-
-        _fields(where, given, ("mean", "std"))
-        mean, std = (_number(where, given, key, reader) for key in ("mean", "std"))
-        if std < 0.0:
-            raise InputError(f"{where}.std is {std:g}; it must not be below zero")
-        values = mean + std * ndtri(drawn)
-    else:
-        _fields(where, given, ("from", "to"))
-        first, last = (_number(where, given, key, reader) for key in ("from", "to"))
-        if isinstance(reader, units.Whole):
-            return [int(v) for v in np.floor(first + (last + 1.0 - first) * drawn)]
-        values = first + (last - first) * drawn
-    return [round(v) for v in values] if isinstance(reader, units.Whole) else [float(v) for v in values]
-
-
-def _numeric(where: str, reader: Any) -> None:
-    if reader is None:
-        raise InputError(f"{where} takes words or lists, so it has no range; give a list of values")
 
 
 # ------------------------------------------------------------------------------------------------ checking
@@ -491,8 +281,8 @@ def _checked(study: Study, module: Any) -> Study:
         try:
             case = cases.load(study.content, overrides)
         except InputError as error:
-            shown = ", ".join(f"{axis.key}: {_shown(overrides[axis.key])}" for axis in study.axes)
-            raise InputError(f"case {index} of the study ({shown}): {error}") from None
+            where = ", ".join(f"{axis.key}: {shown(overrides[axis.key])}" for axis in study.axes)
+            raise InputError(f"case {index} of the study ({where}): {error}") from None
         places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
         for values, axis, k in zip(read_values, study.axes, places, strict=True):
             if values[int(k)] is None:
