@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 
 import numpy as np
 import pytest
@@ -193,6 +194,15 @@ def test_stop_and_reel_in():
     np.testing.assert_allclose(run.deployed_length.sel(time=[5.5]).values[0], 0.035 * 4.5, rtol=1e-12)
     np.testing.assert_allclose(run.deployed_length[-1], 0.035 * (4.5 - 3.5), rtol=1e-9)
     assert run.released.sum(dim="node").values[:, 0].max() > run.released.sum(dim="node").values[-1, 0]
+    lag, signed = run.lag_angle.values[1:, :, 0], run.signed_lag.values[1:, :, 0]
+    np.testing.assert_allclose(np.abs(signed), lag, atol=1e-6)
+    assert np.all(signed[run.time.values[1:] < 4.0] > 0.0)
+    assert signed[-10:].min() < -1.0
+    mirrored = evolvent.run(cases.parse_yaml(run.attrs["case"], "case"), {"body.rate": -6})
+    np.testing.assert_allclose(mirrored.signed_lag.values[1:, :, 0], signed, atol=1e-6)
+    after = (run.time.values >= 7.0)[1:]
+    rows = {number.label: number.value for number in heliogyro.numbers(run)}
+    assert rows["mean tip lag, 7 to 10 s"] == f"{np.degrees(signed[after, 0].mean()):.4g} deg"
 
 
 def test_table_and_ramp():
@@ -212,6 +222,41 @@ def test_letting_go_leaves_straight_lines():
     assert np.all(run.hub_tension.values[gone] == 0.0)
     np.testing.assert_allclose(run.body_rate.values[gone], run.body_rate.values[-1], rtol=1e-12)
     assert np.all(np.isnan(run.body_rate_paper.values[gone]))
+    released = float(run.time.values[~gone][-1])
+    for figure in heliogyro.figures(run):
+        for panel in figure.panels:
+            for line in panel.lines:
+                if figure.name in ("tip_lag", "tension") and panel.x_label == "time, s":
+                    assert np.all(np.isnan(line.y[line.x > released]))
+                if line.label and figure.name in ("shape", "tension") and panel.x_label != "time, s":
+                    assert float(line.label.removesuffix(" s")) <= released + 1e-2
+
+
+def test_springs_ring_and_their_tension_is_a_mean_beside_a_sample(quick):
+    run = evolvent.run("heliogyro", {"solver.duration": "30 s"})
+    rows = {number.label: number.value for number in heliogyro.numbers(run)}
+    mean = float(rows["largest hub tension, mean of 1.9 s"].split()[0])
+    sample = float(rows["largest hub tension, one sample"].split()[0])
+    assert "the springs ring" in rows["largest hub tension, one sample"]
+    assert mean == pytest.approx(0.0167, rel=0.01)  # as of links of fixed length
+    assert sample == pytest.approx(float(run.hub_tension.max()), rel=1e-3)
+    assert sample > 1.1 * mean
+    panel = next(figure for figure in heliogyro.figures(run) if figure.name == "tension").panels[0]
+    middle, least, largest = (line.y for line in panel.lines)
+    assert np.all((least <= middle) & (middle <= largest))
+    assert "springs ring" in panel.title
+    assert "largest hub tension" in {number.label for number in heliogyro.numbers(quick)}
+
+
+def test_an_energy_account_that_does_not_close_is_told(quick):
+    assert "warning" not in quick.attrs
+    run = evolvent.run("heliogyro", {**QUICK, "solver.rtol": 1e-3, "solver.atol": 1e-4})
+    assert abs(run.energy_balance).max() > 1e-5
+    words = re.search(r"the energy account lacks up to (\S+) of the energy at the start", run.attrs["warning"])
+    start = float(run.energy_kinetic[0] + run.energy_elastic[0])
+    defect = float(abs(run.energy_balance).max()) * run.energy_balance.attrs["scale_J"]
+    assert float(words[1]) == pytest.approx(defect / start, rel=0.05)
+    assert "solver.rtol" in {number.label: number.value for number in heliogyro.numbers(run)}["warning"]
 
 
 def test_a_feed_too_fast_for_a_steady_lag_is_told():

@@ -14,7 +14,7 @@ from evolvent.systems.heliogyro.case import Case
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Figure, Number, Scene
+    from evolvent.figures import Figure, Line, Number, Scene
 
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
 
@@ -38,12 +38,12 @@ def numbers(run: xr.Dataset) -> list[Number]:
         Number(label="body rate at the end", value=f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
     ]
     for name, label in (("body_rate_paper", "eq. (18)"), ("body_rate_corrected", "corrected formula")):
-        if name in run and np.all(rate != 0.0):
+        if name in run and np.all(rate != 0.0) and np.any(np.isfinite(run[name].values)):
             gap = (run[name].values - rate) / rate
             k = int(np.nanargmax(np.abs(gap)))
             text = f"{100.0 * abs(gap[k]):.3g} % at {time[k]:.6g} s"
             found.append(Number(label=f"largest gap to {label}", value=text))
-    lag = np.where(run.let_go.values, np.nan, np.degrees(run.lag_angle.values[:, :, 0]))
+    lag = _tip_lag(run)
     for low, high in itertools.pairwise(_WINDOWS):
         inside = (time >= low * time[-1]) & (time <= high * time[-1])
         window = lag[inside]
@@ -52,10 +52,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
             label = f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s"
             found.append(Number(label=label, value=" / ".join(means) + " deg"))
     if np.any(run.hub_tension.values):
-        hub = run.hub_tension.values.max(axis=1)
-        k = int(np.argmax(hub))
-        text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
-        found.append(Number(label="largest hub tension", value=text))
+        found += _hub_numbers(run)
     found.append(
         Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the largest energy")
     )
@@ -77,6 +74,42 @@ def numbers(run: xr.Dataset) -> list[Number]:
     text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
     found.append(Number(label="time of the solve", value=text))
     return found
+
+
+def _tip_lag(run: xr.Dataset) -> np.ndarray:
+    """Lag of the tips in the plane of the spin, deg, (nt, blades); negative ahead of the spool, NaN once let go."""
+    return np.where(run.let_go.values, np.nan, np.degrees(run.signed_lag.values[:, :, 0]))
+
+
+def _hub_numbers(run: xr.Dataset) -> list[Number]:
+    """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
+    from evolvent.figures import Number
+
+    time, hub = run.time.values, run.hub_tension.values.max(axis=1)
+    k = int(np.argmax(hub))
+    text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
+    if case_of(run).blade.segments != "springs":
+        return [Number(label="largest hub tension", value=text)]
+    found = Number(label="largest hub tension, one sample", value=f"{text} (the springs ring)")
+    count = _window(run)
+    if count == 0:
+        return [found]
+    means = np.array([_running(blade, count)[0] for blade in run.hub_tension.values.T])
+    k = int(np.argmax(means.max(axis=0)))
+    text = f"{means[:, k].max():.4g} N about {_running(time, count)[0][k]:.4g} s"
+    return [Number(label=f"largest hub tension, mean of {time[count - 1]:.2g} s", value=text), found]
+
+
+def _window(run: xr.Dataset) -> int:
+    """Samples that a mean over the ringing of springs is taken of; 0 if there are too few."""
+    count = max(20, run.sizes["time"] // 50)
+    return count if run.sizes["time"] >= 3 * count else 0
+
+
+def _running(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, least and largest of every `count` values on end."""
+    windows = np.lib.stride_tricks.sliding_window_view(values, count)
+    return windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
 
 
 def _distinct(values: Any) -> list[float]:
@@ -127,31 +160,42 @@ def _lag_figure(run: xr.Dataset) -> Figure:
     """Tip lag, whole and at the start."""
     from evolvent.figures import Figure, Line, Panel
 
-    time, lag = run.time.values, np.degrees(run.lag_angle.values[:, :, 0])
+    time, lag = run.time.values, _tip_lag(run)
     shown = _unlike(lag)
-
-    def lines(upto: float) -> list[Line]:
-        k = time <= upto
-        marker = "." if k.sum() < 80 else ""
-        return [
-            Line(x=time[k], y=lag[k, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, marker=marker)
-            for c, b in enumerate(shown)
-        ]
-
     first = min(5.0, float(time[-1]))
-    panels = [Panel(x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(float(time[-1])))]
+    whole: list[Line] = []
+    start: list[Line] = []
+    for color, b in enumerate(shown):
+        label = f"blade {b + 1}" if len(shown) > 1 else ""
+        whole.append(Line(x=time, y=lag[:, b], label=label, color=color))
+        seen = np.isfinite(lag[:, b]) & (time <= first)
+        start.append(Line(x=time[seen], y=lag[seen, b], label=label, color=color, style=" ", marker="."))
+        if seen.sum() > 20:
+            start.append(_smooth(time[seen], lag[seen, b], color))
+    y_label = "lag of the tip, deg"
+    panels = [Panel(x_label="time, s", y_label=y_label, lines=whole)]
     if first < 0.5 * time[-1]:
-        panels.append(
-            Panel(
-                x_label="time, s", y_label="lag angle of the tip, deg", lines=lines(first), title=f"first {first:g} s"
-            )
-        )
-    return Figure(name="tip_lag", title="Lag of the tip (eq. 19)", panels=panels, size=(8.0, 3.3 * len(panels)))
+        title = f"first {first:g} s: samples and a smooth curve through them"
+        panels.append(Panel(x_label="time, s", y_label=y_label, lines=start, title=title))
+    title = "Lag of the tip in the plane of the spin (negative: ahead)"
+    return Figure(name="tip_lag", title=title, panels=panels, size=(8.0, 3.3 * len(panels)))
+
+
+def _smooth(x: np.ndarray, y: np.ndarray, color: int) -> Line:
+    """A cubic spline through samples."""
+    from scipy.interpolate import CubicSpline
+
+    from evolvent.figures import Line
+
+    fine = np.linspace(x[0], x[-1], 1001)
+    return Line(x=fine, y=CubicSpline(x, y)(fine), color=color, width=1.0)
 
 
 def _moments(run: xr.Dataset, count: int) -> list[int]:
-    """Samples evenly spread over a run, without the first."""
-    return sorted({int(k) for k in np.linspace(0, run.sizes["time"] - 1, count + 1)[1:]})
+    """Samples evenly spread over a run, or over what of it comes before a blade is let go, without the first."""
+    held = np.flatnonzero(~run.let_go.values.any(axis=1))
+    last = int(held[-1]) if held.size else 0
+    return sorted({int(k) for k in np.linspace(0, last, count + 1)[1:]})
 
 
 def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
@@ -183,11 +227,11 @@ def _shape_figure(run: xr.Dataset) -> Figure:
             height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(distance.max()))
         out = run.released.values[k, 0]
         length = run.deployed_length.values[k, 0] - case.blade.length / case.blade.nodes * np.arange(out.sum())
-        angle = np.degrees(run.lag_angle.values[k, 0, out])
+        angle = np.degrees(run.signed_lag.values[k, 0, out])
         lag.append(Line(x=length, y=angle, label=f"{time[k]:.4g} s", color=color, marker="."))
     panels = [
         Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True),
-        Panel(x_label="length from the spool, m", y_label="lag angle (19), deg", lines=lag, title="nodes of blade 1"),
+        Panel(x_label="length from the spool, m", y_label="lag, deg", lines=lag, title="nodes of blade 1"),
     ]
     if height > 0.01 * reach:
         panels.append(
@@ -203,12 +247,21 @@ def _tension_figure(run: xr.Dataset) -> Figure:
     from evolvent.figures import Figure, Line, Panel
 
     case, time = case_of(run), run.time.values
-    hub = run.hub_tension.values
+    hub = np.where(run.let_go.values, np.nan, 1e3 * run.hub_tension.values)
     shown = _unlike(hub)
-    lines = [
-        Line(x=time, y=1e3 * hub[:, b], label=f"blade {b + 1}" if len(shown) > 1 else "", color=c, width=1.0)
-        for c, b in enumerate(shown)
-    ]
+    count = _window(run) if case.blade.segments == "springs" else 0
+    lines, title = [], ""
+    for c, b in enumerate(shown):
+        label = f"blade {b + 1}" if len(shown) > 1 else ""
+        if count == 0:
+            lines.append(Line(x=time, y=hub[:, b], label=label, color=c, width=1.0))
+            continue
+        middle = _running(time, count)[0]
+        mean, least, largest = _running(hub[:, b], count)
+        lines.append(Line(x=middle, y=mean, label=f"mean {label}".strip(), color=c))
+        lines.append(Line(x=middle, y=least, label=f"least and largest {label}".strip(), color=c, width=0.6))
+        lines.append(Line(x=middle, y=largest, color=c, width=0.6))
+        title = f"of the samples in {time[count - 1]:.2g} s; the springs ring after every release"
     along = []
     segment = case.blade.length / case.blade.nodes
     for k in _moments(run, 7):
@@ -217,9 +270,10 @@ def _tension_figure(run: xr.Dataset) -> Figure:
         from_tip = segment * (np.arange(count) + 0.5)
         color = float(time[k] / time[-1])
         along.append(Line(x=from_tip, y=1e3 * tension[:count], label=f"{time[k]:.4g} s", color=color, marker="."))
+    beside = "along blade 1" + (", at these instants" if case.blade.segments == "springs" else "")
     panels = [
-        Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines),
-        Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title="along blade 1"),
+        Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines, title=title),
+        Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title=beside),
     ]
     return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
 
@@ -312,7 +366,7 @@ def scene(run: xr.Dataset) -> Scene | None:
     around = np.linspace(0.0, 2.0 * np.pi, 25)
     hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
     numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
-    numbers["tip lag, deg"] = np.degrees(run.lag_angle.values[:, 0, 0])
+    numbers["tip lag, deg"] = np.degrees(run.signed_lag.values[:, 0, 0])
     return Scene(
         name="deployment",
         title="Deployment of the heliogyro's blades",

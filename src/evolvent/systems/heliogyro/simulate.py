@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 LAWS = ("event", "feed", "force")
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
+#: Share of the energy at the start that its account may lack without a warning.
+LARGEST_DEFECT = 1e-5
 #: Largest number of steps that a run may take: some minutes to an hour.
 MOST_STEPS = 100_000_000
 
@@ -256,7 +258,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     found |= dict.fromkeys(("spool_work", "load_work", "drive_work"), time)
     found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
     found |= dict.fromkeys(("let_go", "deployed_length", "hub_tension"), blade)
-    found |= dict.fromkeys(("tension", "lag_angle", "released"), node)
+    found |= dict.fromkeys(("tension", "lag_angle", "signed_lag", "released"), node)
     found |= {"position": node | {"axis": 3}, "velocity": node | {"axis": 3}}
     if case.body.motion != "driven":
         found |= dict.fromkeys(("body_rate_paper", "body_rate_corrected"), time)
@@ -399,6 +401,7 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
     deployed = np.where(gone, case.blade.length, np.broadcast_to(deployed, out.shape))
     rate = np.einsum("ti,ti->t", R[:, :, 2], w)
     slack = _slack(case, solution.t, tension)
+    lag, signed = _lag(case, position, released)
     time, blade = ("time",), ("time", "blade")
     node = ("time", "blade", "node")
     data = {
@@ -407,9 +410,8 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
         "tension": variable(
             node, tension, "N", "tension of the segment inwards of the node (NaN while wound)", slack=slack
         ),
-        "lag_angle": variable(
-            node, _lag(case, position, released), "rad", "lag angle in the frame of the blade's own spool, eq. 19"
-        ),
+        "lag_angle": variable(node, lag, "rad", "lag angle in the frame of the blade's own spool, eq. 19"),
+        "signed_lag": variable(node, signed, "rad", "lag angle in the plane of the spin, negative ahead of the spool"),
         "released": variable(node, released, "1", "whether the node has left its spool"),
         "let_go": variable(blade, gone, "1", "whether the whole thread has left its spool"),
         "deployed_length": variable(blade, deployed, "m", "length of thread paid out"),
@@ -453,7 +455,7 @@ def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[s
         solution=solution,
         laws=names,
     )
-    warnings = [text for text in (slack, _wraps(case, seen.spool)) if text]
+    warnings = [text for text in (slack, _wraps(case, seen.spool), _lacks(dataset)) if text]
     if warnings:
         dataset.attrs["warning"] = "; ".join(warnings)
     return dataset
@@ -470,15 +472,16 @@ def _per_blade(values: np.ndarray, n: int, blades: int) -> np.ndarray:
     return np.einsum("ijb,tnj->tbni", turn, shaped[:, 0])
 
 
-def _lag(case: Case, position: np.ndarray, released: np.ndarray) -> np.ndarray:
-    """Lag angles by (19), rad; NaN for wound nodes and for one that is at Q."""
+def _lag(case: Case, position: np.ndarray, released: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lag angles by (19), and with their sign in the plane of the spin, rad; NaN for wound nodes and for one at Q."""
     turns = 2.0 * np.pi * np.arange(case.body.blades) / case.body.blades
     c, s = np.cos(turns)[:, None], np.sin(turns)[:, None]
     x = c * position[..., 0] + s * position[..., 1] - case.body.spool_offset
     y = c * position[..., 1] - s * position[..., 0]
     across = np.hypot(y, position[..., 2] - case.spool.radius)
-    away = np.hypot(x, across) > 1e-9
-    return np.where(released & away, np.arctan2(across, x), np.nan)
+    seen = released & (np.hypot(x, across) > 1e-9)
+    behind = y if case.body.rate < 0.0 else -y
+    return np.where(seen, np.arctan2(across, x), np.nan), np.where(seen, np.arctan2(behind, x), np.nan)
 
 
 def _hub(tension: np.ndarray, out: np.ndarray, gone: np.ndarray) -> np.ndarray:
@@ -511,6 +514,17 @@ def _wraps(case: Case, spool: np.ndarray) -> str:
         f"the feed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
         f"the blade may wrap back onto the body, which the model does not see"
     )
+
+
+def _lacks(run: xr.Dataset) -> str:
+    """A sentence on an energy account that does not close; '' if it does."""
+    energy = (run.energy_kinetic + run.energy_elastic).values
+    scale = float(run.energy_balance.attrs["scale_J"])
+    lacks = scale * float(np.abs(run.energy_balance.values).max()) / (float(energy[0]) or scale)
+    if lacks <= LARGEST_DEFECT:
+        return ""
+    smaller = "solver.rtol" if run.attrs["solver"] == "dopri5" else "solver.step"
+    return f"the energy account lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"
 
 
 def _angle(R: np.ndarray, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
@@ -552,7 +566,7 @@ def _accounts(
         "load_work": variable(time, booked[:, mdl.LOAD], J, "work of the loads so far"),
         "drive_work": variable(time, booked[:, mdl.DRIVE], J, "work of what drives the body so far"),
         "energy_balance": variable(
-            time, defect / largest, "1", "what the energy account lacks, over the largest energy"
+            time, defect / largest, "1", "what the energy account lacks, over the largest energy", scale_J=largest
         ),
         "angular_momentum": variable(time, total[:, 2], H, "angular momentum about Z of all that the model moves"),
         "angular_momentum_body": variable(time, body[:, 2], H, "angular momentum about Z of the body"),
