@@ -1,0 +1,139 @@
+"""CSV and its like: the separator, the decimal sign, names and units are found from the text."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+
+from evolvent.errors import InputError
+
+_MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")
+_NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?")
+_UNIT = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]")
+#: Lines that may stand before the names.
+_PREAMBLE = 200
+
+
+def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, str], None]:
+    """Columns and units of a text; names such as 'left (mm)' or 'left [mm]' hold their unit.
+
+    Raises
+    ------
+    InputError
+        If it is no table of numbers; a wrong entry is named by its line.
+    """
+    text = _decoded(raw, name)
+    lines = text.splitlines()
+    separator, first = _layout(lines, name)
+    width = len(_split(lines[first], separator))
+    above = [_split(line, separator) for line in lines[:first] if line.strip() and not _comment(line, separator, width)]
+    titles = [row for row in above if len(row) == width]
+    heads, marks = (titles[-2], titles[-1]) if _units_row(titles) else (titles[-1] if titles else [], [])
+    columns = _numbers(lines[first:], separator, width, name, first)
+    names: list[str] = []
+    units: dict[str, str] = {}
+    for c in range(width):
+        title = heads[c].lstrip("#% ") if heads else ""
+        match = _UNIT.fullmatch(title)
+        title, unit = (match[1], match[2]) if match and match[1] else (title, "")
+        title = title or f"column {c + 1}"
+        while title in names:
+            title += "'"
+        names.append(title)
+        units[title] = unit or (marks[c].strip("[]() ") if marks else "")
+    kept = {n: column for n, column in zip(names, columns, strict=True) if column is not None}
+    if not kept:
+        raise InputError(f"cannot read {name!r}: no column of it holds numbers")
+    return kept, units, None
+
+
+def _decoded(raw: bytes, name: str) -> str:
+    encodings = ("utf-16",) if raw.startswith((b"\xff\xfe", b"\xfe\xff")) else ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            return raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    raise InputError(f"cannot read {name!r}: it is not a text file")
+
+
+def _split(line: str, separator: str) -> list[str]:
+    cells = line.split() if separator == " " else line.split(separator)
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def _comment(line: str, separator: str, width: int) -> bool:
+    return line.lstrip().startswith(("#", "%", "//")) and len(_split(line, separator)) != width
+
+
+def _is_row(cells: list[str]) -> bool:
+    """Whether a line holds data: a number at least, and no more words than numbers."""
+    numbers = sum(bool(_NUMBER.fullmatch(cell)) for cell in cells)
+    words = sum(not _NUMBER.fullmatch(cell) and cell.lower() not in _MISSING for cell in cells)
+    return numbers > 0 and words <= numbers
+
+
+def _layout(lines: list[str], name: str) -> tuple[str, int]:
+    """Separator and the first line of data: the separator that gives most cells in the same number on each line."""
+    best: tuple[int, int, str] | None = None
+    for separator in ("\t", ";", ",", " "):
+        for k, line in enumerate(lines[:_PREAMBLE]):
+            cells = _split(line, separator)
+            if not line.strip() or not _is_row(cells):
+                continue
+            following = [_split(more, separator) for more in lines[k : k + 20] if more.strip()]
+            even = all(len(row) == len(cells) and _is_row(row) for row in following[:8])
+            whole = all(_NUMBER.fullmatch(c) or c.lower() in _MISSING for row in following for c in row)
+            if even and len(following) > 1 and (best is None or (whole, len(cells)) > best[:2]):
+                best = (whole, len(cells), separator)
+                first = k
+            if even:
+                break
+    if best is None:
+        raise InputError(f"cannot read {name!r}: it is no table of numbers")
+    return best[2], first
+
+
+def _units_row(titles: list[list[str]]) -> bool:
+    """Whether the last title line is one of units: short words below the line of names."""
+    if len(titles) < 2:
+        return False
+    return all(len(cell) <= 8 for cell in titles[-1]) and not all(cell == "" for cell in titles[-1])
+
+
+def _numbers(lines: list[str], separator: str, width: int, name: str, first: int) -> list[np.ndarray | None]:
+    """Columns as floats; None for one that holds words only."""
+    import pandas as pd
+
+    comma = separator != "," and not any("." in line for line in lines[:50]) and any("," in line for line in lines[:50])
+    try:
+        table = pd.read_csv(
+            io.StringIO("\n".join(lines)),
+            sep=r"\s+" if separator == " " else separator,
+            header=None,
+            names=list(range(width)),
+            index_col=False,
+            decimal="," if comma else ".",
+            na_values=list(_MISSING),
+            skipinitialspace=True,
+            on_bad_lines="error",
+            low_memory=False,
+        )
+    except (pd.errors.ParserError, ValueError) as error:
+        match = re.search(r"line (\d+)", str(error))
+        where = f"line {int(match[1]) + first} has more cells than the {width} of the others" if match else str(error)
+        raise InputError(f"cannot read {name!r}: {where}") from None
+    found: list[np.ndarray | None] = []
+    for c in range(width):
+        column = table[c]
+        values = pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
+        wrong = np.flatnonzero(np.isnan(values) & column.notna().to_numpy())
+        if wrong.size and np.isnan(values).sum() < len(values) // 2:
+            raise InputError(
+                f"cannot read {name!r}: line {first + 1 + wrong[0]} holds {str(column.iloc[wrong[0]])[:40]!r} "
+                f"in column {c + 1}, where a number must stand"
+            )
+        found.append(None if wrong.size else values)
+    return found

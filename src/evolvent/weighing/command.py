@@ -1,0 +1,118 @@
+"""The command `evolvent identify`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from evolvent.weighing.found import Weighing
+
+#: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+#: Rows of the budget that are shown.
+_MOST_ROWS = 6
+#: Warnings that are shown.
+_MOST_WARNINGS = 8
+
+
+@click.command()
+@click.argument("signals", metavar="SIGNALS...", nargs=-1, required=True)
+@click.option(
+    "--stand", required=True, metavar="STAND.YAML", help="Description of the signals, the stand and the body."
+)
+@click.option("-o", "--output", metavar="REPORT.HTML", help="Write a certificate as one HTML page.")
+@click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the description.")
+@click.option("--quiet", is_flag=True, help="Print no table.")
+def identify(
+    signals: tuple[str, ...], stand: str, output: str | None, assignments: tuple[str, ...], quiet: bool
+) -> None:
+    """Find the mass properties of a body from recorded SIGNALS of its free vibration.
+
+    SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent; several recordings are averaged.
+    """
+    if "numpy" not in sys.modules:
+        for name in _THREADS:
+            os.environ.setdefault(name, "1")
+    from evolvent import cases, results
+    from evolvent.weighing import certificate, description
+    from evolvent.weighing.weighing import weigh
+
+    overrides = dict(cases.parse_assignment(assignment) for assignment in assignments)
+    if output is not None:
+        results.claim(output)
+    given = description.load(stand, overrides)
+    found = weigh(signals, given)
+    if output is not None:
+        certificate.write(found, output)
+    if not quiet:
+        _table(found)
+        if output is not None:
+            click.echo(f"certificate: {output}")
+
+
+def _table(found: Weighing) -> None:
+    """Print modes, results, the largest shares of the budget, and warnings."""
+    import numpy as np
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from evolvent.weighing.numbers import rounded, shown
+
+    console = Console(highlight=False)
+
+    def table(title: str, *columns: str) -> Table:
+        made = Table(
+            title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim"
+        )
+        for k, column in enumerate(columns):
+            made.add_column(column, justify="right" if k else "left", overflow="fold")
+        return made
+
+    several = len(found.evaluations) > 1
+    modes = table("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
+    for e in found.evaluations:
+        m, name = e.modal.modes, os.path.basename(e.modal.reading.source.path)
+        for k in e.used if several else range(m.order):
+            wide = e.modal.widening[k]
+            last = " ".join(shown(v, s) for v, s in zip(e.values, e.std, strict=True)) if several else ""
+            modes.add_row(
+                name if several else f"mode {k + 1}",
+                shown(m.frequency[k], wide * m.frequency_std[k]),
+                shown(m.decay_rate[k], wide * m.decay_rate_std[k]),
+                last or ("" if k in e.used else "left out"),
+            )
+    console.print(modes)
+    results = table("result", "", "value", "u", "k", "U", "unit")
+    for k, output in enumerate(found.outputs):
+        u, U = found.std[k], found.expanded[k]
+        known = found.certain and u > 0.0
+        results.add_row(
+            output.key,
+            rounded(found.values[k], u) if known else f"{found.values[k]:.6g}",
+            rounded(u, u) if known else "-",
+            f"{found.factor[k]:.2f}" if known else "-",
+            rounded(U, U) if known else "-",
+            output.unit,
+        )
+    console.print()
+    console.print(results)
+    if found.shares:
+        part = np.array([s.contribution**2 for s in found.shares])
+        part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
+        budget = table("largest shares of the variance", "", *(o.key for o in found.outputs))
+        for k in np.argsort(-part.max(axis=1))[:_MOST_ROWS]:
+            budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
+        console.print()
+        console.print(budget)
+    left = len(found.warnings) - _MOST_WARNINGS
+    for text in found.warnings[: _MOST_WARNINGS if left > 1 else None]:
+        console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)
+    if left > 1:
+        console.print(Text(f"and {left} warnings more, all in the certificate"))
+    if not found.certain:
+        console.print(Text("the method gives no uncertainty of the frequencies; take varpro for a certificate"))

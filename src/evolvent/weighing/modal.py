@@ -1,0 +1,153 @@
+"""Modes of one recording, with deviations that hold where the residual is not white."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.identification import Modes, identify
+from evolvent.identification.orders import WHITE, whiteness
+from evolvent.identification.signals import power, read_signal
+from evolvent.weighing.description import Description
+from evolvent.weighing.reading import Reading
+
+#: Lines of the residual's spectrum on each side of a mode that tell the noise there.
+NEAR = 12
+#: A mode this near to half the sampling rate may be a faster one seen through too few samples.
+EDGE = 0.9
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Modal:
+    """Modes of a recording.
+
+    Attributes
+    ----------
+    reading : Reading
+    modes : Modes, as identified
+    white : p-value of the residual's highest line, were the residual white
+    widening : (m,) factor on each mode's deviations, 1 where the residual is white
+    frequency : (m,) rad/s, undamped, magnitudes of the poles
+    frequency_covariance : (m, m), widened
+    shapes : (m, c), signed amplitudes at the first sample
+    shape_covariance : (m, c, c), widened
+    warnings : sentences
+    """
+
+    reading: Reading
+    modes: Modes
+    white: float
+    widening: np.ndarray
+    frequency: np.ndarray
+    frequency_covariance: np.ndarray
+    shapes: np.ndarray
+    shape_covariance: np.ndarray
+    warnings: tuple[str, ...]
+
+    @property
+    def frequency_std(self) -> np.ndarray:
+        """(m,) rad/s, of the undamped frequencies, widened."""
+        return np.sqrt(np.diag(self.frequency_covariance))
+
+    @property
+    def certain(self) -> bool:
+        """Whether the method gives uncertainties."""
+        return bool(np.all(np.isfinite(self.frequency_covariance)))
+
+
+def find(reading: Reading, given: Description) -> Modal:
+    """Identify the modes of a recording.
+
+    Raises
+    ------
+    InputError
+        As of `evolvent.identification.identify`.
+    """
+    chosen = given.identification
+    modes = identify(
+        reading.data,
+        time=reading.time,
+        method=chosen.method.replace("-", "_"),
+        order=None if chosen.order == "auto" else int(chosen.order),
+        names=reading.names,
+        noise=reading.noise,
+        band=chosen.band,
+        detrend=chosen.detrend,
+    )
+    p, widening = _widening(reading, modes)
+    m = modes.order
+    found = modes.mode_shapes()
+    w = np.concatenate([widening, widening, np.repeat(widening, len(reading.names))])
+    C = found.covariance * np.outer(w, w)
+    natural = modes.natural_frequency
+    T = np.concatenate([np.diag(modes.frequency / natural), np.diag(modes.decay_rate / natural)], axis=1)
+    c = len(reading.names)
+    blocks = [C[2 * m + k * c : 2 * m + (k + 1) * c, 2 * m + k * c : 2 * m + (k + 1) * c] for k in range(m)]
+    return Modal(
+        reading=reading,
+        modes=modes,
+        white=p,
+        widening=widening,
+        frequency=natural,
+        frequency_covariance=T @ C[: 2 * m, : 2 * m] @ T.T,
+        shapes=found.real,
+        shape_covariance=np.array(blocks),
+        warnings=(*_said(modes, widening, p), *_edge(modes, reading)),
+    )
+
+
+def _said(modes: Modes, widening: np.ndarray, p: float) -> list[str]:
+    """Warnings of the identification, that on the residual with what was done about it."""
+    said = [text for text in modes.warnings if not text.startswith("the residual is not white")]
+    if p < WHITE:
+        most = int(np.argmax(widening))
+        said.append(
+            f"the residual is not white (p = {p:.1g}): it holds more than these modes and white noise; deviations are "
+            f"widened by the noise near each mode, at most {widening[most]:.1f} times (mode {most + 1})"
+        )
+    return said
+
+
+def _edge(modes: Modes, reading: Reading) -> list[str]:
+    half = np.pi * reading.rate
+    near = [w for w in modes.frequency if w > EDGE * half]
+    if not near:
+        return []
+    return [
+        f"a mode at {near[-1]:.6g} rad/s is close to half the sampling rate ({half:.6g} rad/s); it may be a faster one "
+        "seen through too few samples"
+    ]
+
+
+def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
+    """p-value of a white residual, and the factors.
+
+    Notes
+    -----
+    In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
+    noise of the same power, for S is smooth over the width of a line.
+    """
+    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    p = whiteness(signal, modes.residual, modes.noise)
+    if p >= WHITE:
+        return p, np.ones(modes.order)
+    lines = power(modes.residual) / (signal.counts * modes.noise**2)
+    step = 2.0 * np.pi / (len(modes.time) * signal.step)
+    weight = (modes.amplitude / modes.noise) ** 2
+    factors = []
+    for k, w in enumerate(modes.frequency):
+        place = round(float(w) / step)
+        near = lines[max(1, place - NEAR) : place + NEAR + 1].mean(axis=0)
+        factors.append(np.sqrt(max(1.0, float(weight[k] @ near) / float(weight[k].sum()))))
+    return p, np.array(factors)
+
+
+def refuse_rate(expected: float, rate: float, what: str) -> None:
+    """Refuse a sampling rate below twice a frequency, rad/s, that the stand is known to have."""
+    if np.pi * rate <= expected:
+        raise InputError(
+            f"{rate:.6g} samples a second show nothing above {np.pi * rate:.6g} rad/s, but {what} is expected at "
+            f"{expected:.6g} rad/s; sample at {expected / np.pi:.6g} Hz or more"
+        )

@@ -1,0 +1,217 @@
+"""Values with a standard uncertainty, as a description of a stand writes them: '740250 +- 740 N/m'."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from evolvent import units
+
+_BETWEEN = re.compile(r"\s*(?:\+-|\+/-|±)\s*")
+_PART = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+_UNKNOWN = re.compile(r"unknown(?:\s+near\s+(?P<near>.+))?", re.DOTALL)
+
+
+@dataclasses.dataclass(frozen=True)
+class Uncertain:
+    """A value with its standard uncertainty, or an unknown.
+
+    Attributes
+    ----------
+    value : float, SI; nan for an unknown of which nothing is known
+    std : float, SI; 0 for a value that is exact, or whose uncertainty is not stated
+    unknown : bool, to be found from the signals; then `value` is where to start, and with `std` another measurement
+    """
+
+    value: float
+    std: float = 0.0
+    unknown: bool = False
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Measured:
+    """A pydantic annotation: an `Uncertain` of a quantity.
+
+    Parameters
+    ----------
+    quantity : units.Quantity
+    unknown : bool, whether it may be asked for with the word 'unknown'
+    """
+
+    quantity: units.Quantity
+    unknown: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        text = f"{self.quantity.allowed}, with +- and its standard uncertainty where known"
+        return text + (", or 'unknown'" if self.unknown else "")
+
+    def read(self, value: Any) -> Uncertain:
+        """`value` from a number, a text, or a mapping with value and std."""
+        if isinstance(value, Uncertain):
+            return value
+        try:
+            if self.unknown and isinstance(value, str) and (match := _UNKNOWN.fullmatch(value.strip())):
+                near = self._known(match["near"]) if match["near"] else Uncertain(math.nan)
+                return dataclasses.replace(near, unknown=True)
+            return self._known(value)
+        except (PydanticCustomError, units.UnitError) as error:
+            context = error.context if isinstance(error, PydanticCustomError) else {"reason": f"; {error}"}
+            reason = (context or {}).get("reason", "")
+            text = "it must be {allowed}{reason}"
+            raise PydanticCustomError("quantity", text, {"allowed": self.allowed, "reason": reason}) from None
+
+    def _known(self, value: Any) -> Uncertain:
+        std: Any = 0.0
+        if isinstance(value, Mapping):
+            if not {"value"} <= set(value) <= {"value", "std"}:
+                raise units.UnitError("a mapping holds value and std, nothing else")
+            value, std = value["value"], value.get("std", 0.0)
+        elif isinstance(value, str):
+            parts = _BETWEEN.split(value.strip())
+            if len(parts) > 2:
+                raise units.UnitError("it has more than one +-")
+            if len(parts) == 2:
+                value, std = _shared_unit(*parts)
+        number = float(self.quantity.read(value))
+        if isinstance(std, str) and std.rstrip().endswith("%"):
+            share = units.parse(std.rstrip()[:-1], "")
+            deviation = abs(number) * share / 100.0
+        else:
+            free = dataclasses.replace(self.quantity, above=None, least=None, most=None)
+            deviation = float(free.read(std))
+        if not deviation >= 0.0:
+            raise units.UnitError("a standard uncertainty is 0 or above")
+        return Uncertain(number, deviation)
+
+    def write(self, value: Uncertain) -> str:
+        """`value` as a description holds it."""
+        unit = f" {self.quantity.unit}" if self.quantity.unit else ""
+        text = f"{value.value!r}" + (f" +- {value.std!r}" if value.std else "") + unit
+        if not value.unknown:
+            return text
+        return "unknown" if math.isnan(value.value) else f"unknown near {text}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer to a text."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A number, a text, or value and std."""
+        one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
+        pair = {
+            "type": "object",
+            "properties": {"value": {"anyOf": one}, "std": {"anyOf": one}},
+            "required": ["value"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [*one, pair], "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class MeasuredList:
+    """A pydantic annotation: one `Uncertain` for all, or a list with one each; kept as a tuple.
+
+    Parameters
+    ----------
+    each : Measured
+    of : str, what the values of a list belong to ("spring")
+    """
+
+    each: Measured
+    of: str
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        return f"{self.each.allowed}, or a list with one per {self.of}"
+
+    def read(self, value: Any) -> tuple[Uncertain, ...]:
+        """`value` as a tuple, of length 1 where one stands for all."""
+        if isinstance(value, (list, tuple)) and value:
+            return tuple(self.each.read(v) for v in value)
+        return (self.each.read(value),)
+
+    def write(self, value: tuple[Uncertain, ...]) -> Any:
+        """`value` as a description holds it."""
+        texts = [self.each.write(v) for v in value]
+        return texts[0] if len(texts) == 1 else texts
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """One value or an array."""
+        one = self.each.__get_pydantic_json_schema__(schema, handler)["anyOf"]
+        return {"anyOf": [*one, {"type": "array", "items": {"anyOf": one}}], "description": self.allowed}
+
+
+def _shared_unit(value: str, std: str) -> tuple[str, str]:
+    """Both texts with a unit: where one has none it takes the other's."""
+    first, second = _PART.fullmatch(value), _PART.fullmatch(std)
+    if not first or not second:
+        raise units.UnitError("on both sides of +- stands a number")
+    if not second[2]:
+        return value, f"{std} {first[2]}"
+    if not first[2] and second[2] != "%":
+        return f"{value} {second[2]}", std
+    return value, std
+
+
+def _kind(*, unknown: bool = False, **fields: Any) -> Measured:
+    return Measured(quantity=units.Quantity(**fields), unknown=unknown)
+
+
+def _place(unknown: bool = False) -> Measured:
+    return _kind(what="a length", unit="m", example="0 +- 0.5 mm", unknown=unknown)
+
+
+_MASS: dict[str, Any] = {"what": "a mass", "unit": "kg", "example": "15190 +- 3 kg"}
+_INERTIA: dict[str, Any] = {"what": "a moment of inertia", "unit": "kg m^2", "example": "3703 +- 4 kg m^2"}
+_STIFFNESS: dict[str, Any] = {"what": "a stiffness", "unit": "N/m", "example": "740250 +- 740 N/m"}
+_LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "2 m +- 0.3 mm", "above": 0.0}
+_PRODUCT: dict[str, Any] = {"what": "a product of inertia", "unit": "kg m^2", "example": "0 +- 20 kg m^2"}
+
+Place = Annotated[Uncertain, _place()]
+PlaceOrUnknown = Annotated[Uncertain, _place(unknown=True)]
+Mass = Annotated[Uncertain, _kind(**_MASS, above=0.0)]
+MassOrUnknown = Annotated[Uncertain, _kind(**_MASS, above=0.0, unknown=True)]
+Inertia = Annotated[Uncertain, _kind(**_INERTIA, above=0.0)]
+InertiaOrZero = Annotated[Uncertain, _kind(**_INERTIA, least=0.0)]
+InertiaOrUnknown = Annotated[Uncertain, _kind(**_INERTIA, above=0.0, unknown=True)]
+ProductOrUnknown = Annotated[Uncertain, _kind(**_PRODUCT, unknown=True)]
+Length = Annotated[Uncertain, _kind(**_LENGTH)]
+LengthOrZero = Annotated[Uncertain, _kind(what="a length", unit="m", example="0.25 m +- 0.5 mm", least=0.0)]
+Lengths = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_LENGTH), of="spring")]
+Stiffnesses = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_STIFFNESS, above=0.0), of="spring")]
+Laterals = Annotated[tuple[Uncertain, ...], MeasuredList(each=_kind(**_STIFFNESS, least=0.0), of="spring")]
+Dampings = Annotated[
+    tuple[Uncertain, ...],
+    MeasuredList(each=_kind(what="a damping coefficient", unit="N s/m", example="100 N s/m", least=0.0), of="spring"),
+]
+FactorOrUnknown = Annotated[
+    Uncertain, _kind(what="a plain number", unit="", example="1 +- 0.001", above=0.0, unknown=True)
+]
+Gravity = Annotated[Uncertain, _kind(what="an acceleration", unit="m/s^2", example="9.81553 +- 1e-5 m/s^2", above=0.0)]
+Rate = Annotated[Uncertain, _kind(what="a sampling rate", unit="Hz", example="50 Hz +- 0.001 %", above=0.0)]
+Torsion = Annotated[
+    Uncertain, _kind(what="a torsional stiffness", unit="N m/rad", example="0.35 +- 0.001 N m/rad", above=0.0)
+]
+TorsionOrZero = Annotated[
+    Uncertain, _kind(what="a torsional stiffness", unit="N m/rad", example="0.01 +- 0.001 N m/rad", least=0.0)
+]
+Turn = Annotated[Uncertain, _kind(what="an angle", unit="rad", example="5 +- 1 deg", least=0.0, most=3.0)]
