@@ -22,5 +22,5 @@ name alone: `evolvent.cases.system` imports it when a case asks for it, and noth
     The animation, if there is one.
 
 A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
-Its name is the file's, with ``-`` for ``_``.
+Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.
 """
