@@ -41,7 +41,7 @@ RECORDS: dict[str, np.dtype] = {
         "R x v w M L F J a",
         inertia=_33, axis=_3, R0=_33, x0=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
     ),
-    "points": _record("iq iv", "mass compliance", "f a", f=_3, a=_3),
+    "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
     "springs": _record("a b law first last", "stiffness damping length"),
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),

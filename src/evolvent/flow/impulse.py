@@ -7,7 +7,7 @@ from evolvent.kernels.rotations import cross
 
 @kernel
 def prepare(t, y, s, model):
-    """Kinematics, masses and factors for an impulse; bodies' wrenches and rows' right-hand sides are cleared.
+    """Kinematics, masses and factors for an impulse; forces and rows' right-hand sides are cleared.
 
     A node that is leaving its spool is at Q and moves with it; it no longer belongs to the thread wound.
     """
@@ -26,7 +26,7 @@ def prepare(t, y, s, model):
             bodies[b].a[c] = 0.0
     for i in range(model.points.size):
         for c in range(3):
-            model.points[i].a[c] = 0.0
+            model.points[i].f[c] = 0.0
     for k in range(nodes.size):
         nodes[k].rhs = 0.0
     if model.rows.size > 0:
@@ -48,7 +48,7 @@ def strike(model, p, fx, fy, fz, couple):
 
 @kernel
 def impulse(y, s, model):
-    """Let every constraint answer the impulses that stand in the bodies' wrenches F; velocities jump.
+    """Let every constraint answer the impulses in the bodies' wrenches and the points' forces; velocities jump.
 
     Call after `prepare`. Constraint rows may carry a wanted jump of their rate in rx.
     """
@@ -61,7 +61,7 @@ def impulse(y, s, model):
         rigid.kick(y, bodies, b, bodies[b].a)
     for i in range(points.size):
         for c in range(3):
-            y[points[i].iv + c] += points[i].a[c]
+            y[points[i].iv + c] += points[i].f[c] * points[i].compliance
     for k in range(threads.size):
         if threads[k].kind == thread.INEXTENSIBLE:
             kick_chain(y, s, model, k)

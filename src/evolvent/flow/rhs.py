@@ -52,9 +52,6 @@ def rhs(t, y, s, model, dy):
     rigid.factorise(bodies)
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
-    for i in range(points.size):
-        compliance, f, a = points[i].compliance, points[i].f, points[i].a
-        a[0], a[1], a[2] = f[0] * compliance, f[1] * compliance, f[2] * compliance
     if model.rows.size > 0:
         if joints.build_rows(y, s, model) >= 0:
             for i in range(y.size):
@@ -71,9 +68,9 @@ def rhs(t, y, s, model, dy):
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
     for i in range(points.size):
-        q, v, a = points[i].iq, points[i].iv, points[i].a
+        q, v, f, compliance = points[i].iq, points[i].iv, points[i].f, points[i].compliance
         dy[q], dy[q + 1], dy[q + 2] = y[v], y[v + 1], y[v + 2]
-        dy[v], dy[v + 1], dy[v + 2] = a[0], a[1], a[2]
+        dy[v], dy[v + 1], dy[v + 2] = f[0] * compliance, f[1] * compliance, f[2] * compliance
     dy[n_v + DISSIPATED] = dissipated
     dy[n_v + SPOOL] = spool_power
     dy[n_v + LOAD] = load_power

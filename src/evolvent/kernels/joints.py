@@ -171,7 +171,7 @@ def row_velocity_terms(y, s, model, loaded):
 
 @inlined
 def solve_rows(s, model):
-    """Multipliers la from rx, the bodies' twists a and the points' accelerations a; chains included."""
+    """Multipliers la from rx, the bodies' twists a; wrenches and points' forces f with them; chains included."""
     rows, bodies, points = model.rows, model.bodies, model.points
     la = model.la
     n = rows.size
@@ -185,7 +185,7 @@ def solve_rows(s, model):
                     part += rows[r].J[side, c] * bodies[b].a[c]
             elif i >= 0:
                 for c in range(3):
-                    part += rows[r].e[c] * points[i].a[c]
+                    part += rows[r].e[c] * points[i].f[c] * points[i].compliance
             value += -part if side == 0 else part
         la[r] = value
     banded_ldl_solve(model.A, n, model.info[0].bandwidth, la)
@@ -201,4 +201,4 @@ def solve_rows(s, model):
                     bodies[b].F[c] += sign * rows[r].J[side, c]
             elif i >= 0:
                 for c in range(3):
-                    points[i].a[c] += sign * rows[r].e[c] / points[i].mass
+                    points[i].f[c] += sign * rows[r].e[c]
