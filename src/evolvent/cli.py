@@ -223,15 +223,17 @@ def _with_parents(path: str) -> list[str]:
 
 
 def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: bool) -> None:
-    """Results file, table and figures of a run, in the order of their worth."""
+    """Table, results file and figures of a run: what is wanted first and is quick comes first."""
     from evolvent import results
 
-    if output is not None:
-        results.save(found, output)
-    if not quiet:
-        _table(found)
+    try:
+        if not quiet:
+            _table(found)
+    finally:  # where it cannot be printed the results are kept all the same
         if output is not None:
-            _say(f"results: {output}")
+            results.save(found, output)
+    if output is not None and not quiet:
+        _say(f"results: {output}")
     if figures is not None:
         _draw(found, figures, quiet)
 
