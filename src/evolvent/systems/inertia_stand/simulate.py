@@ -186,7 +186,7 @@ def _place(case: Case, stand: Stand, modes: NormalModes) -> tuple[np.ndarray, in
 
 
 def _least_energies(case: Case, stand: Stand, modes: NormalModes) -> np.ndarray:
-    """(n,) J, energy of the weakest of heave, roll and pitch, were the case's force or impulse to act at each spring."""
+    """(n,) J, energy of the weakest of heave, roll and pitch, were the case's load to act at each spring."""
     given = case.excitation
     knock = modes.release if given.force is not None else modes.impulse
     load = given.force if given.force is not None else given.impulse

@@ -1,0 +1,222 @@
+"""The system `inertia-stand`: reference values, identification, refusals."""
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import cases
+from evolvent.systems import inertia_stand
+
+QUICK = {"sensors.duration": "4 s", "identification.order": 3}
+
+
+def run(**overrides):
+    return evolvent.run("inertia-stand", {k.replace("__", "."): v for k, v in overrides.items()})
+
+
+def test_reference_values_at_the_middle():
+    """stand.md: 13.962, 16.422, 24.59 rad/s; 16.24 J each, 48.72 J in all; lateral 4.22 rad/s twice."""
+    found = run()
+    assert found.mode_frequency.values == pytest.approx([13.962, 16.422, 24.59], abs=6e-4)
+    assert found.mode_energy.values == pytest.approx(16.24, abs=0.005)
+    assert float(found.mode_energy.sum()) == pytest.approx(3.0 * 9806.65**2 / (8.0 * 740250.0), rel=1e-5)
+    assert found.linear_frequency.values[:2] == pytest.approx(4.22, abs=0.005)
+    assert list(found.linear_kind.values[3:]) == ["heave", "pitch", "roll"]
+    assert found.attrs["status"] == "success"
+    assert float(np.abs(found.energy_balance).max()) < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("offset", "frequencies", "energies"),
+    [(0.4, (13.229, 17.332, 24.590), (30.2, 2.27, 16.24)), (0.8, (12.036, 19.050, 24.590), (32.3, 0.171, 16.24))],
+)
+@pytest.mark.parametrize("support", ["hanging", "guided"])
+def test_reference_values_off_the_middle(offset, frequencies, energies, support):
+    found = run(body__offset_x=offset, stand__support=support, identification__order=3)
+    assert found.mode_frequency.values == pytest.approx(frequencies, abs=1.5e-3)
+    assert found.mode_energy.values == pytest.approx(energies, rel=0.005)
+    error = (found.inertia_identified / found.inertia_true - 1.0).sel(component=["xx", "zz"])
+    assert np.abs(error.values).max() < 1e-4
+
+
+def test_the_papers_scheme_at_6_ms_shows_the_papers_frequency():
+    """24.59 as printed, for b = 0.87 m, is 24.6015 less (omega dt)^2 / 48 of it."""
+    found = run(
+        stand__half_width="0.87 m",
+        solver__method="modified-euler",
+        solver__step="6.3 ms",
+        sensors__rate="166.6 Hz",
+        identification__order=3,
+        identification__way="none",
+    )
+    linear = float(found.linear_frequency[-1])
+    assert linear == pytest.approx(24.6015, abs=1e-3)
+    theta = linear / 166.6
+    assert float(found.mode_frequency[-1]) == pytest.approx(linear * (1.0 - theta**2 / 48.0), rel=1e-5)
+    assert f"{float(found.mode_frequency[-1]):.2f}" == "24.59"
+    assert "takes" in found.attrs["warning"]
+
+
+def test_methods_agree():
+    found = [
+        run(**{"solver.method": method, "solver.accuracy": 1e-9, "sensors.duration": "2 s", **QUICK})
+        for method in ("dop853", "rk4", "dopri5")
+    ]
+    for other in found[1:]:
+        assert other.sensor_true.values == pytest.approx(found[0].sensor_true.values, abs=2e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_is_seeded_and_intervals_hold(seed):
+    overrides = {"sensors.noise": "0.05 mm", "body.offset_x": 0.4, "body.offset_z": 0.1, "sensors.seed": seed}
+    first, again = run(**overrides), run(**overrides)
+    assert np.array_equal(first.sensor_displacement, again.sensor_displacement)
+    noise = (first.sensor_displacement - first.sensor_true).values
+    assert noise.std() == pytest.approx(5e-5, rel=0.05)
+    assert first.sizes["mode"] == 3
+    for name in ("xx", "zz"):
+        error = float((first.inertia_identified - first.inertia_true).sel(component=name))
+        assert abs(error) < 4.0 * float(first.inertia_std.sel(component=name)) + 0.05
+
+
+def test_quantisation_rounds_to_its_steps():
+    found = run(**{"sensors.quantisation": "0.1 mm", **QUICK})
+    steps = found.sensor_displacement.values / 1e-4
+    assert np.abs(steps - np.round(steps)).max() < 1e-9
+
+
+def test_shapes_find_mass_and_centre():
+    found = run(
+        **{"identification.way": "shapes", "body.offset_x": 0.4, "body.offset_z": 0.1, "sensors.noise": "0.03 mm"}
+    )
+    assert float(found.mass_identified) == pytest.approx(15190.0, rel=5e-4)
+    assert float(found.offset_x_identified) == pytest.approx(0.4, abs=1e-3)
+    assert float(found.offset_z_identified) == pytest.approx(0.1, abs=1e-3)
+
+
+def test_six_modes_find_the_whole_tensor():
+    found = run(
+        **{
+            "identification.way": "six-modes",
+            "identification.order": 6,
+            "body.offset_x": 0.4,
+            "body.offset_z": 0.1,
+            "body.height": 0.1,
+            "body.products": [60.0, 200.0, -300.0],
+            "excitation.force": [300.0, -900.0, 400.0],
+            "sensors.directions": "horizontal and vertical",
+            "sensors.duration": "40 s",
+            "sensors.noise": "1 um",
+        }
+    )
+    assert found.mode_frequency.values == pytest.approx(found.linear_frequency.values, rel=2e-4)
+    scale = found.inertia_true.values.max()
+    assert np.all(np.isfinite(found.inertia_identified))
+    assert (found.inertia_identified - found.inertia_true).values / scale == pytest.approx(0.0, abs=2e-3)
+
+
+def test_best_spring_gives_the_weakest_mode_more():
+    usual = run(**{"body.offset_x": 0.8, "body.offset_z": 0.34, **QUICK})
+    best = run(**{"body.offset_x": 0.8, "body.offset_z": 0.34, "excitation.at": "best", **QUICK})
+    assert int(best.loaded_spring) == int(usual.best_spring)
+    assert float(best.least_energy) == pytest.approx(float(usual.least_energy_best), rel=1e-12)
+    assert float(best.mode_energy.min()) > 100.0 * float(usual.mode_energy.min())
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"excitation.force": None, "excitation.impulse": [0.0, -300.0, 0.0]},
+        {
+            "excitation.force": None,
+            "excitation.displacement": [0.0, 0.002, 0.0],
+            "excitation.rate": [0.01, 0.0, -0.005],
+        },
+    ],
+)
+@pytest.mark.parametrize("support", ["hanging", "guided"])
+def test_impulse_and_initial_state_follow_the_linear_model(start, support):
+    found = run(**start, **{"stand.support": support, "body.offset_x": 0.2, "body.offset_z": 0.1, **QUICK})
+    modes = found.sizes["linear_mode"]
+    linear = found.linear_energy.values[modes - 3 :]
+    assert found.mode_energy.values == pytest.approx(linear, rel=0.01, abs=1e-3)
+
+
+def test_a_batch_gives_the_bits_of_single_runs():
+    base = cases.load("inertia-stand", {"sensors.noise": "0.02 mm", "sensors.duration": "3 s", **QUICK})
+    varied = [cases.load(base, {"body.offset_x": 0.1 * k, "sensors.seed": k}) for k in range(4)]
+    batch = inertia_stand.run_batch(varied)
+    for case, found in zip(varied, batch, strict=True):
+        alone = inertia_stand.run(case)
+        for name in ("sensor_displacement", "mode_frequency", "inertia_identified"):
+            assert np.array_equal(alone[name], found[name], equal_nan=True), name
+
+
+def test_a_batch_keeps_what_can_be_run():
+    good = cases.load("inertia-stand", QUICK)
+    falls = cases.load("inertia-stand", {"stand.support": "standing", **QUICK})
+    found = inertia_stand.run_batch([falls, good])
+    assert isinstance(found[0], evolvent.InputError)
+    assert found[1].attrs["status"] == "success"
+
+
+def test_what_signals_do_not_tell_is_said_and_left_out():
+    found = run(**{"sensors.points": [[0.0, 0.0, 0.0]], "sensors.duration": "4 s", "identification.order": 3})
+    assert np.all(np.isnan(found.inertia_identified))
+    assert "identification: " in found.attrs["warning"]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"stand.support": "standing"}, ["cannot hold the body", "slides", "hang it"]),
+        ({"sensors.rate": "7 Hz"}, ["sensors.rate", "7 Hz", "highest mode"]),
+        ({"solver.method": "rk4", "solver.step": "0.2 s"}, ["solver.step", "stability limit", "rk4"]),
+        ({"solver.method": "dopri5", "solver.step": "1 ms"}, ["solver.step", "dopri5"]),
+        ({"body.inertia": [3703, 90000, 43920]}, ["body.inertia", "exceeds the sum"]),
+        ({"body.products": [0, 30000, 0]}, ["body.inertia", "least principal moment"]),
+        ({"stand.stiffness": [1e5, 1e5]}, ["stand.stiffness", "2 values", "4 springs"]),
+        ({"excitation.at": 7}, ["excitation.at", "7", "4 springs"]),
+        ({"excitation.impulse": [0, 1, 0]}, ["excitation.force and excitation.impulse"]),
+        ({"excitation.force": [0, 0, 0]}, ["excitation.force is zero"]),
+        ({"sensors.duration": "0.1 s"}, ["sensors.duration", "samples"]),
+        ({"sensors.noise": [0.1, 0.1]}, ["sensors.noise", "4 sensors"]),
+        ({"stand.points": []}, ["stand.points"]),
+        ({"body.mas": 3}, ["body.mas", "body.mass"]),
+        ({"stand.stiffness": "740250 N"}, ["stand.stiffness", "N/m"]),
+        ({"sensors.rate": "50 m"}, ["sensors.rate", "Hz"]),
+    ],
+)
+def test_bad_input_is_one_clear_sentence(overrides, words):
+    with pytest.raises(evolvent.InputError) as error:
+        evolvent.run("inertia-stand", overrides)
+    assert "\n" not in str(error.value)
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize("method", ["rk4", "modified-euler"])
+def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
+    """Not even where nobody looks at the limit: the energy account tells."""
+    overrides = {"solver.method": method, "sensors.rate": "8 Hz", "solver.step": "0.125 s", "sensors.duration": "60 s"}
+    with pytest.raises(evolvent.InputError, match="stability limit"):
+        evolvent.run("inertia-stand", overrides)
+    monkeypatch.setattr(inertia_stand.simulate.lanes, "stability_limit", lambda method: 10.0)
+    with pytest.raises(evolvent.RunFailed, match="energy account|finite"):
+        evolvent.run("inertia-stand", overrides)
+
+
+def test_figures_scene_and_numbers_come_from_a_saved_run(tmp_path):
+    from evolvent import plots, results
+
+    path = tmp_path / "run.nc"
+    results.save(run(**QUICK), path)
+    opened = evolvent.open(path)
+    labels = [n.label for n in inertia_stand.numbers(opened)]
+    assert "Ixx identified" in labels
+    assert "sum of the modes' energies" in labels
+    drawn = plots.draw(inertia_stand.figures(opened), tmp_path)
+    assert len(drawn) == 6
+    scene = inertia_stand.scene(opened)
+    assert scene.points.shape == (opened.sizes["time"], 16, 2, 3)
+    assert scene.value.shape == (opened.sizes["time"], 16, 1)
