@@ -3,8 +3,8 @@
     python benchmarks/stand.py [-o benchmarks/stand.json] [--repeat 3] [--bodies 24]
 
 One core throughout. `map`: integration alone of the built-in study's 999 cases over 12.24 s, at a frequency accuracy of
-1e-4 or better. `batch`: 999 bodies x 10 s with RK4 at 1 ms; MuJoCo integrates `--bodies` of them with its RK4 at the same
-step through `mujoco.rollout` on one thread, models of their own, and is scaled to 999; both must end at the same place.
+1e-4 or better. `batch`: 999 bodies x 10 s with RK4 at 1 ms; MuJoCo integrates `--bodies` of them with its RK4 at the
+same step through `mujoco.rollout` on one thread, a model each, scaled to 999; both must end at the same place.
 `equal accuracy`: ours with the method and step whose frequency error is at most that of RK4 at 1 ms.
 """
 
@@ -49,8 +49,8 @@ def integrate(prepared: list[simulate.Prepared], repeat: int, **options: Any) ->
 def xml(item: simulate.Prepared) -> str:
     """The case as a MuJoCo model: a free body, springs as spatial tendons between sites."""
     s = item.suspended
-    I = s.inertia
-    full = " ".join(repr(float(x)) for x in (I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]))
+    J = s.inertia
+    full = " ".join(repr(float(x)) for x in (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
     text = " ".join(repr(float(x)) for x in s.state[:7])
     pos, quat = " ".join(text.split()[:3]), " ".join(text.split()[3:])
     ground, ends, tendons = [], [], []

@@ -202,7 +202,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
     with pytest.raises(evolvent.InputError, match="stability limit"):
         evolvent.run("inertia-stand", overrides)
     monkeypatch.setattr(inertia_stand.simulate.lanes, "stability_limit", lambda method: 10.0)
-    with pytest.raises(evolvent.RunFailed, match="energy account|finite"):
+    with pytest.raises(evolvent.RunFailed, match=r"energy account|finite"):
         evolvent.run("inertia-stand", overrides)
 
 

@@ -32,7 +32,7 @@ def suspended(*, mass=2.0, stiffness=50.0, guided=False, damping=0.0, lateral=0.
         gravity=gravity,
         guided=guided,
         attachment=points,
-        ground=points + [0.0, 0.6, 0.0],
+        ground=points + np.array([0.0, 0.6, 0.0]),
         axis=np.tile([0.0, 1.0, 0.0], (4, 1)),
         stiffness=stiffness * np.array([1.0, 1.1, 0.95, 1.05]) if seed is not None else stiffness * one,
         damping=damping * one,
