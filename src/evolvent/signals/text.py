@@ -77,7 +77,8 @@ def _is_row(cells: list[str]) -> bool:
 
 def _layout(lines: list[str], name: str) -> tuple[str, int]:
     """Separator and the first line of data: the separator that gives most cells in the same number on each line."""
-    best: tuple[int, int, str] | None = None
+    best: tuple[bool, bool, int] | None = None
+    found = ("", 0)
     for separator in ("\t", ";", ",", " "):
         for k, line in enumerate(lines[:_PREAMBLE]):
             cells = _split(line, separator)
@@ -86,14 +87,14 @@ def _layout(lines: list[str], name: str) -> tuple[str, int]:
             following = [_split(more, separator) for more in lines[k : k + 20] if more.strip()]
             even = all(len(row) == len(cells) and _is_row(row) for row in following[:8])
             whole = all(_NUMBER.fullmatch(c) or c.lower() in _MISSING for row in following for c in row)
-            if even and len(following) > 1 and (best is None or (whole, len(cells)) > best[:2]):
-                best = (whole, len(cells), separator)
-                first = k
+            score = (len(cells) > 1, whole, len(cells))
+            if even and len(following) > 1 and (best is None or score > best):
+                best, found = score, (separator, k)
             if even:
                 break
     if best is None:
         raise InputError(f"cannot read {name!r}: it is no table of numbers")
-    return best[2], first
+    return found
 
 
 def _units_row(titles: list[list[str]]) -> bool:

@@ -155,7 +155,7 @@ def _result(found: Weighing) -> str:
     how = (
         f"the quantiles of a Monte Carlo of {found.description.uncertainty.draws} draws (JCGM 101:2008)"
         if found.evaluations[0].draws is not None
-        else "value ∓ U"
+        else "value ± U"
     )
     parts.append(
         f"<p>u is the standard uncertainty (JCGM 100:2008), dof its degrees of freedom, U the expanded "
@@ -305,8 +305,8 @@ def _how(found: Weighing) -> str:
     given = found.description
     steps = [
         "Modes: x(t) = offset + Σ a exp(-δ t) cos(ω t + φ) with common poles at all sensors, maximum likelihood for "
-        "white Gaussian noise (variable projection, Golub & Pereyra 1973) from a subspace start (ESPRIT); intervals from "
-        "the Fisher information."
+        "white Gaussian noise (variable projection, Golub & Pereyra 1973) from a subspace start (ESPRIT); "
+        "intervals from the Fisher information."
     ]
     if isinstance(given, OnSprings):
         steps.append(

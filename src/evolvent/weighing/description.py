@@ -410,7 +410,7 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
     """
     content = _content(stand)
     for key, value in (overrides or {}).items():
-        cases._override(content, key, value)
+        cases._override(content, key, cases._copied(value))
     return _checked(content)
 
 
@@ -429,7 +429,7 @@ def for_recording(description: Description, name: str) -> tuple[Description, tup
     content = description.model_dump(mode="json", exclude_none=True)
     own = description.recordings[name]
     for key, value in own.items():
-        cases._override(content, key, value)
+        cases._override(content, key, cases._copied(value))
     try:
         return _checked(content), tuple(own)
     except InputError as error:

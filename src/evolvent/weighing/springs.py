@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.errors import InputError
 from evolvent.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.inertia.problem import Problem, assign, matching, undetermined
+from evolvent.inertia.stand import broken
 from evolvent.weighing.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.weighing.found import Evaluation, Output, Share
 from evolvent.weighing.modal import Modal, refuse_rate
@@ -20,6 +21,10 @@ from evolvent.weighing.uncertain import Uncertain
 LEAST_MAC, GOOD_MAC = 0.8, 0.98
 #: A misfit above it is told; the data's deviations are widened by any misfit above 1.
 TOLD_MISFIT = 3.0
+_CHECK = (
+    "check which column is which sensor, their points, directions and signs, or leave the mode out by "
+    "identification.band"
+)
 LABELS = {
     "mass": ("mass", "kg"),
     "offset_x": ("centre of mass, x offset", "m"),
@@ -66,6 +71,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     body, start_assumed = _body(given, stand, frequency)
     _expected(given, stand, body, modal)
     sensors, directions = _sensors(given, stand)
+    _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
     case, inertia = _solve(given, modal, used, stand, body, sensors, directions, keys, mean)
@@ -163,6 +169,12 @@ def _body(
     assumed = []
     if b.Iyy is None:
         assumed.append(Input(("Iyy",), "body.Iyy", Iyy, 2.0 * min(Ixx, Izz) / np.sqrt(12.0), "kg m²"))
+    if reason := broken(tensor):
+        moments_told = ", ".join(f"{k} = {v:.6g}" for k, v in sorted(moments.items()))
+        raise InputError(
+            f"body: the search would begin at an inertia ({moments_told} kg m2 with the products stated) that no body "
+            f"has: {reason}; correct them, or give unknowns a start, such as Ixx: unknown near 3700 kg m^2"
+        )
     return Body(mass=mass, centre=centre, inertia=tensor), assumed
 
 
@@ -245,6 +257,8 @@ def _assumed(given: OnSprings, body: Body, extra: list[Input]) -> tuple[tuple[st
         rows.append(("of the stand, taken as exact", ", ".join(k.replace("_", " ") for k in fixed)))
     held = "held sideways and in yaw" if s.support == "guided" else "free in six degrees of freedom"
     rows.append(("support", f"{s.support}: {held}"))
+    if any(np.isnan(getattr(given.body, k).value) for k in ("mass", "Ixx", "Izz")):
+        rows.append(("sampling", "no mode of the body lies above half the sampling rate"))
     rows.append(("body and sensors", "rigid; small motion about the rest; springs linear and without mass"))
     return tuple(rows)
 
@@ -348,6 +362,21 @@ def _how(inertia: Inertia, case: Case) -> str:
     )
 
 
+def _rigid(modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> None:
+    """Refuse shapes that no motion of a rigid body has, whatever its mass."""
+    motions = np.concatenate([directions, np.cross(sensors, directions)], axis=1)
+    U, sigma, _ = np.linalg.svd(motions, full_matrices=False)
+    U = U[:, sigma > 1e-6 * sigma[0]]
+    for k in used:
+        shape = modal.shapes[k]
+        share = float(np.sum((U.T @ shape) ** 2) / np.sum(shape**2))
+        if share < LEAST_MAC:
+            raise InputError(
+                f"the shape of mode {k + 1} ({modal.frequency[k]:.6g} rad/s) is no motion of a rigid body: only "
+                f"{share:.0%} of it is; {_CHECK}"
+            )
+
+
 def _compare(
     case: Case, values: np.ndarray, modal: Modal, used: tuple[int, ...], warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -366,10 +395,7 @@ def _compare(
             f"stand (MAC {value:.2f})"
         )
         if value < LEAST_MAC and len(case.sensors) > 1:
-            raise InputError(
-                f"{told}; check which column is which sensor, their points, directions and signs, or leave the mode "
-                "out by identification.band"
-            )
+            raise InputError(f"{told}; {_CHECK}")
         if value < GOOD_MAC and len(case.sensors) > 1:
             warnings.append(told.replace("agrees with no", "agrees badly with any"))
     return w[pick], agreement, v

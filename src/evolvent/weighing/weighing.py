@@ -104,6 +104,11 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
         told = [*e.modal.reading.notes, *e.warnings]
         name = os.path.basename(e.modal.reading.source.path)
         warnings += [f"{name}: {text}" if n > 1 else text for text in told]
+    if not any(np.isfinite(s.std) and s.label[:6] != "noise:" for e in evaluations for s in e.shares):
+        warnings.append(
+            "the description states no uncertainty of any mass, length or stiffness; u holds what the signals tell, "
+            "and nothing of the stand's calibration"
+        )
     if n > 1:
         warnings += _outliers(evaluations, values)
     return Weighing(

@@ -1,0 +1,231 @@
+"""Bad input is one clear sentence, exit code 2, and nothing is written."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from evolvent import EvolventError, InputError
+from evolvent.weighing import identify, json_schema, load, weigh, write
+from weighing import rig
+
+EXAMPLE = rig.EXAMPLES / "stand.yaml"
+
+
+def refused(match: str, path: Any, changes: dict[str, Any] | None = None, content: Any = EXAMPLE) -> None:
+    """Weighing ends with one sentence."""
+    with pytest.raises(InputError, match=match) as error:
+        weigh(path, content, {**rig.SET, **(changes or {})})
+    assert "\n" not in str(error.value)
+
+
+@pytest.fixture
+def knock(tmp_path: pathlib.Path) -> str:
+    """A good recording."""
+    return rig.write_csv(tmp_path / "a.csv", *rig.knock())
+
+
+# ------------------------------------------------------------------------------------------------ signals
+
+
+def test_too_few_samples(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock(samples=6)
+    refused("6 samples; at least 8", rig.write_csv(tmp_path / "a.csv", t, x))
+    t, x = rig.knock(samples=14)
+    refused("order 3 asks too much of sensor 1", rig.write_csv(tmp_path / "a.csv", t, x), {"identification.order": 3})
+
+
+def test_sampling_below_twice_the_highest_mode(tmp_path: pathlib.Path) -> None:
+    slow = rig.write_csv(tmp_path / "a.csv", *rig.knock(rate=4.0, samples=200))
+    refused(r"4 samples a second show nothing above 12.5664 rad/s, but the body's heave is expected at 13.96", slow)
+    edge = rig.write_csv(tmp_path / "b.csv", *rig.knock(rate=6.0, samples=200))
+    near = {"body.Ixx": "unknown near 3700", "body.Izz": "unknown near 44000"}
+    refused(r"6 samples a second .* the body's highest mode is expected at 24\.\d+ rad/s; sample at 7\.", edge, near)
+
+
+def test_dead_clipped_and_infinite_sensors(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    dead, clipped, infinite = x.copy(), x.copy(), x.copy()
+    dead[:, 2] = 0.25
+    refused(r"sensor 3 is constant \(0.25\): a dead sensor", rig.write_csv(tmp_path / "a.csv", t, dead))
+    clipped[:, 1] = np.clip(x[:, 1], -0.004, 0.004)
+    refused("sensor 2 is clipped", rig.write_csv(tmp_path / "b.csv", t, clipped))
+    infinite[7, 0] = np.inf
+    refused("sensor 1 is infinite at sample 7", rig.write_csv(tmp_path / "c.csv", t, infinite))
+
+
+def test_gaps_that_are_too_large_or_unwanted(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    x[:400, 3] = np.nan
+    path = rig.write_csv(tmp_path / "a.csv", t, x)
+    refused("sensor 4 lacks 400 of 612 samples, more than half", path)
+    refused("sensor 4 lacks 400 of 612 samples, and signals.gaps is 'refuse'", path, {"signals.gaps": "refuse"})
+    x[:] = np.nan
+    refused("no numbers|holds no sample|no table", rig.write_csv(tmp_path / "b.csv", t, x))
+
+
+def test_times(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    uneven = t + 0.003 * np.sin(t)
+    refused("time is not even: sample", rig.write_csv(tmp_path / "a.csv", uneven, x))
+    back = t.copy()
+    back[100] = back[98]
+    refused("the time does not rise at sample 101", rig.write_csv(tmp_path / "b.csv", back, x))
+    path = rig.write_csv(tmp_path / "c.csv", t, x)
+    refused("leave 0 of 612 samples, which run from 0 to 12.22 s", path, {"signals.start": "20 s"})
+    refused("signals.end is 1 s; it must be after signals.start, 2 s", path, {"signals.start": 2, "signals.end": 1})
+    refused("signals.time and signals.rate are both given", path, {"signals.time": "time", "signals.rate": 50})
+    refused("signals.time is 'tme', .* did you mean 'time'", path, {"signals.time": "tme"})
+
+
+def test_columns_and_units(knock: str, tmp_path: pathlib.Path) -> None:
+    refused("column is 'sensor1', which .* did you mean 'sensor 1'", knock, {"signals.sensors.0.column": "sensor1"})
+    refused("column is 9, but .* has 5 columns", knock, {"signals.sensors.0.column": 9})
+    refused("names the column 'sensor 2' twice", knock, {"signals.sensors.0.column": "sensor 2"})
+    refused("states the unit m, but signals.sensors.0.unit is mm", knock, {"signals.sensors.0.unit": "mm"})
+    bare = rig.write_csv(tmp_path / "b.csv", *rig.knock(), unit="")
+    refused("states the unit of 'sensor 1'; give signals.unit or signals.sensors.0.unit", bare)
+    refused("the unit is 'metre per secnd', not a known unit", bare, {"signals.unit": "metre per secnd"})
+    mixed = {"signals.unit": "m", "signals.sensors.2.unit": "V"}
+    refused("sensor 3 is in V, sensor 1 in m; they must be of one kind", bare, mixed)
+    refused("sensitivity is 'much'; it must be a reading", knock, {"signals.sensors.0.sensitivity": "much"})
+    refused("sensitivity is '2 mm'; it must be in m per", knock, {"signals.sensors.0.sensitivity": "2 mm"})
+    refused("noise of sensor 2 is not given", knock, {"signals.sensors.0.noise": "0.1 mm"})
+    refused("noise is '1 V'; it must be a value", knock, {"signals.sensors.0.noise": "1 V"})
+
+
+def test_columns_that_are_swapped_or_turned(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    swapped = rig.write_csv(tmp_path / "a.csv", t, x[:, [1, 0, 2, 3]])
+    refused("is no motion of a rigid body: only .* check which column is which sensor", swapped)
+    refused(
+        "is no motion of a rigid body",
+        rig.write_csv(tmp_path / "b.csv", t, x),
+        {"signals.sensors.1.direction": [0, -1, 0]},
+    )
+
+
+# ------------------------------------------------------------------------------------------------ stand and body
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"stand.support": "standing"}, "the springs cannot hold the body: it .*; hang it, guide it"),
+        ({"stand.stifness": 3}, "unknown key 'stand.stifness'; did you mean 'stand.stiffness'"),
+        ({"stand.stiffness": "740 kg"}, "stand.stiffness is '740 kg'; it must be a stiffness .* something else"),
+        ({"stand.stiffness": [1, 2, 3]}, "stand.stiffness has 3 values, but there are 4 springs"),
+        ({"stand.kind": "spring"}, "stand.kind is 'spring'; did you mean 'springs'"),
+        ({"stand.half_width": None}, "stand.half_width is missing"),
+        ({"body.mass": "15190 +- 3 m"}, "body.mass is '15190 .- 3 m'; it must be a mass .* something else"),
+        ({"body.colour": "red"}, "unknown key 'body.colour'"),
+        ({"body.Ixx": 3703, "body.Izz": 43920}, "body asks for nothing; write 'unknown'"),
+        ({"signals.sensors": []}, "signals.sensors is missing"),
+        ({"signals.sensors.0.point": 5}, r"signals.sensors.0.point is 5, but there are 4 springs"),
+        ({"signals.sensors.0.point": [1, 2]}, "the number of a spring, or three lengths"),
+        ({"signals.sensors.0.direction": "up"}, "vertical, x, y, z, or three numbers"),
+        ({"uncertainty.method": "guess"}, "uncertainty.method is 'guess'; did you mean"),
+        ({"uncertainty.coverage_factor": -1}, "uncertainty.coverage_factor is -1"),
+        # what the data cannot tell
+        ({"body.Iyy": "unknown"}, "the data cannot tell the unknowns: Iyy does not show in the data"),
+        ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations tell only their ratio"),
+        ({"identification.order": 1, "identification.shapes": False}, "the data cannot tell the unknowns"),
+        # what no body has
+        ({"body.Iyy": "10000"}, "inertia tensor with .* assumed that no body has: its largest principal moment"),
+        ({"body.Ixz": "20000"}, "the search would begin at an inertia .* that no body has: its least principal"),
+        ({"body.Ixz": "20000", "body.Ixx": "unknown near 30000"}, "no body has"),
+    ],
+)
+def test_what_descriptions_refuse(knock: str, changes: dict[str, Any], said: str) -> None:
+    refused(said, knock, changes)
+
+
+def test_descriptions_that_are_none(knock: str, tmp_path: pathlib.Path) -> None:
+    (tmp_path / "empty.yaml").write_text("")
+    (tmp_path / "list.yaml").write_text("- 1\n")
+    (tmp_path / "broken.yaml").write_text("stand: [1\n")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\xff\x00")
+    refused("is empty", knock, content=tmp_path / "empty.yaml")
+    refused("is no mapping", knock, content=tmp_path / "list.yaml")
+    refused("broken.yaml', line 2|broken.yaml, line 2", knock, content=tmp_path / "broken.yaml")
+    refused("it is not a text file", knock, content=tmp_path / "binary.yaml")
+    refused("no such file", knock, content=tmp_path / "none.yaml")
+    refused("stand is missing", knock, content={"body": {}})
+    with pytest.raises(InputError, match="a stand is a file or a mapping, not int"):
+        load(3)
+    with pytest.raises(InputError, match="no signals are given"):
+        weigh([], EXAMPLE)
+    with pytest.raises(InputError, match="same bytes"):
+        weigh([knock, knock], EXAMPLE)
+
+
+def test_schemas() -> None:
+    assert "stand" in json_schema("springs")["properties"]
+    with pytest.raises(InputError, match="did you mean 'trifilar'"):
+        json_schema("trifillar")
+
+
+# ------------------------------------------------------------------------------------------------ command
+
+
+def call(*arguments: str) -> Any:
+    """The command as the command line calls it, errors of the package as its exit code 2."""
+
+    @click.group()
+    def group() -> None:
+        pass
+
+    group.add_command(identify)
+    return CliRunner().invoke(group, ["identify", *arguments])
+
+
+def test_the_command_prints_a_table_and_writes_one_page(knock: str, tmp_path: pathlib.Path) -> None:
+    page = tmp_path / "report.html"
+    sets = [word for key, value in rig.SET.items() for word in ("--set", f"{key}={value}")]
+    done = call(knock, "--stand", str(EXAMPLE), "-o", str(page), *sets)
+    assert done.exit_code == 0, done.output
+    for word in ("mode 3", "Ixx", "Izz", "kg m²", "stand.half_width", f"certificate: {page}"):
+        assert word in done.output
+    text = page.read_text(encoding="utf-8")
+    assert "http" not in text.replace("http://www.w3.org", "")
+    assert "<script" not in text
+    for word in ("SHA-256", "Uncertainty budget", "What these data cannot tell", "taken as exact", "MAC", "whiteness"):
+        assert word in text
+    assert text.count("<img") == text.count('src="data:image/') >= 5
+    quiet = call(knock, "--stand", str(EXAMPLE), "--quiet", *sets)
+    assert (quiet.exit_code, quiet.output) == (0, "")
+
+
+def test_nothing_is_written_where_the_data_do_not_support_it(knock: str, tmp_path: pathlib.Path) -> None:
+    page = tmp_path / "report.html"
+    for change in ("identification.method=prony", "body.Iyy=unknown", "body.Iyy=10000"):
+        order = ["--set", "identification.order=3", "--set", change]
+        done = call(knock, "--stand", str(EXAMPLE), "-o", str(page), *order)
+        assert isinstance(done.exception, EvolventError), change
+        assert not page.exists()
+    done = call(knock, "--stand", str(EXAMPLE), "-o", str(tmp_path / "none" / "report.html"))
+    assert "there is no folder" in str(done.exception)
+
+
+def test_methods_without_uncertainty_give_a_table_only(knock: str, tmp_path: pathlib.Path) -> None:
+    changes = {**rig.SET, "identification.method": "esprit", "identification.order": 3}
+    found = weigh(knock, EXAMPLE, changes)
+    assert not found.certain
+    assert found["Ixx"] == pytest.approx(3703.0, rel=5e-3)
+    with pytest.raises(InputError, match="'esprit', which gives no uncertainty; a certificate takes 'varpro'"):
+        write(found, tmp_path / "report.html")
+
+
+def test_an_expected_page_is_the_same_each_time(knock: str, tmp_path: pathlib.Path) -> None:
+    import datetime
+
+    found = weigh(knock, EXAMPLE, rig.SET)
+    date = datetime.datetime(2026, 1, 2, 3, 4, tzinfo=datetime.UTC)
+    pages = [pathlib.Path(write(found, tmp_path / f"{k}.html", date=date)).read_bytes() for k in range(2)]
+    assert pages[0] == pages[1]
+    assert b"2026-01-02 03:04" in pages[0]

@@ -1,0 +1,211 @@
+"""A body on springs: what was put into the simulation comes out, with intervals that hold it."""
+
+from __future__ import annotations
+
+import pathlib
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from evolvent.inertia import Body, linear_model
+from evolvent.weighing import load, weigh
+from weighing import rig
+
+EXAMPLE = rig.EXAMPLES / "stand.yaml"
+
+
+def within(found: object, truth: dict[str, float], *, times: float = 4.0) -> None:
+    """Every value lies within so many standard uncertainties of the truth."""
+    for k, output in enumerate(found.outputs):  # type: ignore[attr-defined]
+        off = abs(found.values[k] - truth[output.key]) / found.std[k]  # type: ignore[attr-defined]
+        assert off < times, output.key
+
+
+def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    found = weigh(path, EXAMPLE, rig.SET)
+    assert [o.key for o in found.outputs] == ["Ixx", "Izz"]
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
+    assert np.all(found.std / found.values < 1.5e-3)
+    e = found.evaluations[0]
+    np.testing.assert_allclose(e.agreement, 1.0, atol=1e-4)
+    assert 0.0 < e.consistency < 2.0
+    assert found.certain
+    assert not found.warnings
+    assert any("Iyy does not show" in why for _, why in e.cannot)
+    assert e.candidates[0].mac > 0.99 > e.candidates[1].mac
+
+
+def test_everything_that_vertical_motion_tells(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    asked = {f"body.{k}": "unknown" for k in ("mass", "offset_x", "offset_z", "Ixz")}
+    found = weigh(path, EXAMPLE, asked)
+    within(found, {"mass": 15190.0, "offset_x": 0.1, "offset_z": 0.05, "Ixx": 3703.0, "Izz": 43920.0, "Ixz": 0.0})
+    assert found["mass"] == pytest.approx(15190.0, rel=1e-3)
+
+
+def test_the_stiffness_where_the_mass_is_known(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(stiffness=0.98 * rig.K))
+    found = weigh(path, EXAMPLE, {**rig.SET, "stand.common_factor": "unknown"})
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0, "common_factor": 0.98})
+    assert found["common_factor"] == pytest.approx(0.98, rel=1e-3)
+
+
+def test_monte_carlo_agrees_with_the_linear_propagation(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    linear = weigh(path, EXAMPLE, rig.SET)
+    drawn = weigh(path, EXAMPLE, {**rig.SET, "uncertainty.method": "monte-carlo", "uncertainty.draws": 4000})
+    np.testing.assert_allclose(drawn.std, linear.std, rtol=0.06)
+    np.testing.assert_allclose(drawn.interval, linear.interval, atol=0.2 * linear.std.max())
+
+
+def test_an_input_gives_what_a_new_evaluation_gives(tmp_path: pathlib.Path) -> None:
+    """Signed shares of the budget against differences of whole evaluations."""
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(noise=1e-6))
+    given = {
+        **rig.SET,
+        "stand.points": [["2 +- 0.001", 0, 0.8696], [2, 0, -0.8696], [-2, 0, -0.8696], [-2, 0, 0.8696]],
+        "signals.clock": "1 +- 1e-4",
+        "stand.lateral_stiffness": "1000 +- 500 N/m",
+        "stand.gravity": "9.80665 +- 0.01",
+    }
+    content = rig.description()
+    del content["stand"]["half_length"], content["stand"]["half_width"]
+    base = weigh(path, content, given)
+    moved = {
+        "stand.points.0.x": {"stand.points.0.0": "2.001 +- 0.001 m"},
+        "signals.clock": {"signals.clock": 1.0001},
+        "stand.stiffness 1": {"stand.stiffness": [f"{rig.K * 1.001} N/m", *[f"{rig.K} N/m"] * 3]},
+        "body.offset_x": {"body.offset_x": "0.1005 m"},
+        "body.mass": {"body.mass": "15193 kg"},
+        "stand.natural_length 2": {"stand.natural_length": [0.5, 0.501, 0.5, 0.5]},
+    }
+    shares = {s.label: s.contribution for s in base.shares}
+    for label, change in moved.items():
+        other = weigh(path, content, {**given, **change})
+        step = other.values - base.values
+        tolerance = 0.02 * np.abs(shares[label]).max() + 1e-3
+        np.testing.assert_allclose(shares[label], step, atol=tolerance, err_msg=label)
+
+
+def test_recordings_are_averaged_and_share_the_stand(tmp_path: pathlib.Path) -> None:
+    paths = [rig.write_csv(tmp_path / f"{k}.csv", *rig.knock(seed=k)) for k in range(4)]
+    one, four = weigh(paths[0], EXAMPLE, rig.SET), weigh(paths, EXAMPLE, rig.SET)
+    within(four, {"Ixx": 3703.0, "Izz": 43920.0})
+    assert np.all(four.std < 1.01 * one.std)
+    assert np.all(four.std > 0.9 * one.std)  # geometry dominates, and is the same in all
+    np.testing.assert_allclose(four.values, np.mean([e.values for e in four.evaluations], axis=0))
+
+
+def test_gaps_are_bridged_and_told(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    x[100:140, 2] = np.nan
+    keep = np.ones(len(t), dtype=bool)
+    keep[300:320] = False  # rows that are missing altogether
+    path = rig.write_csv(tmp_path / "a.csv", t[keep], x[keep])
+    found = weigh(path, EXAMPLE, rig.SET)
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
+    assert "20 rows that are missing in the file stand as gaps" in found.warnings[0]
+    assert "sensor 3 lacks 60 of 612 samples" in found.warnings[1]
+
+
+def test_range_units_and_sensitivity(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    volts = x * np.array([500.0, 500.0, 1000.0, -500.0])  # 0.5 V/mm, 1 V/mm, and one turned over
+    path = rig.write_csv(tmp_path / "a.csv", t + 3.0, volts, unit=" [V]")
+    content = rig.description()
+    for k, sensitivity in enumerate(("0.5 V/mm", "0.5 V/mm +- 0.2 %", "1 V/mm", "-500 V/m")):
+        content["signals"]["sensors"][k]["sensitivity"] = sensitivity
+    found = weigh(path, content, {**rig.SET, "signals.start": "4 s", "signals.end": "14 s"})
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
+    assert found.evaluations[0].modal.reading.unit == "mm"
+    assert found.evaluations[0].modal.shapes.max() == pytest.approx(5.0, rel=0.5)
+    assert "samples from 4 s to 14 s" in found.warnings[0]
+
+
+@pytest.mark.parametrize("name", ["a.wav", "a.mat", "a.h5", "a.tdms"])
+def test_every_format_gives_the_same(tmp_path: pathlib.Path, name: str) -> None:
+    """Columns by number, the rate from the file."""
+    _, x = rig.knock()
+    path = tmp_path / name
+    match path.suffix:
+        case ".wav":
+            scipy.io.wavfile.write(path, int(rig.RATE), (50.0 * x).astype("float32"))
+        case ".mat":
+            scipy.io.savemat(path, {"x": 50.0 * x, "fs": rig.RATE})
+        case ".h5":
+            with h5py.File(path, "w") as file:
+                file["x"], file["fs"] = 50.0 * x, rig.RATE
+        case ".tdms":
+            tdms = pytest.importorskip("nptdms")
+            with tdms.TdmsWriter(str(path)) as writer:
+                writer.write_segment(
+                    [tdms.ChannelObject("g", f"c{k}", 50.0 * x[:, k], {"wf_increment": 0.02}) for k in range(4)]
+                )
+    content = rig.description()
+    content["signals"] = {
+        "unit": "V",
+        "sensors": [{"column": k, "point": k, "sensitivity": "50 V/m"} for k in (1, 2, 3, 4)],
+    }
+    found = weigh(path, content, rig.SET)
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
+
+
+def test_a_run_of_the_package_is_read(tmp_path: pathlib.Path) -> None:
+    """The nonlinear simulation of the built-in case, weighed with the example's description."""
+    evolvent = pytest.importorskip("evolvent")
+    run = evolvent.run("inertia-stand", {"sensors.noise": "0.1 mm"})
+    from evolvent import results
+
+    results.save(run, tmp_path / "run.nc")
+    found = weigh(tmp_path / "run.nc", EXAMPLE)
+    within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=2.0)
+
+
+def test_all_ten_numbers_from_six_modes(tmp_path: pathlib.Path) -> None:
+    """Three sensors at each of four points, an oblique release: the whole tensor."""
+    body = Body(
+        mass=15190.0,
+        centre=(0.1, -0.3, 0.05),
+        inertia=[[3703.0, 50.0, 120.0], [50.0, 43920.0, -80.0], [120.0, -80.0, 43000.0]],
+    )
+    s = rig.stand(lateral_stiffness=2e5, damping=300.0, lateral_damping=300.0)
+    modes = linear_model(s, body).modes()
+    points, ways = np.repeat(s.points, 3, axis=0), np.tile(np.eye(3), (4, 1))
+    t = np.arange(2000) / 50.0
+    x = modes.motion(t, modes.release((4e3, -8e3, 6e3), (2.0, 0.2, 0.8696)), points, ways).T
+    x += 2e-6 * np.random.default_rng(3).standard_normal(x.shape)
+    path = rig.write_csv(tmp_path / "a.csv", t, x)
+    content = rig.description()
+    content["signals"]["sensors"] = [
+        {"column": f"sensor {3 * k + i + 1}", "point": k + 1, "direction": "xyz"[i]} for k in range(4) for i in range(3)
+    ]
+    content["body"] = {"name": "body"} | dict.fromkeys(
+        ("mass", "offset_x", "offset_z", "height", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"), "unknown"
+    )
+    found = weigh(path, content, {"stand.lateral_stiffness": "2e5 N/m +- 0.1 %", "identification.order": 6})
+    truth = {"mass": 15190.0, "offset_x": 0.1, "height": 0.3, "offset_z": 0.05}
+    truth |= {"Ixx": 3703.0, "Iyy": 43920.0, "Izz": 43000.0, "Ixy": 50.0, "Ixz": 120.0, "Iyz": -80.0}
+    within(found, truth)
+    assert found["Iyy"] == pytest.approx(43920.0, rel=2e-3)
+
+
+def test_intervals_cover(tmp_path: pathlib.Path) -> None:
+    """Coverage of the noise's part: 40 knocks, exact stand, k = 2."""
+    content = rig.description()
+    content["stand"] |= {"half_length": 2, "half_width": 0.8696, "stiffness": rig.K, "natural_length": 0.5}
+    content["body"] |= {"mass": 15190, "offset_x": 0.1, "offset_z": 0.05, "height": 0, "Iyy": 43920, "Ixz": 0}
+    held = 0
+    for seed in range(40):
+        path = rig.write_csv(tmp_path / "a.csv", *rig.knock(seed=100 + seed, damping=0.0))
+        found = weigh(path, content)
+        held += int(np.sum(np.abs(found.values - [3703.0, 43920.0]) < found.expanded))
+    assert 70 <= held <= 80  # 76.4 of 80 expected
+
+
+def test_descriptions_are_written_back_and_read_again() -> None:
+    given = load(EXAMPLE)
+    assert load(given) == given
+    assert load(rig.EXAMPLES / "trifilar.yaml").recordings["5s_0.25.csv"] == {"tare.0.radius": "0.25 m"}
