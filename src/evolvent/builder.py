@@ -236,6 +236,8 @@ class Builder:
                 on_body, index = markers["kind"][m] == springs.ON_BODY, markers["index"][m]
                 sides.append((index, -1) if on_body else (-1, index))
             entries.append((joints.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
+        for k, body in enumerate(families["guides"]["body"]):
+            entries.append((joints.GUIDE, k, (body, -1), (-1, -1)))
         motion = families["bodies"]["motion"]
         shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
         for r, (_, _, bodies, points) in enumerate(entries):
@@ -270,12 +272,17 @@ def _off(axis: Array, vector: Array) -> bool:
 
 
 def _check_constraints(assembly: Assembly) -> None:
-    """Refuse redundant links and links that the start does not meet, by name."""
+    """Refuse redundant links and guides, and those that the start does not meet, by name."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    if model.links.size == 0:
+    if model.links.size == 0 and model.guides.size == 0:
         return
     by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
+    guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
     prepare(0.0, y, s, model)
+    for k in range(model.guides.size):
+        rate = joints.guide_geometry(model.guides, model.bodies, k)[1]
+        if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
+            raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
     for k in range(model.links.size):
         geometry = joints.link_geometry(y, model.links, model.markers, model.points, model.bodies, k)
         length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
@@ -290,5 +297,8 @@ def _check_constraints(assembly: Assembly) -> None:
             )
     bad = joints.build_rows(y, s, model)
     if bad >= 0:
-        name = by_index.get(int(model.rows["index"][bad]), "a thread")
+        kind, index = int(model.rows["kind"][bad]), int(model.rows["index"][bad])
+        if kind == joints.GUIDE:
+            raise InputError(f"guide {guides[index]!r} is redundant: the other constraints already imply it")
+        name = by_index.get(index, "a thread")
         raise InputError(f"link {name!r} is redundant: the other constraints already imply it")

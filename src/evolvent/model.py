@@ -43,8 +43,12 @@ RECORDS: dict[str, np.dtype] = {
     ),
     "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
-    "springs": _record("a b law first last", "stiffness damping length"),
+    "springs": _record(
+        "a b law first last", "stiffness damping length lateral_stiffness lateral_damping axis", axis=_3
+    ),
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
+    # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
+    "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
     "threads": _record(
         "kind iq iv n node copies body feed first last law spool_q spool_v turned carried lets_go",
         "segment stiffness damping departure feed_axis chord normal radius spool_inertia spool_torque capture",
@@ -86,6 +90,7 @@ class Model(NamedTuple):
     markers: Array
     springs: Array
     links: Array
+    guides: Array
     threads: Array
     nodes: Array
     loads: Array

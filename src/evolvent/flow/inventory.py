@@ -66,6 +66,7 @@ def inventory(t, y, s, model, out):
             c = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].b)
             extension = np.sqrt((a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2 + (a[2] - c[2]) ** 2) - model.springs[k].length
             out[ELASTIC] += springs.spring_energy(model.springs[k].stiffness, extension)
+            out[ELASTIC] += springs.lateral_energy(model.springs, k, c[0] - a[0], c[1] - a[1], c[2] - a[2])
     for p in range(threads.size):
         thread_inventory(y, s, model, p, out)
 

@@ -36,7 +36,7 @@ def project(t, y, s, model):
             for c in range(3):
                 y[v + c] -= along * y[q + c]
                 y[q + c] *= scale
-    if model.links.size == 0:
+    if model.links.size == 0 and model.guides.size == 0:
         return 0
     project_links(t, y, s, model)
     return 1
@@ -44,7 +44,7 @@ def project(t, y, s, model):
 
 @kernel
 def project_links(t, y, s, model):
-    """Positions (two Newton iterations), then velocities, of a model with links."""
+    """Positions (two Newton iterations), then velocities, of a model with links or guides."""
     rows, points, bodies = model.rows, model.points, model.bodies
     n = rows.size
     for _ in range(2):
@@ -55,9 +55,11 @@ def project_links(t, y, s, model):
                 k = rows[r].index
                 geometry = joints.link_geometry(y, model.links, model.markers, points, bodies, k)
                 model.la[r] = geometry[0] - model.links[k].length
+            elif rows[r].kind == joints.GUIDE:
+                model.la[r] = -joints.guide_geometry(model.guides, bodies, rows[r].index)[0]
         banded_ldl_solve(model.A, n, model.info[0].bandwidth, model.la)
         for r in range(n):
-            if rows[r].kind != joints.LINK:
+            if rows[r].kind == joints.THREAD:
                 continue
             for side in range(2):
                 sign = model.la[r] if side == 0 else -model.la[r]
@@ -75,6 +77,8 @@ def project_links(t, y, s, model):
         if rows[r].kind == joints.LINK:
             k = rows[r].index
             rows[r].rx = joints.link_geometry(y, model.links, model.markers, points, bodies, k)[1]
+        elif rows[r].kind == joints.GUIDE:
+            rows[r].rx = -joints.guide_geometry(model.guides, bodies, rows[r].index)[1]
     impulse(y, s, model)
 
 

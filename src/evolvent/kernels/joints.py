@@ -1,4 +1,4 @@
-"""Rows of constraint: distance links, cords on a drum, and the boundary segments of inextensible threads.
+"""Rows of constraint: distance links, cords on a drum, guides, and the boundary segments of inextensible threads.
 
 Each row has one multiplier, the tension la (positive where it pulls), and up to two sides, each a body, a point mass
 or nothing. The rows that share a side are coupled; the coupled system A la = r is symmetric and banded.
@@ -13,7 +13,33 @@ from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics
 
-THREAD, LINK = 0, 1
+THREAD, LINK, GUIDE = 0, 1, 2
+#: Kinds of guides.
+CENTRE, AXIS = 0, 1
+
+
+@inlined
+def guide_geometry(guides, bodies, k):
+    """What guide k lacks, its rate, the part of its second derivative without accelerations, and its J : 6 numbers.
+
+    Notes
+    -----
+    Of the centre: g = d . x - value. Of an axis X: g = X . d, g' = n . w and g'' = n . eps + n' . w with n = X x d.
+    """
+    b, d = guides[k].body, guides[k].direction
+    if guides[k].kind == CENTRE:
+        x, v = bodies[b].x, bodies[b].v
+        gap = d[0] * x[0] + d[1] * x[1] + d[2] * x[2] - guides[k].value
+        rate = d[0] * v[0] + d[1] * v[1] + d[2] * v[2]
+        return gap, rate, 0.0, d[0], d[1], d[2], 0.0, 0.0, 0.0
+    a, w = guides[k].axis, bodies[b].w
+    X = turn(bodies[b].R, a[0], a[1], a[2])
+    n = cross(X[0], X[1], X[2], d[0], d[1], d[2])
+    u = cross(w[0], w[1], w[2], X[0], X[1], X[2])
+    m = cross(u[0], u[1], u[2], d[0], d[1], d[2])
+    gap = X[0] * d[0] + X[1] * d[1] + X[2] * d[2]
+    rate = n[0] * w[0] + n[1] * w[1] + n[2] * w[2]
+    return gap, rate, m[0] * w[0] + m[1] * w[1] + m[2] * w[2], 0.0, 0.0, 0.0, n[0], n[1], n[2]
 
 
 @kernel
@@ -107,6 +133,11 @@ def build_rows(y, s, model):
                 copies * y[q + 1],
                 copies * y[q + 2],
             )
+        elif rows[r].kind == GUIDE:
+            held = guide_geometry(model.guides, bodies, k)
+            J = rows[r].J
+            J[0, 0], J[0, 1], J[0, 2] = held[3], held[4], held[5]
+            J[0, 3], J[0, 4], J[0, 5] = held[6], held[7], held[8]
         else:
             geometry = link_geometry(y, model.links, markers, points, bodies, k)
             ex, ey, ez = geometry[2], geometry[3], geometry[4]
@@ -152,6 +183,9 @@ def row_velocity_terms(y, s, model, loaded):
         if rows[r].kind == THREAD:
             value = chain.chain_rhs(y, s, model.threads, model.nodes, bodies, k, loaded)
             rows[r].rx = value * model.threads[k].copies
+            continue
+        if rows[r].kind == GUIDE:
+            rows[r].rx = -guide_geometry(model.guides, bodies, k)[2]
             continue
         geometry = link_geometry(y, model.links, markers, model.points, bodies, k)
         value = geometry[11]

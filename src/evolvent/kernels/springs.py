@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import inlined, spring_law_at
+from evolvent.jit import inlined, kernel, spring_law_at
 from evolvent.kernels.rigid import add_wrench, point_kinematics
 
 ON_BODY, ON_POINT = 0, 1
@@ -46,6 +46,34 @@ def spring_energy(stiffness, extension):
     return 0.5 * stiffness * extension * extension
 
 
+@kernel
+def lateral_force(springs, k, ex, ey, ez, vx, vy, vz):
+    """Force of spring k on its end b across the axis of its mount on the ground, and the power it dissipates.
+
+    Notes
+    -----
+    Of the part s of the spring's vector across the axis u: -(k_l s + c_l s'), with the energy k_l s^2 / 2.
+    """
+    u, stiffness, damping = springs[k].axis, springs[k].lateral_stiffness, springs[k].lateral_damping
+    along = ex * u[0] + ey * u[1] + ez * u[2]
+    rate = vx * u[0] + vy * u[1] + vz * u[2]
+    wx, wy, wz = vx - rate * u[0], vy - rate * u[1], vz - rate * u[2]
+    return (
+        -stiffness * (ex - along * u[0]) - damping * wx,
+        -stiffness * (ey - along * u[1]) - damping * wy,
+        -stiffness * (ez - along * u[2]) - damping * wz,
+        damping * (wx * wx + wy * wy + wz * wz),
+    )
+
+
+@inlined
+def lateral_energy(springs, k, ex, ey, ez):
+    """k_l s^2 / 2, J."""
+    u = springs[k].axis
+    along = ex * u[0] + ey * u[1] + ez * u[2]
+    return 0.5 * springs[k].lateral_stiffness * (ex * ex + ey * ey + ez * ez - along * along)
+
+
 @inlined
 def spring_forces(t, y, springs, markers, points, bodies, parameters):
     """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
@@ -68,6 +96,10 @@ def spring_forces(t, y, springs, markers, points, bodies, parameters):
         if springs[k].law != 0:
             law_power -= elastic * rate
         dissipated += damping * rate
+        if springs[k].lateral_stiffness != 0.0 or springs[k].lateral_damping != 0.0:
+            fx, fy, fz, power = lateral_force(springs, k, bx - ax, by - ay, bz - az, bvx, bvy, bvz)
+            dissipated += power
+            push_marker(markers, points, bodies, b, bx, by, bz, fx, fy, fz)
         T = elastic + damping
         push_marker(markers, points, bodies, a, ax, ay, az, T * ex, T * ey, T * ez)
         push_marker(markers, points, bodies, b, bx, by, bz, -T * ex, -T * ey, -T * ez)

@@ -2,6 +2,7 @@
 
 from evolvent.parts.event import Event
 from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
+from evolvent.parts.guide import Guide
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
@@ -15,6 +16,7 @@ __all__ = [
     "Event",
     "Force",
     "FreeSpool",
+    "Guide",
     "LawFeed",
     "LawLoad",
     "Link",

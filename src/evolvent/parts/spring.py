@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.builder import Builder
-from evolvent.parts.checks import not_negative
+from evolvent.errors import InputError
+from evolvent.parts.checks import not_negative, unit_vector
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -26,6 +27,9 @@ class Spring:
     law : function under ``@evolvent.spring_law``, optional
         ``law(extension, rate, t, parameters) -> tension`` in place of stiffness and damping.
     parameters : sequence of float, of the law
+    lateral_stiffness, lateral_damping : float, N/m and N s/m
+        Against displacement of `b` across the axis of the spring's mount; `a` must then be on the ground.
+    axis : (3,) float, of that mount, inertial frame; from `a` to `b` at the start if left out
     """
 
     a: Any
@@ -35,13 +39,24 @@ class Spring:
     length: float | None = None
     law: Any = None
     parameters: Sequence[float] = ()
+    lateral_stiffness: float = 0.0
+    lateral_damping: float = 0.0
+    axis: Sequence[float] | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the spring into the family `springs`."""
         a, b = builder.marker(self.a), builder.marker(self.b)
-        length = self.length
-        if length is None:
-            length = float(np.linalg.norm(builder.marker_state(b)[0] - builder.marker_state(a)[0]))
+        apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
+        length = float(np.linalg.norm(apart)) if self.length is None else self.length
+        sideways = [
+            not_negative(f"{name}.lateral_stiffness", self.lateral_stiffness),
+            not_negative(f"{name}.lateral_damping", self.lateral_damping),
+        ]
+        axis = np.zeros(3)
+        if any(sideways):
+            if isinstance(self.a, str) or isinstance(self.a[0], str):
+                raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must stand on the ground")
+            axis = unit_vector(f"{name}.axis", apart if self.axis is None else self.axis)
         first, last = builder.parameters(self.parameters)
         index = builder.add(
             "springs",
@@ -50,6 +65,9 @@ class Spring:
             stiffness=not_negative(f"{name}.stiffness", self.stiffness),
             damping=not_negative(f"{name}.damping", self.damping),
             length=not_negative(f"{name}.length", length),
+            lateral_stiffness=sideways[0],
+            lateral_damping=sideways[1],
+            axis=axis,
             law=0 if self.law is None else builder.law(self.law, "spring"),
             first=first,
             last=last,

@@ -71,7 +71,11 @@ def _add_springs(model: mdl.Model, y: np.ndarray, moves: np.ndarray, body: np.nd
         stiffness, damping = float(spring["stiffness"]), float(spring["damping"])
         if spring["law"] != 0:
             stiffness, damping = _law_slopes(model, number, length - float(spring["length"]), max(length, 1e-3))
-        blocks = [stiffness * (along + tight * (np.eye(3) - along)), damping * along]
+        across = np.eye(3) - np.outer(spring["axis"], spring["axis"])
+        blocks = [
+            stiffness * (along + tight * (np.eye(3) - along)) + float(spring["lateral_stiffness"]) * across,
+            damping * along + float(spring["lateral_damping"]) * across,
+        ]
         for k, position, moving in zip(ends, x, free, strict=True):
             index = markers["index"][k]
             for what in range(2):

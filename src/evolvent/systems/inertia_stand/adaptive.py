@@ -47,8 +47,9 @@ def build(item: Prepared) -> System:
             )
         )
     if stand.support == "guided":
-        system.add(parts.Guide(body=body, along=((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))))
-        system.add(parts.Guide(body=body, axis=(1.0, 0.0, 0.0), across=(0.0, 0.0, 1.0)))
+        system.add(parts.Guide(body=body, direction=(1.0, 0.0, 0.0)))
+        system.add(parts.Guide(body=body, direction=(0.0, 0.0, 1.0)))
+        system.add(parts.Guide(body=body, direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)))
     return system
 
 

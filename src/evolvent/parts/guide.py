@@ -1,0 +1,55 @@
+"""Guide that holds one motion of a rigid body."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import joints, rigid
+from evolvent.parts.checks import unit_vector
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Guide:
+    """One motion of a free body held: of its centre along a direction, or of one of its axes out of a plane.
+
+    Parameters
+    ----------
+    body : str
+    direction : (3,) float, inertial frame
+    axis : (3,) float, body axes, optional
+        Left out, the centre of mass keeps its coordinate along `direction`. Given, this axis of the body stays
+        perpendicular to `direction`, as it must be at the start.
+
+    Notes
+    -----
+    The first pulls along `direction` at the centre of mass; the second turns about axis x direction.
+    """
+
+    body: str
+    direction: Sequence[float]
+    axis: Sequence[float] | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the guide into the family `guides`."""
+        body = builder.find(self.body, "bodies")
+        if builder.rows["bodies"][body]["motion"] != rigid.FREE:
+            raise InputError(f"{name}.body is {self.body!r}; only a free body can be guided")
+        direction = unit_vector(f"{name}.direction", self.direction)
+        pose = builder.poses[body]
+        if self.axis is None:
+            kind, axis, value = joints.CENTRE, np.zeros(3), float(direction @ pose.x)
+        else:
+            kind, axis, value = joints.AXIS, unit_vector(f"{name}.axis", self.axis), 0.0
+            off = float((pose.R @ axis) @ direction)
+            if abs(off) > 1e-9:
+                raise InputError(
+                    f"{name}.axis is {self.axis!r}; it must be perpendicular to the direction at the start "
+                    f"(their cosine is {off:.3g})"
+                )
+        index = builder.add("guides", kind=kind, body=body, direction=direction, axis=axis, value=value)
+        builder.names[name] = ("guides", index)
