@@ -21,6 +21,8 @@ from evolvent.weighing.description import OnSprings
 from evolvent.weighing.found import Evaluation, Weighing
 from evolvent.weighing.numbers import rounded, shown
 
+#: Quantities beside one another in a table of the budget.
+_WIDE = 3
 _SIGNATURES = '<section class="sign"><p>Measured by, date</p><p>Checked by, date</p></section>'
 _STYLE = pathlib.Path(__file__).with_name("certificate.css")
 
@@ -138,8 +140,7 @@ def _result(found: Weighing) -> str:
         relative = f"{100.0 * u / abs(found.values[k]):.2g} %" if abs(found.values[k]) > u else "-"
         rows.append(
             (
-                o.label,
-                o.key,
+                o.label if o.key == o.label else f"{o.key}: {o.label}",
                 rounded(found.values[k], u),
                 o.unit,
                 rounded(u, u),
@@ -150,8 +151,8 @@ def _result(found: Weighing) -> str:
                 f"{low} … {high}",
             )
         )
-    head = ("quantity", "", "value", "unit", "u", "u / value", "dof", "k", "U = k u", "coverage interval")
-    parts = ["<section><h2>Result</h2>", _table(head, rows, text=2).replace("<table>", '<table class="result">')]
+    head = ("quantity", "value", "unit", "u", "u / value", "dof", "k", "U = k u", "coverage interval")
+    parts = ["<section><h2>Result</h2>", _table(head, rows).replace("<table>", '<table class="result">')]
     how = (
         f"the quantiles of a Monte Carlo of {found.description.uncertainty.draws} draws (JCGM 101:2008)"
         if found.evaluations[0].draws is not None
@@ -199,27 +200,30 @@ def _recordings(found: Weighing) -> str:
 def _budget(found: Weighing) -> str:
     part = np.array([s.contribution**2 for s in found.shares])
     percent = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
-    head = ["input", "value", "u", "unit"]
-    for o in found.outputs:
-        head += [f"→ {o.key}, {o.unit}", "%"]
-    rows = []
-    for k in np.argsort(-percent.max(axis=1)):
-        s = found.shares[k]
-        row = [s.label, rounded(s.value, s.std), rounded(s.std, s.std) if np.isfinite(s.std) else "", s.unit]
-        row[1] = row[1] if np.isfinite(s.value) else ""
-        for i in range(len(found.outputs)):
-            row += [f"{s.contribution[i]:.2g}", f"{percent[k, i]:.1f}"]
-        rows.append(row)
-    last = ["all together", "", "", ""]
-    for u in found.std:
-        last += [f"{u:.2g}", ""]
+    order = np.argsort(-percent.max(axis=1))
+    tables = []
+    for first in range(0, len(found.outputs), _WIDE):
+        columns = range(first, min(first + _WIDE, len(found.outputs)))
+        head = ["input", "value", "u", "unit"]
+        last = ["all together", "", "", ""]
+        for i in columns:
+            head += [f"→ {found.outputs[i].key}, {found.outputs[i].unit}", "%"]
+            last += [f"{found.std[i]:.2g}", ""]
+        rows = []
+        for k in order:
+            s = found.shares[k]
+            row = [s.label, rounded(s.value, s.std) if np.isfinite(s.value) else ""]
+            row += [rounded(s.std, s.std) if np.isfinite(s.std) else "", s.unit]
+            for i in columns:
+                row += [f"{s.contribution[i]:.2g}", f"{percent[k, i]:.1f}"]
+            rows.append(row)
+        tables.append(f'<div class="wide">{_table(head, [*rows, last])}</div>')
     figure = _figure(pictures.budget(found), "Shares of the variance.")
     note = (
         "<p>Contribution of each input: the change of the result for a change of the input by its standard uncertainty "
         "(JCGM 100:2008, 5.1.3); for groups the standard deviation that they give.</p>"
     )
-    table = f'<div class="wide">{_table(head, [*rows, last])}</div>'
-    return f"<section><h2>Uncertainty budget</h2>{note}{table}{figure}</section>"
+    return f"<section><h2>Uncertainty budget</h2>{note}{''.join(tables)}{figure}</section>"
 
 
 def _recording(found: Weighing, e: Evaluation) -> str:
