@@ -121,6 +121,14 @@ def test_range_units_and_sensitivity(tmp_path: pathlib.Path) -> None:
     found = weigh(path, content, {**rig.SET, "signals.start": "4 s", "signals.end": "14 s"})
     within(found, {"Ixx": 3703.0, "Izz": 43920.0}, times=1.0)
     assert found.evaluations[0].modal.reading.unit == "mm"
+    asked = {f"body.{k}": "unknown" for k in ("mass", "offset_x", "offset_z", "Ixz")}
+    shares = {s.label: s.contribution for s in weigh(path, content, {**asked, "signals.start": "4 s"}).shares}
+    content["signals"]["sensors"][1]["sensitivity"] = "0.501 V/mm"  # 0.2 % more
+    moved = weigh(path, content, {**asked, "signals.start": "4 s"})
+    content["signals"]["sensors"][1]["sensitivity"] = "0.5 V/mm"
+    step = moved.values - weigh(path, content, {**asked, "signals.start": "4 s"}).values
+    share = shares["signals.sensors.1.sensitivity, relative"]
+    np.testing.assert_allclose(share, step, rtol=0.03, atol=0.02 * found.std.min() * 0.01)
     assert found.evaluations[0].modal.shapes.max() == pytest.approx(5.0, rel=0.5)
     assert "samples from 4 s to 14 s" in found.warnings[0]
 

@@ -81,7 +81,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     warnings += [w for w in inertia.warnings if not w.startswith("the model misses")]
     values = np.array([inertia.values[name] for name in case.problem.unknown])
     model_frequency, agreement, model_shapes = _compare(case, values, modal, used, warnings)
-    inputs = [*_inputs(given, stand), *start_assumed]
+    inputs = [*_inputs(given, modal), *start_assumed]
     shares, covariance, consistency, widened, P = _budget(case, values, inputs, own, modal.certain)
     if np.isfinite(consistency) and consistency > TOLD_MISFIT:
         warnings.append(
@@ -197,7 +197,7 @@ def _sensors(given: OnSprings, stand: Stand) -> tuple[np.ndarray, np.ndarray]:
     return np.array(points), np.array(directions)
 
 
-def _inputs(given: OnSprings, stand: Stand) -> list[Input]:
+def _inputs(given: OnSprings, modal: Modal) -> list[Input]:
     """All known numbers with an uncertainty."""
     s, b, found = given.stand, given.body, []
 
@@ -226,6 +226,8 @@ def _inputs(given: OnSprings, stand: Stand) -> list[Input]:
         if isinstance(sensor.point, tuple):
             for axis, value in enumerate(sensor.point):
                 add(("sensor", c, axis), f"signals.sensors.{c}.point.{'xyz'[axis]}", value, "m")
+    for c, std in enumerate(modal.reading.sensitivity_std):
+        add(("sensitivity", c), f"signals.sensors.{c}.sensitivity, relative", Uncertain(1.0, float(std)), "1")
     add(("clock",), "signals.clock", given.signals.clock, "1")
     return found
 
