@@ -3,7 +3,7 @@
 
     python3 start.py run heliogyro     results in run.nc, figures in run-figures/
     python3 start.py test              lint, types, floors, tests
-    python3 start.py bench             benchmarks/run.py
+    python3 start.py bench             all of benchmarks/, or those named
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
 """
@@ -25,7 +25,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "evolvent-installed.json"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
-USAGE = "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | bench [options]"
+USAGE = "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | bench [NAME [options]]"
 
 
 def say(text: str) -> None:
@@ -111,7 +111,14 @@ def bench(arguments: list[str]) -> int:
         say("going on without the packages that the benchmarks are compared to")
         if code := set_up(None):
             return code
-    return call([str(PYTHON), str(ROOT / "benchmarks" / "run.py"), *arguments])
+    known = sorted(path.stem for path in (ROOT / "benchmarks").glob("*.py"))
+    asked = [word for word in arguments if word in known]
+    options = [word for word in arguments if word not in known]
+    if options and len(asked) != 1:
+        say(f"options belong to one benchmark; name it: {', '.join(known)}")
+        return 2
+    codes = [call([str(PYTHON), str(ROOT / "benchmarks" / f"{name}.py"), *options]) for name in asked or known]
+    return max(codes)
 
 
 def main() -> int:

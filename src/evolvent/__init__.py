@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from evolvent import parts
     from evolvent.jit import event_law, feed_law, force_law, spring_law
     from evolvent.results import open  # noqa: A004  (evolvent.open is the public name)
+    from evolvent.studies import sweep
     from evolvent.system import System
 
 __version__ = "0.1.0"
@@ -30,6 +31,7 @@ __all__ = [
     "parts",
     "run",
     "spring_law",
+    "sweep",
 ]
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
@@ -40,6 +42,7 @@ _LAZY = {
     "force_law": "evolvent.jit",
     "open": "evolvent.results",
     "spring_law": "evolvent.jit",
+    "sweep": "evolvent.studies",
 }
 
 

@@ -24,10 +24,15 @@ if TYPE_CHECKING:
 
 #: Exit codes: a run that failed, input that cannot be used, a run that was interrupted.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+#: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> NoReturn:
     """Run the command line; every error is one line on stderr."""
+    if "numpy" not in sys.modules:
+        for name in _THREADS:
+            os.environ.setdefault(name, "1")
     try:
         code = commands.main(standalone_mode=False)
     except (click.ClickException, EvolventError) as error:

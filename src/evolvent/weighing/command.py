@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from typing import TYPE_CHECKING
 
 import click
@@ -11,8 +10,6 @@ import click
 if TYPE_CHECKING:
     from evolvent.weighing.found import Weighing
 
-#: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 #: Rows of the budget that are shown.
 _MOST_ROWS = 6
 #: Warnings that are shown.
@@ -34,9 +31,6 @@ def identify(
 
     SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent; several recordings are averaged.
     """
-    if "numpy" not in sys.modules:
-        for name in _THREADS:
-            os.environ.setdefault(name, "1")
     from evolvent import cases, results
     from evolvent.weighing import certificate, description
     from evolvent.weighing.weighing import weigh

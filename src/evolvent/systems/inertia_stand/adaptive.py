@@ -13,6 +13,7 @@ from evolvent.kernels.stand import N_STATE
 from evolvent.model import DISSIPATED
 from evolvent.solvers import solve
 from evolvent.system import System
+from evolvent.systems.inertia_stand.attitude import matrices
 
 if TYPE_CHECKING:
     from evolvent.systems.inertia_stand.simulate import Prepared
@@ -21,15 +22,15 @@ if TYPE_CHECKING:
 def build(item: Prepared) -> System:
     """The case composed from a body and springs."""
     given, stand = item.suspended, item.stand
-    system = System(gravity=given.gravity)
+    system = System(gravity=given.gravity.tolist())
     body = system.add(
         parts.RigidBody(
             mass=given.mass,
-            inertia=given.inertia,
-            position=given.state[:3],
-            orientation=given.state[3:7],
-            velocity=given.state[7:10],
-            angular_velocity=_rotation(given.state[3:7]).T @ given.state[10:13],
+            inertia=given.inertia.tolist(),
+            position=given.state[:3].tolist(),
+            orientation=given.state[3:7].tolist(),
+            velocity=given.state[7:10].tolist(),
+            angular_velocity=(matrices(given.state[3:7]).T @ given.state[10:13]).tolist(),
         ),
         name="body",
     )
@@ -51,12 +52,6 @@ def build(item: Prepared) -> System:
         system.add(parts.Guide(body=body, direction=(0.0, 0.0, 1.0)))
         system.add(parts.Guide(body=body, direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)))
     return system
-
-
-def _rotation(q: np.ndarray) -> np.ndarray:
-    from evolvent.systems.inertia_stand.simulate import matrices
-
-    return matrices(q)
 
 
 def integrate(
@@ -84,8 +79,6 @@ def integrate(
     states = np.empty((len(solution.t), N_STATE))
     states[:, :10] = solution.y[:, :10]
     own = solution.y[:, 10:13]
-    from evolvent.systems.inertia_stand.simulate import matrices
-
     states[:, 10:13] = np.einsum("tij,tj->ti", matrices(states[:, 3:7]), own)
     accounts = int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0])
     states[:, 13] = solution.y[:, accounts + DISSIPATED]

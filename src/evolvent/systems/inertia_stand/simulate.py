@@ -13,6 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, energy, equilibrium, linear_model
 from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
 from evolvent.solvers import lanes
+from evolvent.systems.inertia_stand.attitude import matrices, quaternion
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
@@ -203,14 +204,6 @@ def _impulse(model: LinearModel, impulse: np.ndarray, point: np.ndarray) -> np.n
     return np.asarray(model.basis @ np.linalg.solve(M, load))
 
 
-def quaternion(rotation: np.ndarray) -> np.ndarray:
-    """Quaternion (..., 4), scalar part first and positive, of rotation matrices (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
-    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))
-
-
 # ------------------------------------------------------------------------------------------------ runs
 
 
@@ -365,13 +358,6 @@ def _finish(
     if warnings:
         dataset.attrs["warning"] = "; ".join(warnings)
     return dataset
-
-
-def matrices(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), scalar part first, of any length."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_quat(q[..., [1, 2, 3, 0]]).as_matrix())
 
 
 def _displacement(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
