@@ -10,6 +10,17 @@ from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
 
 
 @kernel
+def is_corrected(model):
+    """Whether `project` has anything to correct: links, segments of fixed length, quaternions."""
+    found = model.links.size > 0
+    for b in range(model.bodies.size):
+        found = found or model.bodies[b].motion == rigid.FREE
+    for p in range(model.threads.size):
+        found = found or model.threads[p].kind == thread.INEXTENSIBLE
+    return found
+
+
+@kernel
 def project(t, y, s, model):
     """Bring the state back onto its constraints; returns 1 if that changed it more than round-off of a rate.
 

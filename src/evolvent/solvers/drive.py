@@ -25,8 +25,8 @@ from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
 #: Share of the stability limit taken by an automatic step. RK4 damps the ringing that every release leaves in a
-#: thread: at 0.4 that costs the heliogyro 0.9e-6 of its energy, at 0.8 1.5e-6.
-SAFETY = {"heun": 0.5, "rk4": 0.4}
+#: thread: at 0.42 that costs the heliogyro 0.92e-6 of its energy, at 0.8 1.5e-6.
+SAFETY = {"heun": 0.5, "rk4": 0.42}
 #: Share of its energy that the fastest mode may lose (or gain) over a run with an automatic step, where that mode is
 #: not a thread's; and (k, f) of each method's share omega T (omega h)^k / f.
 FASTEST_MODE_LOSS = 1e-4

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.flow.events import DUE, is_release
+from evolvent.flow.projection import is_corrected
 from evolvent.jit import inlined, kernel
 
 # status codes of a loop
@@ -125,7 +126,7 @@ def add_stages(b, count, y, h, K, out):
                 out[n] = y[n] + a * K[i, n]
 
 
-@kernel
+@inlined
 def stages(rhs, A, c, model, t, y, s, h, first, until, loop):
     """Stages `first` and later of one step into loop.K.
 
@@ -154,7 +155,7 @@ def is_finite(y):
     return math.isfinite(a + b + c + d)
 
 
-@kernel
+@inlined
 def highest(events, model, t, y, s, loop):
     """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
     events(t, y, s, model, loop.g)
@@ -274,6 +275,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
     if status != BUDGET:
         return status
     watch = loop.g.size > 0
+    corrected = is_corrected(model)
     end = loop.samples[loop.samples.size - 1]
     until = next_break(model, loop, clock[TIME])
     for _ in range(budget):
@@ -333,7 +335,8 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         for n in range(y.size):
             y[n] = y1[n]
         clock[TIME] = target
-        project(target, y, s, model)
+        if corrected:
+            project(target, y, s, model)
         if on_grid:
             tally[GRID] += 1
         if watch:
@@ -419,6 +422,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         return status
     n = model.info[0].nq + model.info[0].nv
     watch = loop.g.size > 0
+    corrected = is_corrected(model)
     end = loop.samples[loop.samples.size - 1]
     until = min(next_break(model, loop, clock[TIME]), end)
     if fresh:
@@ -506,7 +510,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         for i in range(y.size):
             y[i] = y1[i]
         clock[TIME] = target
-        changed = project(target, y, s, model) != 0
+        changed = corrected and project(target, y, s, model) != 0
         stop = 0
         if at_event:
             stop = fire(rhs1, inventory1, events, apply, model, target, loop)
