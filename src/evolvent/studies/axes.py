@@ -1,0 +1,227 @@
+"""The keys that vary in a study, and their values: given, spaced or drawn."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, get_args
+
+import numpy as np
+
+from evolvent import cases, units
+from evolvent.errors import InputError, nearest
+
+#: Most cases that a study may have; every one is checked before the first is run.
+MOST_CASES = 1_000_000
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Axis:
+    """A key that varies.
+
+    Attributes
+    ----------
+    key : str, dotted
+    values : tuple, one for each point (grid) or for each case
+    unit, what : str, of the key, as its schema says
+    """
+
+    key: str
+    values: tuple[Any, ...]
+    unit: str
+    what: str
+
+
+def shown(value: Any) -> str:
+    """`value` in a few words."""
+    try:
+        text = "empty" if value is None else repr(value)
+    except ValueError:  # Python does not write integers of more than some thousand digits
+        text = "a number of very many digits"
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
+    """A whole number of a mapping, or the default.
+
+    Raises
+    ------
+    InputError
+        If it is none, or out of bounds.
+    """
+    value = content.get(key, default)
+    if key in content and (isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most):
+        raise InputError(f"{where}{key} is {shown(value)}; it must be a whole number from {least} to {most}")
+    return int(value)
+
+
+def annotation(kind: Any, key: str) -> tuple[Any, str]:
+    """What reads a key's value (`units.Quantity`, `units.Whole` or None), and what the key is.
+
+    Raises
+    ------
+    InputError
+        If the case has no such key.
+    """
+    path = [part for part in key.split(".") if not part.isdecimal()]
+    known = cases.keys(kind)
+    if ".".join(path) not in known:
+        last = [k for k in known if k.rpartition(".")[2] == path[-1]] if path else []
+        guess = f"did you mean {last[0]!r}?" if last else nearest(key, known)
+        raise InputError(f"over: unknown key {key!r}; {guess}")
+    field: Any = None
+    sections = [kind]
+    for part in path:
+        owner = next(s for s in sections if part in s.model_fields)
+        field = owner.model_fields[part]
+        sections = list(_sections(field.annotation))
+    readers = [m for m in _metadata(field) if isinstance(m, (units.Quantity, units.OneOrMore, units.Whole))]
+    reader = readers[0] if readers else None
+    if isinstance(reader, units.OneOrMore):
+        reader = reader.quantity
+    what = getattr(reader, "what", "").removeprefix("a ").removeprefix("an ")
+    return reader, field.description or what or key
+
+
+def _sections(annotation: Any) -> Iterator[type[cases.Section]]:
+    """Sections that an annotation holds."""
+    if isinstance(annotation, type) and issubclass(annotation, cases.Section):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _sections(argument)
+
+
+def _metadata(annotated: Any) -> Iterator[Any]:
+    """All that stands beside the types of a field."""
+    yield from getattr(annotated, "metadata", ())
+    yield from getattr(annotated, "__metadata__", ())
+    for inner in (getattr(annotated, "annotation", None), *getattr(annotated, "__args__", ())):
+        if inner is not None:
+            yield from _metadata(inner)
+
+
+def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed: int) -> tuple[Axis, ...]:
+    """The keys that vary, with their values.
+
+    Parameters
+    ----------
+    over : mapping, of the study
+    sample : str, of the study
+    kind : pydantic model of the case
+    samples, seed : int, of values that are drawn
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    if not over:
+        raise InputError("over is missing; it must name the keys that vary, such as blade.nodes: [10, 20]")
+    found = []
+    drawn = _draws(sample, samples, len(over), seed)
+    for k, (key, given) in enumerate(over.items()):
+        reader, what = annotation(kind, str(key))
+        where = f"over.{key}"
+        if drawn is not None:
+            values = _spread(where, given, reader, drawn[:, k])
+        elif isinstance(given, dict) and sample == "grid":
+            values = _points(where, given, reader)
+        elif isinstance(given, list) and given:
+            values = given
+        else:
+            allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
+            raise InputError(f"{where} is {shown(given)}; with sample: {sample} it must be {allowed}")
+        unit = getattr(reader, "unit", "")
+        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what))
+    lengths = {axis.key: len(axis.values) for axis in found}
+    if sample == "list" and len(set(lengths.values())) > 1:
+        told = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+        raise InputError(f"the lists of 'over' must be equally long with sample: list, but {told}")
+    return tuple(found)
+
+
+def _draws(sample: str, n: int, keys: int, seed: int) -> np.ndarray | None:
+    """Numbers in (0, 1), one for each case and key; None where values are given."""
+    if sample in ("grid", "list"):
+        return None
+    rng = np.random.default_rng(np.random.SeedSequence(seed))
+    drawn = rng.random((n, keys))
+    if sample == "latin-hypercube":
+        order = np.stack([rng.permutation(n) for _ in range(keys)], axis=1)
+        drawn = (order + drawn) / n
+    return np.clip(drawn, 2.0**-53, 1.0 - 2.0**-53)
+
+
+def _fields(where: str, given: Mapping[str, Any], *allowed: Sequence[str]) -> None:
+    """Refuse keys other than those of one of the `allowed` forms."""
+    known = {key for form in allowed for key in form}
+    for key in given:
+        if key not in known:
+            raise InputError(f"unknown key '{where}.{key}'; {nearest(str(key), known)}")
+
+
+def _number(where: str, given: Mapping[str, Any], key: str, reader: Any) -> float:
+    """A number of a range, in the SI unit of the swept key."""
+    if key not in given:
+        raise InputError(f"{where}.{key} is missing; a range has a 'from' and a 'to'")
+    value, unit = given[key], getattr(reader, "unit", "")
+    problem = "it is not a finite number"
+    try:
+        if not isinstance(value, bool) and isinstance(value, (int, float, str)):
+            number = units.parse(value, unit) if isinstance(value, str) else float(value)
+            if math.isfinite(number):
+                return number
+    except OverflowError:
+        pass
+    except units.UnitError as error:
+        problem = str(error)
+    wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
+    raise InputError(f"{where}.{key} is {shown(value)}; it must be {wanted}; {problem}")
+
+
+def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
+    """Equally spaced points."""
+    _fields(where, given, ("from", "to", "points", "spacing"))
+    _numeric(where, reader)
+    first, last = (_number(where, given, key, reader) for key in ("from", "to"))
+    if "points" not in given:
+        raise InputError(f"{where}.points is missing; it must be the number of points, such as 11")
+    points = whole(given, "points", 0, least=1, most=MOST_CASES, where=f"{where}.")
+    spacing = given.get("spacing", "linear")
+    if spacing not in ("linear", "log"):
+        raise InputError(f"{where}.spacing is {spacing!r}; it must be 'linear' or 'log'")
+    if spacing == "linear":
+        values = np.linspace(first, last, points)
+    elif first > 0.0 and last > 0.0:
+        values = np.geomspace(first, last, points)
+    else:
+        raise InputError(f"{where}.spacing is 'log', but the range from {first:g} to {last:g} is not above zero")
+    return [int(v) if isinstance(reader, units.Whole) and v.is_integer() else float(v) for v in values]
+
+
+def _spread(where: str, given: Any, reader: Any, drawn: np.ndarray) -> list[Any]:
+    """Values of a distribution at the numbers `drawn` from (0, 1)."""
+    _numeric(where, reader)
+    if not isinstance(given, dict) or not ({"mean", "std"} & set(given) or {"from", "to"} & set(given)):
+        raise InputError(f"{where} is {shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)")
+    if {"mean", "std"} & set(given):
+        from scipy.special import ndtri
+
+        _fields(where, given, ("mean", "std"))
+        mean, std = (_number(where, given, key, reader) for key in ("mean", "std"))
+        if std < 0.0:
+            raise InputError(f"{where}.std is {std:g}; it must not be below zero")
+        values = mean + std * ndtri(drawn)
+    else:
+        _fields(where, given, ("from", "to"))
+        first, last = (_number(where, given, key, reader) for key in ("from", "to"))
+        if isinstance(reader, units.Whole):
+            return [int(v) for v in np.floor(first + (last + 1.0 - first) * drawn)]
+        values = first + (last - first) * drawn
+    return [round(v) for v in values] if isinstance(reader, units.Whole) else [float(v) for v in values]
+
+
+def _numeric(where: str, reader: Any) -> None:
+    if reader is None:
+        raise InputError(f"{where} takes words or lists, so it has no range; give a list of values")
