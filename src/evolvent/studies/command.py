@@ -32,7 +32,7 @@ def sweep(
 
     The same command goes on after Ctrl-C or any other end; cases that are done are not computed again.
     """
-    from evolvent.studies import conduct
+    from evolvent.studies import conduct, store
     from evolvent.studies import read as read_study
 
     conduct.check_installed()
@@ -48,7 +48,7 @@ def sweep(
                 asked, output=folder, workers=workers, scheduler=scheduler, progress=progress.reach, tell=tell
             )
         except KeyboardInterrupt:
-            done = f"{progress.done} of {asked.count} cases are kept in {folder}"
+            done = f"{store.kept(folder)} of {asked.count} cases are kept in {folder}"
             tell(f"stopped; {done}, and the same command goes on from there")
             raise click.exceptions.Exit(INTERRUPTED) from None
     if not quiet:

@@ -153,6 +153,15 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
             yield Store(place, study, log, rows, torn)
 
 
+def kept(folder: str | os.PathLike[str]) -> int:
+    """Number of cases that a study's folder keeps."""
+    try:
+        with (pathlib.Path(folder) / _LOG).open("r+b") as log:
+            return sum(len(rows.cases) for rows in _read_log(log)[0])
+    except OSError:
+        return 0
+
+
 def _read_log(log: Any) -> tuple[list[record.Table], int]:
     """All whole records; what follows them is cut off."""
     log.seek(0)
