@@ -146,7 +146,8 @@ def test_singular_blocks_are_refused(rng: np.random.Generator, value: float) -> 
     matrix = randomly(rng, 4, 6, 0)
     matrix.A[2, :, 8] = value
     matrix.A[1, :, 12 + 2] = matrix.A[3, :, 2] = 0.0
-    assert blocks.factor(matrix) == blocks.SINGULAR
+    with np.errstate(invalid="ignore"):  # what NumPy says of inf - inf where nothing is compiled
+        assert blocks.factor(matrix) == blocks.SINGULAR
 
 
 @pytest.mark.parametrize("m", [3, 6, 12])
