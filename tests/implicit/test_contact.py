@@ -1,0 +1,490 @@
+"""Contact: derivatives, energy, bounces with closed forms, friction that sticks."""
+
+from __future__ import annotations
+
+import decimal
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from scipy.optimize import brentq
+
+from evolvent.kernels import contact
+
+Array = np.ndarray
+K = 1e4
+LAWS = [contact.PAPER, contact.HUNT_CROSSLEY, contact.CONSERVATIVE]
+
+exponents = st.sampled_from([1.0, 1.5, 2.0, 3.0])
+gaps = st.floats(-0.1, 0.1)
+
+
+def difference(f: Callable[[float], float], x: float, h: float) -> float:
+    """Central difference of sixth order, so that round-off and not the step limits it."""
+    weights = {1: 45.0, 2: -9.0, 3: 1.0}
+    return sum(w * (f(x + k * h) - f(x - k * h)) for k, w in weights.items()) / (60.0 * h)
+
+
+def gradient(f: Callable[[Array], Array | float], x: Array, h: float) -> Array:
+    """Central differences by every entry of x, last axis."""
+    columns = []
+    for step in h * np.eye(x.size):
+        columns.append(sum(w * (np.array(f(x + k * step)) - f(x - k * step)) for k, w in ((1, 45), (2, -9), (3, 1))))
+    return np.moveaxis(np.array(columns), 0, -1) / (60.0 * h)
+
+
+def unit(rng: np.random.Generator) -> Array:
+    n = rng.standard_normal(3)
+    return n / np.linalg.norm(n)
+
+
+def symmetric(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> Array:
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+# ------------------------------------------------------------------------------------------------ gaps
+
+
+def test_gap_to_a_cylinder() -> None:
+    hub = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.6, 1.5)
+    assert_allclose(contact.cylinder_gap(3.0, 4.0, 2.0, *hub), (4.4, 0.6, 0.8, 0.0, 5.0), rtol=1e-15)
+    assert_allclose(contact.cylinder_gap(0.0, -0.5, 2.5, *hub), (-0.1, 0.0, -1.0, 0.0, 0.5), rtol=1e-15)
+    assert contact.cylinder_gap(0.0, 0.5, 2.51, *hub)[0] == math.inf
+    assert contact.cylinder_gap(0.0, 0.0, 0.0, *hub) == (-0.6, 0.0, 0.0, 0.0, 0.0)
+    assert contact.cylinder_gap(0.0, 0.5, 1e9, *hub[:7], math.inf)[0] == 0.5 - 0.6
+
+
+def test_derivatives_of_the_gap_to_a_cylinder(rng: np.random.Generator) -> None:
+    for _ in range(20):
+        hub = (*rng.standard_normal(3), *unit(rng), 0.6, math.inf)
+        x = rng.standard_normal(3) * 2.0
+
+        def normal(x: Array, hub: tuple = hub) -> Array:
+            return np.array(contact.cylinder_gap(*x, *hub)[1:4])
+
+        _, nx, ny, nz, distance = contact.cylinder_gap(*x, *hub)
+        n = gradient(lambda x, hub=hub: contact.cylinder_gap(*x, *hub)[0], x, 1e-3)
+        H = symmetric(*contact.cylinder_curvature(nx, ny, nz, *hub[3:6], distance))
+        assert_allclose((nx, ny, nz), n, atol=1e-7)
+        assert_allclose(H, gradient(normal, x, 1e-3), atol=1e-7 * np.abs(H).max())
+
+
+def test_tangent_of_a_damped_contact_on_a_cylinder(rng: np.random.Generator) -> None:
+    hub = (0.1, 0.2, 0.3, *unit(rng), 3.0, math.inf)
+    x, v = np.array([1.0, -0.5, 0.7]), rng.standard_normal(3)
+    v -= 2.0 * v.dot(contact.cylinder_gap(*x, *hub)[1:4]) * np.array(contact.cylinder_gap(*x, *hub)[1:4])
+
+    def force(x: Array, v: Array) -> Array:
+        gap, *n, _ = contact.cylinder_gap(*x, *hub)
+        return contact.normal_force(contact.HUNT_CROSSLEY, gap, v.dot(n), 0.0, K, 1.5, 0.1)[0] * np.array(n)
+
+    gap, *normal, distance = contact.cylinder_gap(*x, *hub)
+    n = np.array(normal)
+    H = symmetric(*contact.cylinder_curvature(*normal, *hub[3:6], distance))
+    f, d_gap, d_rate = contact.normal_force(contact.HUNT_CROSSLEY, gap, v.dot(n), 0.0, K, 1.5, 0.1)
+    assert f > 0.0
+    by_x = d_gap * np.outer(n, n) + d_rate * np.outer(n, H @ v) + f * H
+    assert_allclose(by_x, gradient(lambda x: force(x, v), x, 1e-3), atol=1e-7 * np.abs(by_x).max())
+    by_v = d_rate * np.outer(n, n)
+    assert_allclose(by_v, gradient(lambda v: force(x, v), v, 1e-3), atol=1e-7 * np.abs(by_v).max())
+
+
+def test_mean_normal_gives_exact_work_on_a_curved_surface(rng: np.random.Generator) -> None:
+    for _ in range(20):
+        a = unit(rng)
+        hub = (*rng.standard_normal(3), *a, 2.0, math.inf)
+        x0, x1 = rng.standard_normal((2, 3))
+        gap0, *n0, d0 = contact.cylinder_gap(*x0, *hub)
+        gap1, *n1, d1 = contact.cylinder_gap(*x1, *hub)
+        n = np.array(contact.mean_normal(*n0, d0, *n1, d1))
+        f = contact.normal_force(contact.CONSERVATIVE, gap1, 0.0, gap0, K, 1.5, 0.0)[0]
+        change = contact.contact_energy(gap1, K, 1.5) - contact.contact_energy(gap0, K, 1.5)
+        assert_allclose(f * n @ (x1 - x0), -change, rtol=1e-12, atol=1e-12)
+
+        def normal(x: Array, n0: list = n0, d0: float = d0, hub: tuple = hub) -> Array:
+            _, *n1, d1 = contact.cylinder_gap(*x, *hub)
+            return np.array(contact.mean_normal(*n0, d0, *n1, d1))
+
+        by_x1 = (np.eye(3) - np.outer(a, a) - np.outer(n, n1)) / (d0 + d1)
+        assert_allclose(by_x1, gradient(normal, x1, 1e-3), atol=1e-7)
+
+
+coordinate = st.floats(-5.0, 5.0)
+
+
+@given(
+    x=st.tuples(coordinate, coordinate, coordinate),
+    c=st.tuples(coordinate, coordinate, coordinate),
+    towards=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(0.1, 1.0)),
+    offset=st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
+    reach=st.floats(0.0, 4.0),
+    radius=st.floats(0.1, 3.0),
+    half_length=st.one_of(st.floats(0.1, 5.0), st.just(math.inf)),
+)
+def test_coarse_test_misses_nothing(
+    x: tuple, c: tuple, towards: tuple, offset: tuple, reach: float, radius: float, half_length: float
+) -> None:
+    a = np.array(towards) / np.linalg.norm(towards)
+    near = np.array(x) + reach * np.array(offset) / max(1.0, float(np.linalg.norm(offset)))
+    if contact.cylinder_gap(*near, *c, *a, radius, half_length)[0] < -1e-12:
+        # a metre's round-off is granted to the point, not to the test
+        assert contact.may_touch(*x, reach + 1e-14, *c, *a, radius, half_length)
+
+
+def test_coarse_test_drops_what_is_far() -> None:
+    hub = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.6, 1.5)
+    assert not contact.may_touch(1.7, 0.0, 0.0, 1.0, *hub)
+    assert not contact.may_touch(0.0, 0.0, 2.6, 1.0, *hub)
+    assert contact.may_touch(1.5, 0.0, 2.4, 1.0, *hub)
+
+
+def test_gap_to_a_segment() -> None:
+    ends = (0.0, 0.0, 0.0, 2.0, 0.0, 0.0)
+    assert_allclose(contact.segment_gap(0.5, 0.0, 1.0, *ends, 0.1), (0.9, 0.25, 0.0, 0.0, 1.0), rtol=1e-15)
+    assert_allclose(contact.segment_gap(5.0, 4.0, 0.0, *ends, 0.1), (4.9, 1.0, 0.6, 0.8, 0.0), rtol=1e-15)
+    assert_allclose(contact.segment_gap(-3.0, 0.0, 4.0, *ends, 0.1), (4.9, 0.0, -0.6, 0.0, 0.8), rtol=1e-15)
+    assert contact.segment_gap(1.0, 0.0, 0.0, *ends, 0.1) == (-0.1, 0.5, 0.0, 0.0, 0.0)
+    assert contact.segment_gap(0.0, 0.0, 3.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5) == (1.5, 0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(("place", "clamped"), [(-0.8, 0.0), (0.3, None), (1.7, 1.0)])
+def test_derivatives_of_the_gap_to_a_segment(rng: np.random.Generator, place: float, clamped: float | None) -> None:
+    for _ in range(10):
+        a, e = rng.standard_normal(3), 2.0 * unit(rng)
+        side = np.cross(e, rng.standard_normal(3))
+        q = np.concatenate([a + place * e + side / np.linalg.norm(side), a, a + e])
+
+        def slopes(q: Array) -> Array:
+            _, s, *n = contact.segment_gap(*q, 0.1)
+            return np.concatenate([n, (s - 1.0) * np.array(n), -s * np.array(n)])
+
+        H = np.full((9, 9), np.nan)
+        contact.segment_hessian(*q, H)
+        assert_allclose(slopes(q), gradient(lambda q: contact.segment_gap(*q, 0.1)[0], q, 1e-3), atol=1e-7)
+        assert_allclose(H, gradient(slopes, q, 1e-3), atol=1e-7 * np.abs(H).max())
+        s = contact.segment_gap(*q, 0.1)[1]
+        assert s == clamped if clamped is not None else abs(s - place) < 1e-12
+
+
+# ------------------------------------------------------------------------------------------------ normal laws
+
+
+@given(gap=st.floats(-0.1, -1e-4), exponent=exponents)
+def test_elastic_force_is_the_slope_of_its_energy(gap: float, exponent: float) -> None:
+    force, slope = contact.elastic_force(gap, K, exponent)
+    h = -gap * 1e-2
+    energy = difference(lambda g: contact.contact_energy(g, K, exponent), gap, h)
+    assert_allclose(force, -energy, rtol=1e-7)
+    assert_allclose(slope, difference(lambda g: contact.elastic_force(g, K, exponent)[0], gap, h), rtol=1e-7)
+    assert contact.elastic_force(-gap, K, exponent) == (0.0, 0.0)
+    assert contact.contact_energy(-gap, K, exponent) == 0.0
+
+
+@pytest.mark.parametrize("law", LAWS)
+@given(gap=st.floats(-0.1, -1e-3), before=gaps, rate=st.floats(-2.0, 2.0), exponent=exponents)
+def test_derivatives_of_the_normal_laws(law: int, gap: float, before: float, rate: float, exponent: float) -> None:
+    damping = 0.2 if law != contact.PAPER else 30.0
+
+    def force(gap: float, rate: float) -> float:
+        return contact.normal_force(law, gap, rate, before, K, exponent, damping)[0]
+
+    value, d_gap, d_rate = contact.normal_force(law, gap, rate, before, K, exponent, damping)
+    ends = [force(g, r) for g in (gap * 0.97, gap * 1.03) for r in (rate - 0.03, rate + 0.03)]
+    if law != contact.PAPER and min(ends) == 0.0:
+        assume(max(ends) == 0.0)  # the kink where the force is clipped
+    scale = K * 0.1**exponent / 0.1
+    assert_allclose(d_gap, difference(lambda g: force(g, rate), gap, -gap * 1e-2), rtol=1e-7, atol=1e-7 * scale)
+    assert_allclose(d_rate, difference(lambda r: force(gap, r), rate, 1e-2), rtol=1e-7, atol=1e-9 * K)
+    assert law == contact.PAPER or value >= 0.0
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.5])
+@pytest.mark.parametrize("step", [0.0, 1e-15, 1e-9, 1e-4, 3e-3, 0.1999, 0.2001, 0.5, 1.0, -0.1999, -0.2001, -0.8])
+def test_conservative_law_is_smooth_at_nearby_ends(exponent: float, step: float) -> None:
+    # mean of s^n between a and b = a (1 + step) in long arithmetic
+    a = 0.01
+    b = a * (1.0 + step)
+    with decimal.localcontext() as context:
+        context.prec = 50
+        n, p, q = decimal.Decimal(exponent), decimal.Decimal(a), decimal.Decimal(b)
+        if p == q:
+            mean, slope = p**n, n * p ** (n - 1) / 2
+        else:
+            mean = (q ** (n + 1) - p ** (n + 1)) / ((n + 1) * (q - p))
+            slope = (q**n - mean) / (q - p)
+    force, d_gap, _ = contact.normal_force(contact.CONSERVATIVE, -b, 0.0, -a, K, exponent, 0.0)
+    assert_allclose(force, K * float(mean), rtol=1e-14)
+    assert_allclose(d_gap, -K * float(slope), rtol=1e-13)
+
+
+@given(gap=gaps, before=gaps, exponent=exponents, nearby=st.sampled_from([None, 1e-12, 1e-7, 1e-3]))
+def test_work_of_the_conservative_law_is_the_change_of_energy(
+    gap: float, before: float, exponent: float, nearby: float | None
+) -> None:
+    before = before if nearby is None else gap * (1.0 + nearby)
+    force, _, _ = contact.normal_force(contact.CONSERVATIVE, gap, 0.0, before, K, exponent, 0.0)
+    after, first = contact.contact_energy(gap, K, exponent), contact.contact_energy(before, K, exponent)
+    assert_allclose(force * (gap - before), first - after, rtol=0.0, atol=1e-14 * max(first, after))
+
+
+@given(gap=gaps, before=gaps, exponent=exponents, damping=st.floats(0.0, 5.0), step=st.floats(1e-4, 1.0))
+def test_damping_of_the_conservative_law_never_feeds(
+    gap: float, before: float, exponent: float, damping: float, step: float
+) -> None:
+    force, _, _ = contact.normal_force(contact.CONSERVATIVE, gap, (gap - before) / step, before, K, exponent, damping)
+    after, first = contact.contact_energy(gap, K, exponent), contact.contact_energy(before, K, exponent)
+    assert force >= 0.0
+    assert force * (gap - before) + after - first <= 1e-14 * max(first, after)
+
+
+def test_ends_of_an_obstacle_do_not_push() -> None:
+    inf = math.inf
+    for law in LAWS:
+        assert contact.normal_force(law, inf, 1.0, -0.01, K, 1.5, 0.1) == (0.0, 0.0, 0.0)
+        assert contact.normal_force(law, inf, 1.0, inf, K, 1.5, 0.1) == (0.0, 0.0, 0.0)
+    entered = contact.normal_force(contact.CONSERVATIVE, -0.01, 0.0, inf, K, 1.5, 0.0)
+    assert entered == contact.normal_force(contact.CONSERVATIVE, -0.01, 0.0, 0.0, K, 1.5, 0.0)
+
+
+def test_the_laws_at_first_touch_and_at_release() -> None:
+    deep, shallow = -1e-2, -1e-12
+    assert_allclose(contact.normal_force(contact.PAPER, shallow, -2.0, 0.0, K, 1.0, 30.0)[0], 60.0)  # jumps by c v
+    assert contact.normal_force(contact.PAPER, shallow, 2.0, 0.0, K, 1.0, 30.0)[0] < 0.0  # pulls
+    assert contact.normal_force(contact.HUNT_CROSSLEY, shallow, -2.0, 0.0, K, 1.0, 0.3)[0] < 1e-7
+    assert contact.normal_force(contact.HUNT_CROSSLEY, deep, 9.0, 0.0, K, 1.0, 0.3) == (0.0, 0.0, 0.0)
+
+
+MASS, SPEED = 2.0, 1.5
+
+
+def bounce(law: int, exponent: float, damping: float, stop: Callable[[float, float], float], h: float) -> list:
+    """Gaps and speeds of a mass that meets a plane, under RK4, until `stop(gap, speed)` rises through zero."""
+
+    def slope(g: float, w: float) -> tuple[float, float]:
+        return w, contact.normal_force(law, g, w, g, K, exponent, damping)[0] / MASS
+
+    def step(g: float, w: float, h: float) -> tuple[float, float]:
+        k1 = slope(g, w)
+        k2 = slope(g + 0.5 * h * k1[0], w + 0.5 * h * k1[1])
+        k3 = slope(g + 0.5 * h * k2[0], w + 0.5 * h * k2[1])
+        k4 = slope(g + h * k3[0], w + h * k3[1])
+        return tuple(
+            y + h / 6.0 * (a + 2.0 * b + 2.0 * c + d) for y, a, b, c, d in zip((g, w), k1, k2, k3, k4, strict=True)
+        )
+
+    states = [(-1e-18, -SPEED)]
+    while True:
+        following = step(*states[-1], h)
+        if stop(*following) > 0.0:
+            last = brentq(lambda part: stop(*step(*states[-1], part)), 0.0, h) if stop(*states[-1]) < 0.0 else 0.0
+            return [*states, step(*states[-1], last)]
+        states.append(following)
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.3, 0.7])
+def test_restitution_of_the_paper_law(ratio: float) -> None:
+    damping = 2.0 * ratio * math.sqrt(K * MASS)
+    angle = math.asin(ratio)
+    h = 1e-4 / math.sqrt(K / MASS)
+    # as it stands, to the surface: half a period of the damped oscillator
+    states = bounce(contact.PAPER, 1.0, damping, lambda g, w: g, h)
+    assert_allclose(states[-1][1] / SPEED, math.exp(-math.pi * math.tan(angle)), rtol=1e-4)
+    # until it would pull
+    pull = next(k for k, (g, w) in enumerate(states) if -K * g - damping * w < 0.0)
+    assert_allclose(states[pull][1] / SPEED, math.exp(-(math.pi - 2.0 * angle) * math.tan(angle)), rtol=1e-4)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+@pytest.mark.parametrize("damping", [0.05, 0.6])
+def test_bounce_of_hunt_and_crossley_keeps_its_first_integral(exponent: float, damping: float) -> None:
+    states = bounce(contact.HUNT_CROSSLEY, exponent, damping, lambda g, w: g, 1e-3 / math.sqrt(K / MASS))
+
+    def integral(g: float, w: float) -> float:
+        x = -damping * w
+        return MASS * (x - math.log1p(x)) / damping**2 + contact.contact_energy(g, K, exponent)
+
+    values = np.array([integral(*state) for state in states])
+    assert_allclose(values, values[0], rtol=1e-7)
+    out = brentq(lambda w: integral(0.0, w) - integral(0.0, -SPEED), 1e-3, min(SPEED, (1.0 - 1e-12) / damping))
+    assert_allclose(states[-1][1], out, rtol=1e-6)
+    assert states[-1][1] < SPEED
+
+
+@pytest.mark.parametrize("h", [1e-4, 2e-3, 2e-2])
+def test_bounces_of_the_conservative_law_keep_energy_at_any_step(h: float) -> None:
+    # a ball under gravity, midpoint steps; a contact lasts 0.01 s or so
+    gravity, g, w = 9.81, 0.3, 0.0
+    energy = MASS * gravity * g
+    impacts = 0
+    for _ in range(4000):
+        after = g + h * w  # Newton on the gap at the end: gap = g + h (w + w_after) / 2
+        for _ in range(50):
+            f, d_gap, _ = contact.normal_force(contact.CONSERVATIVE, after, 0.0, g, K, 1.5, 0.0)
+            miss = after - g - h * w - 0.5 * h * h * (f / MASS - gravity)
+            move = miss / (1.0 - 0.5 * h * h * d_gap / MASS)
+            after -= move
+            if abs(move) < 1e-16 + 1e-15 * abs(after):
+                break
+        else:
+            pytest.fail("Newton")
+        impacts += g > 0.0 >= after
+        g, w = after, 2.0 * (after - g) / h - w
+        now = 0.5 * MASS * w * w + MASS * gravity * g + contact.contact_energy(g, K, 1.5)
+        assert_allclose(now, energy, rtol=1e-9)
+    assert impacts > 0
+
+
+# ------------------------------------------------------------------------------------------------ friction
+
+
+def rub(u: Array, s: Array, normal: float, *, mu: float = 0.4, k: float = 1e4, c: float = 0.0, h: float = 0.1) -> tuple:
+    """Force, new state, slipping, dissipated, tangent by s, slope by the normal force."""
+    fx, fy, fz, ux, uy, uz, slipping, work, tx, ty, tz, along, across, by_normal = contact.friction(
+        *u, *s, normal, mu, k, c, h
+    )
+    t = np.array([tx, ty, tz])
+    tangent = -(along * np.outer(t, t) + across * (np.eye(3) - np.outer(t, t)))
+    return np.array([fx, fy, fz]), np.array([ux, uy, uz]), slipping, work, tangent, -by_normal * t
+
+
+@pytest.mark.parametrize("c", [0.0, 300.0])
+@pytest.mark.parametrize("slip", [False, True])
+def test_derivatives_and_work_of_friction(rng: np.random.Generator, slip: bool, c: float) -> None:
+    for _ in range(20):
+        normal, mu, k, h = 5.0, 0.4, 1e4, 0.1  # k, mu and h as in `rub`
+        n = unit(rng)
+        u = np.array(contact.tangential(*rng.standard_normal(3), *n)) * 2e-5
+        s = np.array(contact.tangential(*rng.standard_normal(3), *n)) * (1e-2 if slip else 3e-5)
+        F, after, slipping, work, tangent, by_normal = rub(u, s, normal, c=c)
+        assert slipping == slip
+        assert_allclose(after @ n, 0.0, atol=1e-15)
+        assert np.linalg.norm(F) <= mu * normal * (1.0 + 1e-15)
+        by_s = gradient(lambda s, u=u: rub(u, s, 5.0, c=c)[0], s, 1e-3 * np.linalg.norm(s))
+        assert_allclose(tangent, by_s, atol=1e-7 * k)
+        slope = gradient(lambda N, u=u, s=s: rub(u, s, N[0], c=c)[0], np.array([normal]), 1e-3)[:, 0]
+        assert_allclose(by_normal, slope, atol=1e-7)
+        change = 0.5 * k * (after @ after - u @ u)
+        moved = after - u
+        assert_allclose(-F @ s, change + work + (c / h + 0.5 * k) * moved @ moved, rtol=1e-12, atol=1e-17)
+        assert work >= 0.0
+
+
+def test_friction_without_normal_force_lets_go() -> None:
+    F, after, slipping, work, tangent, by_normal = rub(np.array([1e-4, 0, 0]), np.array([0, 1e-4, 0]), 0.0)
+    assert slipping
+    assert work == 0.0
+    assert not np.any([F, after, by_normal])
+    assert not tangent.any()
+    still = rub(np.zeros(3), np.zeros(3), 3.0)
+    assert not still[2]
+    assert_allclose(still[4], -1e4 * np.eye(3))
+
+
+def test_stuck_point_does_not_creep() -> None:
+    """A mass on a slope below the angle of friction, shaken: implicit steps, 1e5 of them."""
+    normal, mu, k, c, h, mass = 9.0, 0.4, 1e4, 60.0, 1e-3, 1.0
+    load = 0.9 * mu * normal
+    x = u = load / k
+    w = 0.0
+    places = []
+    for step in range(100_000):
+        shake = 0.05 * mu * normal * math.sin(0.1 * math.pi * step)  # 20 steps a period
+        # backward Euler; linear as long as the point sticks, which the kernel must confirm
+        w_after = (w + h / mass * (load + shake - k * u)) / (1.0 + h / mass * (c + k * h))
+        s = h * w_after
+        fx, _, _, u_after, _, _, slipping, work, *_ = contact.friction(u, 0.0, 0.0, s, 0.0, 0.0, normal, mu, k, c, h)
+        assert not slipping
+        assert work == 0.0
+        w, x, u = w + h / mass * (load + shake + fx), x + s, u_after
+        if step % 20 == 0 and step > 2000:
+            places.append(x)
+    assert_allclose(u, x, rtol=1e-10)  # the bristle holds all of the displacement
+    assert np.ptp(places) <= 1e-12 * abs(places[0])
+    assert_allclose(np.mean(places), load / k, rtol=0.1)
+
+
+def test_constant_load_below_the_limit_moves_nothing_at_all() -> None:
+    u, load, k = 0.0, 3.5, 1e4
+    x = 0.0
+    for step in range(100_000):
+        # quasi-static: the displacement that balances the load
+        fx, *_ = contact.friction(u, 0.0, 0.0, 0.0, 0.0, 0.0, 9.0, 0.4, k, 0.0, 1.0)
+        s = (load + fx) / k
+        fx, _, _, u, _, _, slipping, *_ = contact.friction(u, 0.0, 0.0, s, 0.0, 0.0, 9.0, 0.4, k, 0.0, 1.0)
+        x += s
+        assert not slipping
+        if step == 10:
+            settled = x
+    assert x == settled
+    assert_allclose(x, load / k, rtol=1e-15)
+
+
+def glide(x: float, w: float, steps: int, h: float, *, spring: float, belt: float, normal: float) -> tuple:
+    """A block of 1 kg with a spring on a belt: midpoint steps with the force at their end (Newton on the speed)."""
+    u, heat, mu, k = 0.0, 0.0, 0.5, 1e6
+    stuck_at = math.inf
+    history = []
+    for step in range(steps):
+        after = w
+        for _ in range(30):
+            s = h * (0.5 * (w + after) - belt)
+            f, _, _, bristle, _, _, slipping, work, _, _, _, along, _, _ = contact.friction(
+                u, 0.0, 0.0, s, 0.0, 0.0, normal, mu, k, 600.0, h
+            )
+            miss = after - w - h * (f - spring * (x + 0.25 * h * (w + after)))
+            move = miss / (1.0 + 0.5 * h * h * (along + 0.5 * spring))
+            after -= move
+            if abs(move) < 1e-13:
+                break
+        else:
+            pytest.fail("Newton")
+        x, w, u, heat = x + 0.5 * h * (w + after), after, bristle, heat + work
+        if not slipping:
+            stuck_at = min(stuck_at, step * h)
+        history.append(x)
+    return x, w, heat, stuck_at, history
+
+
+def test_sliding_block_stops_and_stays() -> None:
+    normal, mu, speed = 9.81, 0.5, 3.0
+    x, w, heat, stuck_at, history = glide(0.0, speed, 20_000, 1e-4, spring=0.0, belt=0.0, normal=normal)
+    assert_allclose(x, speed**2 / (2.0 * mu * normal), rtol=1e-4)
+    assert_allclose(stuck_at, speed / (mu * normal), rtol=1e-3)
+    assert_allclose(heat, 0.5 * speed**2, rtol=1e-4)
+    assert abs(w) < 1e-12
+    assert np.ptp(history[10_000:]) < 1e-12
+
+
+def test_block_on_a_belt_is_caught_carried_and_let_go() -> None:
+    normal, mu, spring, belt = 9.81, 0.5, 40.0, 0.3
+    omega, reach = math.sqrt(spring), mu * normal / spring
+    caught = math.asin(belt / (reach * omega)) / omega
+    place = reach * (1.0 - math.cos(omega * caught))
+    let_go = caught + (reach - place) / belt
+    end = let_go + 0.25 * 2.0 * math.pi / omega
+    h = 5e-5
+    steps = round(end / h)
+    x, _, _, stuck_at, history = glide(0.0, 0.0, steps, h, spring=spring, belt=belt, normal=normal)
+    assert_allclose(stuck_at, caught, atol=2e-4)
+    middle = round(0.5 * (caught + let_go) / h)
+    assert_allclose(history[middle], place + belt * (middle * h - caught), atol=2e-5)
+    assert_allclose(x, reach + belt / omega, rtol=1e-3)
+
+
+def test_capstan(rng: np.random.Generator) -> None:
+    """Tension of a string that slides on a drum, point by point, with the friction of each under its own pressure."""
+    mu, turn, points = 0.3, 2.0 * math.pi, 400
+    half = 0.5 * turn / points
+    tension = 1.0
+    for _ in range(points):
+        following = tension
+        for _ in range(60):  # equilibrium along and across each point
+            normal = (tension + following) * math.sin(half)
+            f = rub(np.zeros(3), np.array([-0.1, 0.0, 0.0]), normal, mu=mu)[0]
+            following = tension + f[0] / math.cos(half)
+        tension = following
+    assert_allclose(tension, math.exp(mu * turn), rtol=1e-4)
