@@ -71,9 +71,9 @@ def skew(a: Array) -> Array:
 class Chain:
     """A straight row of elements along x; q : (nodes, vectors, 3), a node's vectors r, r,x and of a beam r,y, r,z."""
 
-    def __init__(self, form: Form, count: int, length: float) -> None:
-        self.form, self.count = form, count
-        vectors = 4 if is_beam(form) else 2
+    def __init__(self, forms: list[Form], length: float) -> None:
+        self.forms, count = forms, len(forms)
+        vectors = 4 if is_beam(forms[0]) else 2
         self.q = np.zeros((count + 1, vectors, 3))
         self.q[:, 0, 0] = np.linspace(0.0, length, count + 1)
         for k in range(1, vectors):
@@ -81,16 +81,16 @@ class Chain:
 
     def force(self, q: Array) -> Array:
         f = np.zeros_like(q)
-        for k in range(self.count):
-            f[k : k + 2] += force(self.form, q[k : k + 2].ravel()).reshape(q[:2].shape)
+        for k, form in enumerate(self.forms):
+            f[k : k + 2] += force(form, q[k : k + 2].ravel()).reshape(q[:2].shape)
         return f
 
     def tangent(self, q: Array) -> Array:
         m = q[0].size
         K = np.zeros((q.size, q.size))
-        for k in range(self.count):
+        for k, form in enumerate(self.forms):
             here = slice(k * m, (k + 2) * m)
-            K[here, here] += tangent(self.form, q[k : k + 2].ravel())
+            K[here, here] += tangent(form, q[k : k + 2].ravel())
         return K
 
     def solve(
@@ -131,8 +131,8 @@ class Chain:
 def chain(formulation: str, count: int, length: float, section, material) -> Chain:
     """Of beams, or of cables for the formulation `cable`."""
     if formulation == "cable":
-        return Chain(cable_form(length / count, section, material), count, length)
-    return Chain(beam_form(formulation, length / count, section, material), count, length)
+        return Chain([cable_form(length / count, section, material)] * count, length)
+    return Chain([beam_form(formulation, length / count, section, material)] * count, length)
 
 
 # ------------------------------------------------------------------------------------------------ the continuum

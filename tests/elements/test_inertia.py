@@ -1,0 +1,102 @@
+"""Mass and loads of elements against integrals over their points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from elements.helpers import points, skew
+from evolvent.elements import (
+    General,
+    Material,
+    Rectangle,
+    Taper,
+    beam_mass,
+    cable_mass,
+    gravity_vector,
+    load_vector,
+    straight_beam,
+    straight_cable,
+)
+from evolvent.kernels import ancf
+
+LENGTH = 1.3
+MATERIAL = Material(E=2.1, nu=0.3, density=1.7)
+BAR = Rectangle(thickness=0.4, width=0.7)
+TAPER = Taper(BAR, Rectangle(thickness=0.6, width=0.3))
+SECTIONS = pytest.mark.parametrize("section", [BAR, TAPER], ids=["prismatic", "tapered"])
+
+
+def shape(x: float, y: float, z: float) -> np.ndarray:
+    S = np.zeros(8)
+    ancf.beam_shape(LENGTH, x / LENGTH, y, z, S)
+    return S
+
+
+@SECTIONS
+def test_masses_are_integrals_over_the_volume(section):
+    wanted = np.zeros((8, 8))
+    for x, wx in points(8, 0.0, LENGTH):
+        here = section.at(x / LENGTH)
+        for y, wy in points(2, -here.thickness / 2, here.thickness / 2):
+            for z, wz in points(2, -here.width / 2, here.width / 2):
+                wanted += MATERIAL.density * wx * wy * wz * np.outer(shape(x, y, z), shape(x, y, z))
+    beam, cable = beam_mass(LENGTH, section, MATERIAL), cable_mass(LENGTH, section, MATERIAL)
+    assert_allclose(beam, wanted, rtol=1e-12, atol=1e-15)
+    # a cable's is that of the axis
+    axis = np.ix_([0, 1, 4, 5], [0, 1, 4, 5])
+    assert_allclose(cable, wanted[axis], rtol=1e-12, atol=1e-15)
+    assert np.linalg.eigvalsh(beam).min() > 0.0
+    assert np.linalg.eigvalsh(cable).min() > 0.0
+
+
+def test_a_spinning_bar_has_the_energy_of_a_rigid_body():
+    e, omega, v = straight_beam(LENGTH).reshape(8, 3), np.array([0.3, -0.5, 0.7]), np.array([0.2, 0.1, -0.4])
+    u = e @ skew(omega).T
+    u[[0, 4]] += v
+    m, s = MATERIAL.density * BAR.thickness * BAR.width * LENGTH, BAR.properties(MATERIAL.nu)
+    density = MATERIAL.density * LENGTH
+    inertia = density * np.diag([s.Iy + s.Iz, s.Iy, s.Iz]) + m * LENGTH**2 / 12 * np.diag([0, 1, 1])
+    centre = v + np.cross(omega, [LENGTH / 2, 0, 0])
+    wanted = 0.5 * m * centre @ centre + 0.5 * omega @ inertia @ omega
+    assert_allclose(ancf.kinetic_energy(beam_mass(LENGTH, BAR, MATERIAL), u.ravel()), wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("vectors", [8, 4])
+def test_inertia_forces_are_the_mass_times_the_accelerations(vectors, rng):
+    M = beam_mass(LENGTH, BAR, MATERIAL) if vectors == 8 else cable_mass(LENGTH, BAR, MATERIAL)
+    x, f = rng.normal(size=3 * vectors), np.ones(3 * vectors)
+    ancf.add_mass_times(M, 2.0, x, f)
+    assert_allclose(f, 1.0 + 2.0 * np.kron(M, np.eye(3)) @ x, rtol=1e-12)
+    assert_allclose(ancf.kinetic_energy(M, x), 0.5 * x @ np.kron(M, np.eye(3)) @ x, rtol=1e-12)
+
+
+@pytest.mark.parametrize("vectors", [8, 4])
+def test_loads_do_the_work_of_what_they_stand_for(vectors, rng):
+    straight = straight_beam(LENGTH) if vectors == 8 else straight_cable(LENGTH)
+    u = straight + rng.normal(size=3 * vectors)
+    line = (lambda x: shape(x, 0.0, 0.0)) if vectors == 8 else (lambda x: shape(x, 0.0, 0.0)[[0, 1, 4, 5]])
+    force = np.array([0.3, -0.2, 0.9])
+
+    def work(S: np.ndarray) -> float:
+        f = np.zeros(3 * vectors)
+        ancf.add_load(S, *force, f)
+        return float(f @ u)
+
+    def power(intensity) -> float:
+        return sum(w * intensity(x / LENGTH) * force @ ancf.interpolate(line(x), u) for x, w in points(8, 0.0, LENGTH))
+
+    assert_allclose(work(line(0.4)), force @ ancf.interpolate(line(0.4), u), rtol=1e-12)
+    assert_allclose(work(load_vector(LENGTH, vectors)), power(lambda xi: 1.0), rtol=1e-12)
+    ramp = load_vector(LENGTH, vectors, intensity=lambda xi: 1.0 - xi**2)
+    assert_allclose(work(ramp), power(lambda xi: 1.0 - xi**2), rtol=1e-12)
+    M = beam_mass(LENGTH, TAPER, MATERIAL) if vectors == 8 else cable_mass(LENGTH, TAPER, MATERIAL)
+    weight = power(lambda xi: MATERIAL.density * TAPER.at(xi).properties(0.3).area)
+    assert_allclose(work(gravity_vector(M)), weight, rtol=1e-12)
+
+
+def test_general_sections_have_mass_too():
+    s = BAR.properties(MATERIAL.nu)
+    general = General(area=s.area, Iy=s.Iy, Iz=s.Iz, J=s.J)
+    assert_allclose(beam_mass(LENGTH, general, MATERIAL), beam_mass(LENGTH, BAR, MATERIAL), rtol=1e-14)
