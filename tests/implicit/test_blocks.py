@@ -92,6 +92,7 @@ def test_border_at_the_first_block_only(rng: np.random.Generator) -> None:
     b = full @ x
     assert blocks.factor(matrix) == 0
     assert not matrix.B[6:].any()  # nothing was spread over the other blocks
+    assert matrix.counts[blocks.ROWS] == 6
     blocks.solve(matrix, b)
     assert_allclose(b, x, rtol=1e-10, atol=1e-10)
 

@@ -19,7 +19,7 @@ TINY_PIVOT = 1e-12
 #: A border pivot below this part of the largest one, after scaling, stands for a redundant row.
 TINY_BORDER = 1e-10
 # places in Bordered.counts
-BORDER, DEFERRED, RANK = range(3)
+BORDER, DEFERRED, RANK, ROWS = range(4)
 
 
 class Bordered(NamedTuple):
@@ -37,7 +37,7 @@ class Bordered(NamedTuple):
     work : (2, k + spare) float, scratch
     column : (m,) float, scratch
     deferred : (spare,) int, unknowns whose pivots went to the border
-    counts : (3,) int, k, deferred pivots, rank of the corner
+    counts : (4,) int, k, deferred pivots, rank of the corner, rows that the border reaches
     quality : (1,) float, smallest pivot beside the largest entry of its column
     """
 
@@ -73,7 +73,7 @@ def bordered(n: int, m: int, k: int, *, spare: int = 0) -> Bordered:
         work=np.zeros((2, size)),
         column=np.zeros(m),
         deferred=np.zeros(spare, dtype=np.int64),
-        counts=np.array([k, 0, k]),
+        counts=np.array([k, 0, k, n * m]),
         quality=np.ones(1),
     )
 
@@ -108,6 +108,7 @@ def factor(matrix):
     """
     counts, quality = matrix.counts, matrix.quality
     counts[DEFERRED] = 0
+    counts[ROWS] = 0
     quality[0] = 1.0
     n, m = matrix.A.shape[0], matrix.A.shape[1]
     _clear_spare(matrix)
@@ -237,15 +238,20 @@ def _is_zero(X, first, last, width):
 def _border(matrix, i):
     """Eliminate block i from the border: B = l^-1 P (B - V B'), C = u^-T (C - W'^T C'), E = E - C^T B."""
     A, B, C, E = matrix.A, matrix.B, matrix.C, matrix.E
-    n, m = A.shape[0], A.shape[1]
+    m = A.shape[1]
     width = matrix.counts[BORDER] + matrix.counts[DEFERRED]
     X, first, last = A[i], i * m, i * m + m
+    rows = matrix.counts[ROWS]
+    if rows == 0:
+        if _is_zero(B, first, last, width) and _is_zero(C, first, last, width):
+            return
+        matrix.counts[ROWS] = last
     for k in range(m):
         p = matrix.pivots[i, k]
         if p != k:
             for q in range(width):
                 B[first + k, q], B[first + p, q] = B[first + p, q], B[first + k, q]
-    if i < n - 1:
+    if rows > 0:
         if not _is_zero(B, last, last + m, width):
             for r in range(m):
                 for c in range(m):
@@ -334,7 +340,7 @@ def _equilibrate(matrix, width):
         scale[0, p] = 1.0
         scale[1, p] = 1.0
         work[0, p] = abs(E[p, p])
-    for r in range(B.shape[0]):
+    for r in range(matrix.counts[ROWS]):
         for p in range(width):
             work[0, p] += abs(C[r, p] * B[r, p])
     for p in range(width):
@@ -439,10 +445,10 @@ def _solve_corner(matrix, x):
     B, C, E, order, scale, counts = matrix.B, matrix.C, matrix.E, matrix.order, matrix.scale, matrix.counts
     g, y = matrix.work[0], matrix.work[1]
     k, width, rank = counts[BORDER], counts[BORDER] + counts[DEFERRED], counts[RANK]
-    n = B.shape[0]
+    n, rows = B.shape[0], counts[ROWS]
     for p in range(width):
         y[p] = x[n + p] if p < k else 0.0
-    for r in range(n):
+    for r in range(rows):
         f = x[r]
         for p in range(width):
             y[p] -= C[r, p] * f
@@ -460,7 +466,7 @@ def _solve_corner(matrix, x):
     for p in range(width):
         column = order[1, p]
         y[column] = g[p] * scale[1, column] if p < rank else 0.0
-    for r in range(n):
+    for r in range(rows):
         s = 0.0
         for p in range(width):
             s += B[r, p] * y[p]
