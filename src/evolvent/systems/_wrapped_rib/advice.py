@@ -1,0 +1,154 @@
+"""What a user should know of a case before it is run: how stiff its mesh is, and what may go wrong."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from evolvent.systems._wrapped_rib import reference
+from evolvent.systems._wrapped_rib.case import Case
+
+#: Strain above which a run warns.
+STRAIN_WARNED = 0.05
+#: Part by which the bending stiffness of the mesh may be off without a warning.
+STIFFNESS_OFF = 0.05
+#: Spectral radius above which a run with contact warns.
+SPECTRAL_RADIUS_WARNED = 0.8
+
+
+def locking(case: Case) -> tuple[float, str]:
+    """How much stiffer the mesh is than the rib when it lies on the hub, and what to say about it.
+
+    Returns
+    -------
+    ratio : float
+        Effective over true bending stiffness of one element (of a taper, the thinnest) bent to the hub's radius.
+    warning : str, '' while the ratio is near 1
+
+    Notes
+    -----
+    The nodes' directions are held at those of the arc; the chord and the lengths of slopes and directors, the same at
+    both nodes, go where the energy is least. True is EI l / (2 R^2).
+    """
+    ratio = bending_stiffness_ratio(case)
+    rib = case.rib
+    angle = math.degrees(rib.element_length / case.hub.radius)
+    if abs(ratio - 1.0) <= STIFFNESS_OFF:
+        return ratio, ""
+    off = f"{ratio:.3g} times as stiff" if ratio < 100.0 else f"{ratio:.2e} times as stiff"
+    text = (
+        f"bent to the hub's radius, the mesh is {off} as the rib: each of {rib.elements} {rib.formulation} elements "
+        f"spans {angle:.3g} deg; take more elements"
+    )
+    if rib.formulation not in ("cable", "assumed_strain"):
+        text += ", or rib.formulation: cable"
+    return ratio, text
+
+
+def bending_stiffness_ratio(case: Case) -> float:
+    """Effective over true bending stiffness; see `locking`."""
+    from evolvent import elements
+    from evolvent.elements.forms import products
+
+    rib = case.rib
+    length, half = rib.element_length, 0.5 * rib.element_length / case.hub.radius
+    thinnest = 0 if rib.tip_thickness is None or rib.tip_thickness > rib.thickness else rib.elements - 1
+    section = rib.section(thinnest)
+    if rib.formulation == "cable":
+        form = elements.cable_form(length, section, rib.material)
+    else:
+        form = elements.beam_form(rib.formulation, length, section, rib.material)
+    # e = B p, p the chord, the length of both slopes, of both y and of both z directors
+    c, s = math.cos(half), math.sin(half)
+    every = np.zeros((8, 3, 4))
+    every[4, 0, 0] = 1.0
+    every[1, :2, 1], every[5, :2, 1] = (c, -s), (c, s)
+    every[2, :2, 2], every[6, :2, 2] = (s, c), (-s, c)
+    every[3, 2, 3] = every[7, 2, 3] = 1.0
+    used = every[[0, 1, 4, 5], :, :2] if rib.formulation == "cable" else every
+    B = used.reshape(-1, used.shape[-1])
+    # products are quadratic in p: g = sum_ab Q_ab p_a p_b
+    unit = np.eye(B.shape[1])
+    Q = np.array([[0.5 * (products(B @ (a + b)) - products(B @ a) - products(B @ b)) for b in unit] for a in unit])
+    p = np.ones(B.shape[1])
+    p[0] = 2.0 * case.hub.radius * s
+
+    def energy(p: np.ndarray) -> float:
+        g = np.einsum("abk,a,b->k", Q, p, p)
+        return float(0.5 * g @ form.H @ g - form.h @ g + form.U0)
+
+    for _ in range(100):
+        g = np.einsum("abk,a,b->k", Q, p, p)
+        stress, J = form.H @ g - form.h, 2.0 * np.einsum("abk,b->ak", Q, p)
+        change = np.linalg.solve(J @ form.H @ J.T + 2.0 * Q @ stress, -J @ stress)
+        if energy(p + change) > energy(p):  # the second derivative is not positive here: a step that always descends
+            change = np.linalg.solve(J @ form.H @ J.T, -J @ stress)
+            while energy(p + change) > energy(p) and np.abs(change).max() > 1e-15:
+                change *= 0.5
+        p = p + change
+        if np.abs(change).max() < 1e-13 * length:
+            break
+    ends = [section.at(xi).properties(rib.poisson).Iz for xi in (0.0, 0.5, 1.0)]
+    EI = rib.young_modulus * (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0
+    return energy(p) / float(0.5 * EI * length / case.hub.radius**2)
+
+
+def warnings(case: Case) -> list[str]:
+    """What a user should know before a run, a sentence each."""
+    rib, drive, solver, damping = case.rib, case.drive, case.solver, case.damping
+    found = [locking(case)[1]]
+    if rib.formulation == "full" and rib.poisson != 0.0:
+        factor = (1.0 - rib.poisson) / ((1.0 + rib.poisson) * (1.0 - 2.0 * rib.poisson))
+        found.append(
+            f"however fine the mesh, rib.formulation 'full' bends {factor:.3g} times too stiff at rib.poisson "
+            f"{rib.poisson:g}; take nu_split, assumed_strain or cable"
+        )
+    if drive is not None and drive.torque is not None:
+        strain = reference.root_strain(case.strip, drive.torque)
+        if strain > STRAIN_WARNED:
+            found.append(
+                f"drive.torque {drive.torque:g} N m stretches the wound rib's root by {100.0 * strain:.3g} %, beyond "
+                f"what linear elasticity and most sections bear"
+            )
+    if drive is not None and drive.kind == "tip" and drive.stretch > STRAIN_WARNED:
+        found.append(f"drive.stretch {drive.stretch:g} is beyond what linear elasticity and most sections bear")
+    found.append(_kink(case))
+    if solver.method == "generalized-alpha":
+        bounce = math.pi / case.contact_frequency
+        if solver.step != "auto" and float(solver.step) > bounce:
+            found.append(
+                f"solver.step {solver.step:g} s is too large for the contact, on which a check point bounces in "
+                f"{bounce:.2g} s; longer steps can feed energy in: look at energy_balance, or take step: auto"
+            )
+        if case.contact.law == "paper" and case.contact.damping > 0.0:
+            found.append(
+                "contact.law 'paper' jumps at the touch, where an implicit step may have no solution; "
+                "hunt-crossley does not"
+            )
+        if solver.spectral_radius > SPECTRAL_RADIUS_WARNED:
+            found.append(
+                f"solver.spectral_radius {solver.spectral_radius:g} keeps the ringing of the contact; about 0.3 serves "
+                f"better"
+            )
+    if damping.beta > 0.0 and damping.kind == "paper":
+        found.append("damping.kind 'paper' acts on rotations: a spinning rib gains or loses energy by damping.beta")
+    if damping.beta > 0.0 and damping.kind == "objective" and rib.formulation == "cable":
+        found.append("damping.beta damps only the stretch of a cable, not its bending")
+    return [text for text in found if text]
+
+
+def _kink(case: Case) -> str:
+    """A clamp that does not point along the tangent bends the rib within a length that elements do not see."""
+    drive, rib = case.drive, case.rib
+    if rib.root != "clamp" or case.begins != "straight" or drive is None or drive.torque is None:
+        return ""
+    turned = 0.5 * math.pi - rib.start_angle
+    size = math.sqrt(case.strip.bending_stiffness * case.hub.radius / drive.torque)
+    if turned < 0.1 or size > rib.element_length:
+        return ""
+    return (
+        f"the clamp stands {math.degrees(turned):.3g} deg from the hub's tangent, to which the tension bends the rib "
+        f"within {size:.2g} m, less than an element's {rib.element_length:.2g} m; take rib.root: hinge, or "
+        f"rib.start_angle: 90 deg"
+    )

@@ -1,0 +1,437 @@
+"""What a user writes about a wrapped rib."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from evolvent import units
+from evolvent.cases import Section
+from evolvent.errors import InputError, nearest
+from evolvent.systems._wrapped_rib import reference
+
+if TYPE_CHECKING:
+    from evolvent.elements import Material
+    from evolvent.elements import Section as CrossSection
+
+_NUMBER = {"what": "a plain number", "unit": ""}
+
+Density = Annotated[float, units.Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
+Modulus = Annotated[float, units.Quantity(what="a modulus", unit="Pa", example="5 MPa", above=0.0)]
+Ratio = Annotated[float, units.Quantity(**_NUMBER, example="0.3")]
+Torque = Annotated[float, units.Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0)]
+TurnStiffness = Annotated[
+    float, units.Quantity(what="a rotational stiffness", unit="N m/rad", example="0.01 N m/rad", least=0.0)
+]
+TurnDamping = Annotated[
+    float, units.Quantity(what="a rotational damping", unit="N m s/rad", example="1e-3 N m s/rad", least=0.0)
+]
+Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3", above=0.0, most=0.5)]
+Rate = Annotated[float, units.Quantity(what="a rate of decay", unit="1/s", example="0.2 1/s", least=0.0)]
+Exponent = Annotated[float, units.Quantity(**_NUMBER, example="1.5", least=1.0, most=4.0)]
+Dissipation = Annotated[float, units.Quantity(what="a dissipation factor", unit="s/m", example="0.5 s/m", least=0.0)]
+Friction = Annotated[float, units.Quantity(**_NUMBER, example="0.3", least=0.0, most=10.0)]
+ElementNumber = Annotated[int, units.Whole(least=1, most=10_000)]
+
+#: Strain at the root from which on a case is refused.
+STRAIN_REFUSED = 0.5
+#: Largest step of RK4 for an undamped oscillation, times its frequency in rad/s.
+RK4_LIMIT = 2.8
+
+
+class Rib(Section):
+    """Every rib: a thin strip, straight at rest, that winds with its flat side on the hub."""
+
+    formulation: Literal["cable", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
+        "cable",
+        description="of the elements: cable (position and slope), assumed_strain (the beam that does not lock), or the "
+        "beams that lock: elastic_line, nu_split, full (the paper's)",
+    )
+    elements: Annotated[int, units.Whole(least=1, most=10_000)] = Field(40, description="elements of equal length")
+    length: units.Length = Field(12.0, description="from root to tip")
+    width: units.Length = Field(0.03, description="along the hub's axis")
+    thickness: units.Length = Field(0.0003, description="across the flat side, at the root")
+    tip_thickness: units.Length | None = Field(None, description="at the tip, of a linear taper; left out: the same")
+    density: Density = Field(1600.0, description="mass per volume")
+    young_modulus: Modulus = Field(5e6, description="E")
+    poisson: Ratio = Field(0.3, description="nu, above -1 and below 0.5; a cable does not use it")
+    count: Annotated[int, units.Whole(least=1, most=64)] = Field(1, description="ribs, evenly spaced round the hub")
+    root: Literal["hinge", "clamp"] = Field(
+        "hinge", description="hinge: turns freely about the hub's axis; clamp: keeps the direction that it starts with"
+    )
+    root_stiffness: TurnStiffness = Field(0.0, description="of a spring in the hinge, at rest in the start direction")
+    root_damping: TurnDamping = Field(0.0, description="of a damper in the hinge")
+    start_angle: units.Angle = Field(
+        0.0, description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Rib:
+        if not -1.0 < self.poisson < 0.5:
+            raise InputError(
+                f"rib.poisson is {self.poisson:g}; it must be above -1 and below 0.5, such as 0.3 (at 0.5 a material "
+                f"keeps its volume, and its stiffness has no bound)"
+            )
+        if abs(self.start_angle) > 0.5 * math.pi * (1.0 + 1e-9):
+            raise InputError(
+                f"rib.start_angle is {math.degrees(self.start_angle):.4g} deg; it must be from -90 to 90 deg, beyond "
+                f"which the rib starts inside the hub"
+            )
+        thickest = max(self.thickness, self.tip_thickness or 0.0)
+        if self.element_length < thickest:
+            most = int(self.length / thickest)
+            allowed = f"rib.elements may be {most} at most" if most else "the rib must be longer"
+            raise InputError(
+                f"rib.length is {self.length:g} m, which makes each of {self.elements} elements "
+                f"{self.element_length:.4g} m long, shorter than its thickness {thickest:g} m; {allowed}"
+            )
+        if thickest > self.width:
+            raise InputError(f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them")
+        if self.root == "clamp":
+            for key in ("root_stiffness", "root_damping"):
+                if getattr(self, key) > 0.0:
+                    raise InputError(f"rib.{key} is given, but rib.root is 'clamp', which does not turn; take a hinge")
+        return self
+
+    @property
+    def element_length(self) -> float:
+        """Of one element, m."""
+        return self.length / self.elements
+
+    @property
+    def material(self) -> Material:
+        """What `evolvent.elements` takes."""
+        from evolvent.elements import Material
+
+        return Material(E=self.young_modulus, nu=self.poisson, density=self.density)
+
+    def section(self, element: int) -> CrossSection:
+        """Section of an element, counted from 0 at the root."""
+        from evolvent.elements import Rectangle, Taper
+
+        root = Rectangle(thickness=self.thickness, width=self.width)
+        if self.tip_thickness is None:
+            return root
+        tip = Rectangle(thickness=self.tip_thickness, width=self.width)
+        return Taper(root, tip).between(element / self.elements, (element + 1) / self.elements)
+
+
+class Hub(Section):
+    """The rigid hub, a cylinder about z, its middle at the origin; the ribs are hinged at half its height."""
+
+    radius: units.Length = Field(0.6, description="of the surface that the ribs wind on")
+    height: units.Length = Field(3.0, description="along its axis")
+    motion: Literal["fixed", "free", "spin", "driven"] = Field(
+        "fixed", description="fixed, free in space, free to spin about its axis, or driven about it by the drive"
+    )
+    mass: units.Mass | None = Field(None, description="without the ribs; needed for motion: free")
+    inertia: units.Inertias | None = Field(
+        None, description="about every axis, or three principal moments; needed for motion: free and spin"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Hub:
+        if isinstance(self.inertia, tuple):
+            if len(self.inertia) != 3:
+                raise InputError(
+                    f"hub.inertia has {len(self.inertia)} values; it must be one, or three principal moments"
+                )
+            if 2.0 * max(self.inertia) > sum(self.inertia) * (1.0 + 1e-9):
+                raise InputError(
+                    f"hub.inertia is {self.inertia} kg m^2; no body has it: one principal moment exceeds the sum of "
+                    f"the others"
+                )
+        if self.motion == "free" and self.mass is None:
+            raise InputError("hub.mass is missing; a hub with motion 'free' needs it, such as '200 kg'")
+        if self.motion in ("free", "spin") and self.inertia is None:
+            raise InputError(f"hub.inertia is missing; a hub with motion {self.motion!r} needs it, such as '50 kg m^2'")
+        return self
+
+
+class Drive(Section):
+    """What winds the rib; the winding sense is counterclockwise about the hub's axis."""
+
+    kind: Literal["torque", "hub", "tip"] = Field(
+        "torque",
+        description="torque: a force on every part of the rib across its distance from the axis, in all a torque about "
+        "it; hub: the hub turns and the rib is held back; tip: the tip is carried round",
+    )
+    torque: Torque | None = Field(
+        None, description="on each rib, of kind torque (needed); of kind hub (optional), what holds the rib back"
+    )
+    rate: units.AngularRate | None = Field(
+        None, description="of winding, of kinds hub and tip; negative unwinds in phase deploy"
+    )
+    ramp: units.DurationOrZero = Field(0.0, description="time in which the torque or rate is smoothly reached")
+    stretch: Strain = Field(1e-3, description="strain with which a carried tip holds the rib taut, of kind tip")
+
+    @model_validator(mode="after")
+    def _check(self) -> Drive:
+        if self.kind == "torque" and self.torque is None:
+            raise InputError("drive.torque is missing; a drive of kind 'torque' needs it, such as '0.2 N m'")
+        if self.kind == "tip" and self.torque is not None:
+            raise InputError(
+                "drive.torque is given, but a drive of kind 'tip' carries the tip at drive.rate; leave it out"
+            )
+        if self.kind == "torque" and self.rate is not None:
+            raise InputError("drive.rate is given, but a drive of kind 'torque' has none; leave it out")
+        if self.kind != "torque":
+            if self.rate is None:
+                raise InputError(f"drive.rate is missing; a drive of kind {self.kind!r} needs it, such as '0.1 rad/s'")
+            if self.rate == 0.0:
+                raise InputError("drive.rate is 0 rad/s; nothing would move, give one such as '0.1 rad/s'")
+        if self.kind != "tip" and self.stretch != type(self).model_fields["stretch"].default:
+            raise InputError(f"drive.stretch is given, but a drive of kind {self.kind!r} has none; it is for kind tip")
+        return self
+
+
+class Hold(Section):
+    """The rib wound and held by the drive."""
+
+    time: units.Duration = Field(60.0, description="that it is held")
+
+
+class Damping(Section):
+    """Damping of the rib's material and of its motion through space (Rayleigh)."""
+
+    alpha: Rate = Field(0.2, description="times the mass: drag on every motion in inertial space")
+    beta: units.DurationOrZero = Field(0.0, description="times the stiffness")
+    kind: Literal["objective", "paper"] = Field(
+        "objective",
+        description="of beta: objective acts on rates of strain alone; the paper's form resists rotation as well",
+    )
+    elements: Literal["all", "first"] | tuple[ElementNumber, ...] = Field(
+        "all", description="that are damped: all, first (on the hub), or a list of numbers from 1 at the root"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Damping:
+        if isinstance(self.elements, tuple):
+            if not self.elements:
+                raise InputError("damping.elements is empty; give all, first, or a list of numbers from 1")
+            if len(set(self.elements)) < len(self.elements):
+                raise InputError(f"damping.elements is {list(self.elements)}; it names an element twice")
+        return self
+
+
+class Contact(Section):
+    """Contact of the rib's axis with the hub at check points, force K d^n (penetration d) along the normal."""
+
+    law: Literal["paper", "hunt-crossley", "conservative"] = Field(
+        "hunt-crossley",
+        description="hunt-crossley: K d^n (1 + a d'), never pulling (Hunt & Crossley 1975); paper: K d^n + c d', which "
+        "jumps at the touch; conservative: K d^n",
+    )
+    stiffness: units.Stiffness = Field(1e4, description="K, of each check point (1e6 in the paper); per m^(n-1)")
+    exponent: Exponent = Field(1.0, description="n")
+    damping: units.DampingOrZero = Field(1e3, description="c, of law paper")
+    dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
+    points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="check points in each element")
+    friction: Friction = Field(0.0, description="mu, Coulomb friction with the hub, and between turns")
+    self: bool = Field(False, description="whether turns touch each other, and so lie over one another")
+
+
+class Solver(Section):
+    """The time integration."""
+
+    method: Literal["generalized-alpha", "rk4"] = Field(
+        "generalized-alpha", description="implicit, or the explicit one to compare with"
+    )
+    duration: units.DurationOrAuto = Field(
+        "auto",
+        description="auto: wind: until a light string is wound, and a fifth more; hold: hold.time; deploy: the closed "
+        "form's end",
+    )
+    step: units.DurationOrAuto = Field(
+        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (rk4)"
+    )
+    tolerance: units.Tolerance = Field(1e-5, description="relative error of an adaptive step")
+    spectral_radius: units.Fraction = Field(
+        0.3, description="of generalized-alpha at high frequencies: 1 keeps them, 0 damps them at once"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Solver:
+        if self.step != "auto" and self.duration != "auto" and float(self.step) > float(self.duration):
+            raise InputError(f"solver.step is {self.step:g} s, more than solver.duration {self.duration:g} s")
+        return self
+
+
+class Output(Section):
+    """What is kept."""
+
+    every: units.Duration = Field(0.5, description="time between samples")
+    points: Annotated[int, units.Whole(least=1, most=64)] = Field(
+        4, description="points of each element at which its shape, curvature and tension are kept"
+    )
+
+
+class Case(Section):
+    """A case of the system `wrapped-rib`."""
+
+    system: Literal["wrapped-rib"] = "wrapped-rib"
+    phase: Literal["wind", "hold", "deploy"] = Field(
+        description="wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
+    )
+    start: str = Field(
+        "auto",
+        description="auto: straight in phase wind, else wound; wound: on the hub, without stretch; or a saved run, "
+        "run.nc, whose last sample is taken",
+    )
+    rib: Rib = Rib()
+    hub: Hub = Hub()
+    drive: Drive | None = Field(None, description="needed in phases wind and hold")
+    hold: Hold | None = Field(None, description="needed in phase hold")
+    damping: Damping = Damping()
+    contact: Contact = Contact()
+    solver: Solver = Solver()
+    output: Output = Output()
+
+    @model_validator(mode="after")
+    def _check(self) -> Case:
+        self._check_phase()
+        self._check_drive()
+        self._check_geometry()
+        self._check_step()
+        return self
+
+    def _check_phase(self) -> None:
+        if self.start not in ("auto", "straight", "wound") and not self.start.endswith(".nc"):
+            guess = nearest(self.start, ("auto", "straight", "wound"))
+            raise InputError(f"start is {self.start!r}; it must be auto, straight, wound or a saved run *.nc; {guess}")
+        if self.start == "wound" and self.phase == "wind":
+            raise InputError("start is 'wound', but phase is 'wind'; leave start out, or take phase hold or deploy")
+        if self.start == "straight" and self.phase != "wind":
+            raise InputError(f"start is 'straight', but phase {self.phase!r} starts from a wound rib; leave start out")
+        if self.begins != "straight" and self.rib.start_angle != 0.0:
+            raise InputError("rib.start_angle is given, but the rib does not start straight; leave it out")
+        if self.phase == "hold":
+            if self.hold is None:
+                raise InputError("hold is missing; phase 'hold' needs it, such as {time: 60 s}")
+            if self.solver.duration not in ("auto", self.hold.time):
+                raise InputError(
+                    f"solver.duration is {self.solver.duration:g} s, but hold.time is {self.hold.time:g} s; leave "
+                    f"solver.duration out"
+                )
+        elif self.hold is not None:
+            raise InputError(f"hold is given, but phase is {self.phase!r}; leave it out, or take phase hold")
+
+    def _check_drive(self) -> None:
+        drive, motion = self.drive, self.hub.motion
+        if drive is None:
+            if self.phase != "deploy":
+                raise InputError(
+                    f"drive is missing; phase {self.phase!r} needs it, such as {{kind: torque, torque: 0.2 N m}}"
+                )
+            if motion == "driven":
+                raise InputError(
+                    "hub.motion is 'driven', but drive is missing; give it, such as {kind: hub, rate: ...}"
+                )
+            return
+        if self.phase == "deploy" and drive.kind != "hub":
+            raise InputError(
+                f"drive.kind is {drive.kind!r}, but in phase 'deploy' the rib opens by itself; leave drive out"
+            )
+        if self.phase == "hold" and drive.kind == "tip":
+            raise InputError("drive.kind is 'tip', but phase 'hold' holds the rib by a torque; take kind torque")
+        if drive.kind == "hub" and motion != "driven":
+            raise InputError(f"hub.motion is {motion!r}, but drive.kind 'hub' turns the hub; it must be 'driven'")
+        if drive.kind != "hub" and motion == "driven":
+            raise InputError(f"hub.motion is 'driven', but drive.kind is {drive.kind!r}; take drive.kind hub")
+        if drive.kind == "tip" and motion != "fixed":
+            raise InputError(
+                f"hub.motion is {motion!r}, but a carried tip goes round a hub at rest; it must be 'fixed'"
+            )
+        if self.phase != "deploy" and drive.rate is not None and drive.rate < 0.0:
+            raise InputError(f"drive.rate is {drive.rate:g} rad/s; phase {self.phase!r} needs one above 0 rad/s")
+        if drive.torque is not None:
+            strain = reference.root_strain(self.strip, drive.torque)
+            if strain >= STRAIN_REFUSED:
+                most = STRAIN_REFUSED * drive.torque / strain
+                raise InputError(
+                    f"drive.torque is {drive.torque:g} N m, which stretches the wound rib's root by "
+                    f"{100.0 * strain:.3g} % and tears it; it must be below {most:.3g} N m"
+                )
+
+    def _check_geometry(self) -> None:
+        if self.rib.width > self.hub.height:
+            raise InputError(f"rib.width is {self.rib.width:g} m, more than hub.height {self.hub.height:g} m")
+        angle = self.rib.element_length / self.hub.radius
+        if angle > math.pi:
+            least = math.ceil(self.rib.length / (math.pi * self.hub.radius) - 1e-9)
+            raise InputError(
+                f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
+                f"hub; it must be {least} or more"
+            )
+        if isinstance(self.damping.elements, tuple) and max(self.damping.elements) > self.rib.elements:
+            raise InputError(
+                f"damping.elements names element {max(self.damping.elements)}, but rib.elements is {self.rib.elements}"
+            )
+        if self.damping.alpha > 0.0 or self.damping.beta > 0.0:
+            return
+        if self.damping.elements != "all":
+            raise InputError("damping.elements is given, but damping.alpha and damping.beta are 0; leave it out")
+
+    def _check_step(self) -> None:
+        if self.solver.method != "rk4" or self.solver.step == "auto":
+            return
+        most = RK4_LIMIT / self.contact_frequency
+        if float(self.solver.step) > most:
+            raise InputError(
+                f"solver.step is {self.solver.step:g} s, too large for the contact, which rk4 bears up to {most:.3g} "
+                f"s; take step: auto, or a smaller contact.stiffness"
+            )
+
+    @property
+    def begins(self) -> str:
+        """Where the run starts: "straight", "wound", or the name of a saved run."""
+        if self.start == "auto":
+            return "straight" if self.phase == "wind" else "wound"
+        return self.start
+
+    @property
+    def strip(self) -> reference.Strip:
+        """What the closed forms take; of a tapered rib, the means over its length."""
+        rib = self.rib
+        ends = (rib.thickness, rib.thickness if rib.tip_thickness is None else rib.tip_thickness)
+        area = rib.width * 0.5 * sum(ends)
+        # the mean of t^3 over a linear taper is (a + b)(a^2 + b^2)/4
+        moment = rib.width * sum(ends) * (ends[0] ** 2 + ends[1] ** 2) / 48.0
+        return reference.Strip(
+            radius=self.hub.radius,
+            length=rib.length,
+            line_density=rib.density * area,
+            bending_stiffness=rib.young_modulus * moment,
+            axial_stiffness=rib.young_modulus * area,
+        )
+
+    @property
+    def contact_frequency(self) -> float:
+        """Frequency at which one check point, with its share of the rib's mass, would bounce on the hub, rad/s.
+
+        Of a law that is not linear, at a penetration of the rib's thickness.
+        """
+        rib, contact = self.rib, self.contact
+        mass = self.strip.line_density * rib.length / (rib.elements * contact.points)
+        stiffness = contact.exponent * contact.stiffness * rib.thickness ** (contact.exponent - 1.0)
+        return math.sqrt(stiffness / mass)
+
+    @property
+    def duration(self) -> float:
+        """Time that the run covers, s."""
+        if self.solver.duration != "auto":
+            return float(self.solver.duration)
+        if self.hold is not None:
+            return self.hold.time
+        drive = self.drive
+        turns = self.rib.length / self.hub.radius
+        if drive is not None and drive.kind == "torque" and drive.torque is not None:
+            motion = reference.string_winding(
+                self.strip, drive.torque, self.damping.alpha, start_angle=self.rib.start_angle
+            )
+            return 1.2 * float(motion.time[-1]) + drive.ramp
+        if drive is not None and drive.rate is not None:
+            return 1.2 * turns / abs(drive.rate) + drive.ramp
+        return reference.deployment_time(self.strip)

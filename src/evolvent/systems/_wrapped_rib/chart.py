@@ -1,0 +1,126 @@
+"""Figures of a study over one key: the tip's speed for each value (Yi et al., figure 7), and when it is largest."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.plots import PALETTE
+from evolvent.systems._wrapped_rib import reference
+from evolvent.systems._wrapped_rib.show import WINDOW, running_mean
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+#: Variables that are drawn over time, with what is written beside them.
+DRAWN = {
+    "tip_speed": "tip speed, m/s",
+    "tip_radius": "tip from the axis, m",
+    "wrap_angle": "wound, rad",
+    "contact_points": "check points in contact",
+    "contact_force": "contact force, N",
+    "contact_impulse": "impulse of the contact, N s",
+}
+#: Most values of a key whose lines are told apart.
+MOST = 7
+
+
+def study_figures(study: xr.Dataset) -> dict[str, Figure]:
+    """Figures of a grid over one key whose runs keep variables over time; none for other studies.
+
+    Parameters
+    ----------
+    study : as `evolvent.studies.open` returns it
+    """
+    keys = [key for key in json.loads(study.attrs["keys"]) if study[key].size > 1]
+    kept = [name for name in DRAWN if name in study and "time" in study[name].dims]
+    if study.attrs["sample"] != "grid" or len(keys) != 1 or not kept or study[keys[0]].size > MOST:
+        return {}
+    found = {name: _over_time(study, keys[0], name) for name in kept}
+    if "tip_speed" in kept and study[keys[0]].dtype.kind in "iuf":
+        found["peak"] = _peaks(study, keys[0])
+    return found
+
+
+def _of_first_rib(study: xr.Dataset, key: str, name: str) -> np.ndarray:
+    """(values of the key, nt)."""
+    values = study[name]
+    values = values.isel({dim: 0 for dim in values.dims if dim not in (key, "time")})
+    found: np.ndarray = values.transpose(key, "time").values
+    return found
+
+
+def _sheet(title: str) -> tuple[Figure, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    sheet = Figure(figsize=(8.0, 4.6), layout="constrained")
+    FigureCanvasAgg(sheet)
+    sheet.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    axis = sheet.subplots()
+    axis.grid(alpha=0.25)
+    axis.spines[["top", "right"]].set_visible(False)
+    return sheet, axis
+
+
+def _named(study: xr.Dataset, key: str) -> str:
+    unit = str(study[key].attrs.get("units", "1"))
+    return key if unit in ("1", "") else f"{key}, {unit}"
+
+
+def _over_time(study: xr.Dataset, key: str, name: str) -> Figure:
+    """One line for each value of the key; of forces, running means, since single samples depend on the mesh."""
+    time = study.time.values
+    sheet, axis = _sheet(DRAWN[name].partition(",")[0].capitalize())
+    for k, values in enumerate(_of_first_rib(study, key, name)):
+        drawn, color = np.isfinite(values), PALETTE[k % len(PALETTE)]
+        y = values[drawn]
+        label = str(study[key].values[k])
+        if name == "contact_force" and y.size > 2:
+            axis.plot(time[drawn], y, color=color, lw=0.5, alpha=0.4)
+            y = running_mean(time[drawn], y, WINDOW * float(time[-1] - time[0]))
+            label += ", running mean"
+        axis.plot(time[drawn], y, color=color, lw=1.4, label=label)
+    axis.set_xlabel("time, s")
+    axis.set_ylabel(DRAWN[name])
+    axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize=9, title=_named(study, key))
+    return sheet
+
+
+def _peaks(study: xr.Dataset, key: str) -> Figure:
+    """When the tip is fastest, beside the light string's time."""
+    sheet, axis = _sheet("Time of the largest tip speed")
+    time, at = study.time.values, study[key].values
+    speed = np.nan_to_num(_of_first_rib(study, key, "tip_speed"), nan=-1.0)
+    axis.plot(at, time[np.argmax(speed, axis=1)], "o", color=PALETTE[1], label="runs")
+    string = _strings(study, key)
+    if np.any(np.isfinite(string)):
+        axis.plot(at, string, "x--", color=PALETTE[2], lw=1.0, label="light string, 98 % wound")
+    axis.set_xlabel(_named(study, key))
+    axis.set_ylabel("time, s")
+    axis.set_ylim(bottom=0.0)
+    axis.legend(frameon=False, fontsize=9)
+    return sheet
+
+
+def _strings(study: xr.Dataset, key: str) -> np.ndarray:
+    """Time at which a light string is wound, for each value of the key; NaN where the drive is no torque."""
+    content = cases.parse_yaml(study.attrs["study"], "the study")
+    found = []
+    for value in study[key].values:
+        try:
+            case = cases.load(content["case"], (content.get("set") or {}) | {key: value.item()})
+        except InputError:
+            found.append(np.nan)
+            continue
+        drive = case.drive
+        winds = case.begins == "straight" and drive is not None and drive.kind == "torque"
+        string = reference.string_winding(case.strip, drive.torque, case.damping.alpha) if winds else None
+        found.append(string.end_time if string is not None else np.nan)
+    return np.array(found)

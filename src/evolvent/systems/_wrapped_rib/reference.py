@@ -1,0 +1,271 @@
+r"""Closed forms and small models of a rib round a hub, to judge runs by; independent of elements and solvers.
+
+The rib is uniform: length L, mass m per length, bending stiffness EI, axial stiffness EA, hub radius R. The hub does
+not turn. The winding sense is counterclockwise, as seen with the hub's axis z towards the eye.
+
+A field torque T is a force c z x r per mass on every part of the rib, r from the axis, with c = T / int r^2 dm at every
+instant: its moment about the axis is T whatever the shape.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+
+
+class Strip(NamedTuple):
+    """What the closed forms need of a rib and its hub.
+
+    Attributes
+    ----------
+    radius : float, m, R of the hub
+    length : float, m, L
+    line_density : float, kg/m, m
+    bending_stiffness : float, N m2, EI
+    axial_stiffness : float, N, EA
+    """
+
+    radius: float
+    length: float
+    line_density: float
+    bending_stiffness: float
+    axial_stiffness: float
+
+
+# ------------------------------------------------------------------------------------------------ winding
+
+
+class Winding(NamedTuple):
+    """Motion of a light string that is wound by a field torque.
+
+    Attributes
+    ----------
+    time : (nt,) float, s
+    swing : (nt,) float, rad, of the straight string about its hinge from outwards, at most pi/2 (tangent)
+    wrap : (nt,) float, rad, of the hub that the string covers
+    rate : (nt,) float, rad/s, of `swing`, then of `wrap`
+    tip_speed : (nt,) float, m/s
+    kinetic : (nt,) float, J
+    work : (nt,) float, J, that the field torque has done
+    drag : (nt,) float, J, that the mass damping has taken
+    tangent_time : float, s, when the string lies along the hub's tangent; infinite if it never does
+    end_time : float, s, when the given share of the length is wound; infinite if `longest` comes first
+    """
+
+    time: Array
+    swing: Array
+    wrap: Array
+    rate: Array
+    tip_speed: Array
+    kinetic: Array
+    work: Array
+    drag: Array
+    tangent_time: float
+    end_time: float
+
+
+def string_winding(
+    rib: Strip,
+    torque: float,
+    alpha: float,
+    *,
+    wrapped: float = 0.98,
+    start_angle: float = 0.0,
+    samples: int = 2001,
+    longest: float = 1e6,
+) -> Winding:
+    """A string without bending stiffness: it swings straight to the hub's tangent, then winds as an involute.
+
+    Parameters
+    ----------
+    rib : Strip
+    torque : float, N m, T
+    alpha : float, 1/s, damping proportional to mass
+    wrapped : float, share of the length at which the motion ends; below 1, where the speed has no bound
+    start_angle : float, rad, from outwards, at which it starts from rest, positive in the winding sense
+    samples : int, times at which the motion is given
+    longest : float, s, time after which it ends anyway
+
+    Notes
+    -----
+    Derived here; the hinge is at the hub's surface. Swing by th, a rigid rod, moments about the hinge:
+
+        th'' = c (1 + 3 R cos(th) / (2 L)) - alpha th',   c = T / (m (R^2 L + L^3/3 + R L^2 cos(th)))
+
+    Winding by ph, with a straight tail of length l = L - R ph along the tangent. A point at the distance s from the
+    point of tangency moves across the tail at s ph', and the wound part rests, so that the kinetic energy is
+    m l^3 ph'^2 / 6, the moment of the field m c l^3 / 3, and Lagrange's equation
+
+        ph'' = 3 R ph'^2 / (2 l) + c - alpha ph',   c = T / (m (R^2 L + l^3/3))
+
+    The tip's speed l ph' grows as l^(-1/2) at the end: the whip of the last bit, which no mesh resolves.
+    """
+    from scipy.integrate import solve_ivp
+
+    R, L, m = rib.radius, rib.length, rib.line_density
+
+    def swinging(_: float, y: Array) -> list[float]:
+        cosine = math.cos(y[0])
+        c = torque / (m * (R * R * L + L**3 / 3.0 + R * L * L * cosine))
+        # power of the field: c (z x r) . v over the rod, v = s th' across it, along which z x r is s + R cos(th)
+        power = c * m * (L**3 / 3.0 + 0.5 * R * L * L * cosine) * y[1]
+        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - alpha * y[1], power, alpha * m * L**3 / 3.0 * y[1] ** 2]
+
+    def winding(_: float, y: Array) -> list[float]:
+        tail = L - R * y[0]
+        c = torque / (m * (R * R * L + tail**3 / 3.0))
+        inertia = m * tail**3 / 3.0
+        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - alpha * y[1], c * inertia * y[1], alpha * inertia * y[1] ** 2]
+
+    def tangent(_: float, y: Array) -> float:
+        return float(y[0] - 0.5 * math.pi)
+
+    def wound(_: float, y: Array) -> float:
+        return float(R * y[0] - wrapped * L)
+
+    tangent.terminal = wound.terminal = True  # type: ignore[attr-defined]
+    accurate = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "dense_output": True}
+    begin = np.array([start_angle, 0.0, 0.0, 0.0])
+    first = solve_ivp(swinging, (0.0, longest), begin, events=tangent, **accurate)
+    if start_angle >= 0.5 * math.pi:
+        tangent_time, turn = 0.0, begin
+    else:
+        tangent_time = float(first.t[-1]) if first.status == 1 else math.inf
+        turn = first.y[:, -1]
+    end_time, last = math.inf, min(tangent_time, longest)
+    second = None
+    if tangent_time < longest:
+        begin = np.array([0.0, turn[1], turn[2], turn[3]])
+        second = solve_ivp(winding, (tangent_time, longest), begin, events=wound, **accurate)
+        last = float(second.t[-1])
+        end_time = last if second.status == 1 else math.inf
+    time = np.linspace(0.0, last, samples)
+    swings = time < tangent_time
+    swing, wrap = np.full(samples, 0.5 * math.pi), np.zeros(samples)
+    rate, work, drag = np.empty(samples), np.empty(samples), np.empty(samples)
+    if np.any(swings):
+        swing[swings], rate[swings], work[swings], drag[swings] = first.sol(time[swings])
+    if second is not None:
+        wrap[~swings], rate[~swings], work[~swings], drag[~swings] = second.sol(time[~swings])
+    tail = L - R * wrap
+    return Winding(
+        time=time,
+        swing=swing,
+        wrap=wrap,
+        rate=rate,
+        tip_speed=tail * rate,
+        kinetic=m * tail**3 * rate**2 / 6.0,
+        work=work,
+        drag=drag,
+        tangent_time=tangent_time,
+        end_time=end_time,
+    )
+
+
+def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * math.pi, at: float = 0.0) -> Array:
+    """Points of a string that is wound on the hub from its root on, with a straight tail.
+
+    Parameters
+    ----------
+    rib : Strip
+    arc : (k,) float, m, from the root
+    wrap : float, rad, of the hub that it covers
+    swing : float, rad, of the tail from outwards; pi/2 along the tangent
+    at : float, rad, place of the root on the hub
+
+    Returns
+    -------
+    (k, 2) float, m, from the hub's axis
+    """
+    R = rib.radius
+    turn = np.minimum(np.asarray(arc) / R, wrap)
+    tail = np.asarray(arc) - R * turn
+    place, along = at + turn, at + turn + swing
+    return np.stack([R * np.cos(place) + tail * np.cos(along), R * np.sin(place) + tail * np.sin(along)], axis=-1)
+
+
+# ------------------------------------------------------------------------------------------------ wound and held
+
+
+def wound_tension(rib: Strip, torque: float, arc: Array) -> Array:
+    """Tension of the rib wound and held by a field torque without friction, N, at arc lengths from the root.
+
+    Notes
+    -----
+    At the radius R the field is T/(R L) per length, along the hub; so N(s) = T/R (1 - s/L).
+    """
+    return torque / rib.radius * (1.0 - np.asarray(arc) / rib.length)
+
+
+def wound_pressure(rib: Strip, torque: float, arc: Array) -> Array:
+    """Normal force on the hub per length, N/m: tension over R (bending at a constant curvature adds nothing)."""
+    return wound_tension(rib, torque, arc) / rib.radius
+
+
+def wound_contact_force(rib: Strip, torque: float) -> float:
+    """Sum of the normal forces on the hub, N: the integral of the pressure, T L / (2 R^2)."""
+    return torque * rib.length / (2.0 * rib.radius**2)
+
+
+def root_strain(rib: Strip, torque: float) -> float:
+    """Strain at the root of the rib held by a field torque: T / (R EA)."""
+    return torque / (rib.radius * rib.axial_stiffness)
+
+
+def bending_energy(rib: Strip) -> float:
+    """Energy of bending of the wound rib, J: EI L / (2 R^2)."""
+    return rib.bending_stiffness * rib.length / (2.0 * rib.radius**2)
+
+
+def membrane_energy(rib: Strip, torque: float) -> float:
+    """Energy of stretching of the rib held by a field torque, J: T^2 L / (6 R^2 EA), small strain."""
+    return torque**2 * rib.length / (6.0 * rib.radius**2 * rib.axial_stiffness)
+
+
+def couple_work(couple: float) -> float:
+    """Most work that a couple on the hinge can do, J: its end of the rib turns no further than to the tangent."""
+    return 0.5 * math.pi * couple
+
+
+def least_couple(rib: Strip) -> float:
+    """Couple on the hinge whose work would pay for the bending of the wound rib, N m: EI L / (pi R^2).
+
+    A greater one does not wind it either: all that reaches the rib is the moment of its first bit, whose bending the
+    couple pays for at the hinge, and nothing pulls the tail round.
+    """
+    return bending_energy(rib) / couple_work(1.0)
+
+
+# ------------------------------------------------------------------------------------------------ deployment
+
+
+def deployment_speed(rib: Strip) -> float:
+    """Speed of the tip while the rib unwinds by its own bending, m/s: v = sqrt(3 EI / m) / R.
+
+    Notes
+    -----
+    Derived here. The free tail of length l is straight and turns at v/l about the point of tangency: its kinetic
+    energy m l^3 (v/l)^2 / 6 is the bending energy that it has given, EI l / (2 R^2), whatever l is. No damping, no
+    stretch, no inertia in what is wound.
+    """
+    return math.sqrt(3.0 * rib.bending_stiffness / rib.line_density) / rib.radius
+
+
+def deployed_length(rib: Strip, time: Array) -> Array:
+    """Length of the free tail, m: l^2 = 2 v R t, since l' = R v / l; at most L."""
+    grown = 2.0 * deployment_speed(rib) * rib.radius * np.maximum(np.asarray(time, dtype=float), 0.0)
+    return np.minimum(np.sqrt(grown), rib.length)
+
+
+def deployed_tip_radius(rib: Strip, time: Array) -> Array:
+    """Distance of the tip from the hub's axis until all is unwound, m: r^2 = R^2 + 2 v R t."""
+    return np.hypot(rib.radius, deployed_length(rib, time))
+
+
+def deployment_time(rib: Strip) -> float:
+    """Time until all is unwound, s: L^2 / (2 v R)."""
+    return rib.length**2 / (2.0 * deployment_speed(rib) * rib.radius)

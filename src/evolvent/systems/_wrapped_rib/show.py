@@ -1,0 +1,488 @@
+"""What to show of a run: numbers, figures, the scene of an animation."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.systems._wrapped_rib import reference
+from evolvent.systems._wrapped_rib.advice import locking
+from evolvent.systems._wrapped_rib.case import Case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: What takes energy out of a run.
+CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
+#: Share of a run over which contact forces are averaged, since single samples depend on the mesh.
+WINDOW = 0.04
+#: Shapes that are drawn of a run.
+SHAPES = 9
+
+
+def case_of(run: xr.Dataset) -> Case:
+    """The case that a run was made from."""
+    loaded: Case = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    return loaded
+
+
+def layout(case: Case) -> dict[str, dict[str, int | None]]:
+    """Numeric variables of a run, with their dimensions and sizes, None for any."""
+    time: dict[str, int | None] = {"time": None}
+    rib = time | {"rib": case.rib.count}
+    points = case.rib.elements * case.output.points + 1
+    found: dict[str, dict[str, int | None]] = {"arc": {"point": points}, "time": time}
+    energies = [f"energy_{kind}" for kind in ("kinetic", "membrane", "bending", "elastic", "contact", "balance")]
+    found |= dict.fromkeys([*energies, "work_external", "hub_torque", "hub_angle"], time)
+    found |= {"energy_dissipated": time | {"cause": len(CAUSES)}}
+    found |= dict.fromkeys(("angular_momentum", "linear_momentum"), time | {"axis": 3})
+    names = ("tip_speed", "tip_radius", "wrap_angle", "contact_points", "contact_force", "contact_impulse")
+    found |= dict.fromkeys(names, rib)
+    found |= dict.fromkeys(("curvature", "tension"), rib | {"point": points})
+    found |= {"position": rib | {"point": points, "axis": 3}}
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ numbers
+
+
+def numbers(run: xr.Dataset) -> list[Number]:
+    """The results that a user wants to see at once; of several ribs, those of the first."""
+    case = case_of(run)
+    time, strip = run.time.values, case.strip
+    found = [Number(label="time reached", value=f"{time[-1]:.6g} s"), _wound(run, strip)]
+    found += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](run, case)
+    force, impulse = run.contact_force.values[:, 0], run.contact_impulse.values[:, 0]
+    if np.any(force > 0.0):
+        found += [
+            Number(label="impulse of the contact", value=f"{impulse[-1]:.4g} N s"),
+            Number(
+                label="largest contact force, one sample", value=f"{_peak(time, force, 'N')} (it depends on the mesh)"
+            ),
+        ]
+    if np.any(run.hub_torque.values):
+        found.append(Number(label="torque on the hub at the end", value=f"{run.hub_torque.values[-1]:.4g} N m"))
+    if case.hub.motion != "fixed":
+        turned = math.degrees(float(run.hub_angle.values[-1] - run.hub_angle.values[0]))
+        found.append(Number(label="hub turned by", value=f"{turned:.5g} deg"))
+    found += _energy_numbers(run)
+    if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
+        found += _momentum_numbers(run, free=case.hub.motion == "free")
+    found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
+    if run.attrs.get("warning"):
+        found.append(Number(label="warning", value=run.attrs["warning"]))
+    statistics = json.loads(run.attrs["statistics"])
+    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
+    if statistics.get("rejected_steps"):
+        steps += f", {int(statistics['rejected_steps']):,} rejected"
+    if statistics.get("iterations"):
+        steps += f", {int(statistics['iterations']):,} iterations"
+    if statistics.get("step"):
+        steps += f", {statistics['step']:.4g} s each"
+    found.append(Number(label="steps", value=steps))
+    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
+    found.append(Number(label="time of the solve", value=text))
+    return found
+
+
+def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
+    k = int(np.argmax(values))
+    return f"{values[k]:.4g} {unit} at {time[k]:.5g} s"
+
+
+def _wound(run: xr.Dataset, strip: reference.Strip) -> Number:
+    angle = float(run.wrap_angle.values[-1, 0])
+    share = 100.0 * angle * strip.radius / strip.length
+    return Number(label="wound at the end", value=f"{angle / (2.0 * math.pi):.4g} turns, {share:.4g} % of the rib")
+
+
+def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
+    """When the tip is fastest, beside the light string; its speed then grows with the mesh, as l^(-1/2)."""
+    peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
+    found = [Number(label="largest tip speed, one sample", value=f"{peak} (the time converges, the speed does not)")]
+    string = _string(case)
+    if string is not None and math.isfinite(string.end_time):
+        found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
+    return found
+
+
+def _of_holding(run: xr.Dataset, case: Case) -> list[Number]:
+    """The rest on the hub, beside its closed form."""
+    late = run.time.values >= (1.0 - WINDOW) * run.time.values[-1]
+    text = f"{run.contact_force.values[late, 0].mean():.5g} N"
+    if case.drive is not None and case.drive.torque is not None:
+        text += f" (T L / 2 R2 = {reference.wound_contact_force(case.strip, case.drive.torque):.5g})"
+    middle = _middle(run)
+    bent = case.hub.radius * run.curvature.values[-1, 0, middle]
+    return [
+        Number(label=f"contact force, mean of the last {100.0 * WINDOW:g} %", value=text),
+        Number(label="curvature x R, away from the ends", value=f"{bent.mean():.5g} ± {bent.std():.2g}"),
+    ]
+
+
+def _of_deployment(run: xr.Dataset, case: Case) -> list[Number]:
+    """The tip's place and speed beside the closed form."""
+    time = run.time.values
+    radius = float(run.tip_radius.values[-1, 0])
+    closed = float(reference.deployed_tip_radius(case.strip, time[-1]))
+    found = [Number(label="tip radius at the end", value=f"{radius:.5g} m (closed form {closed:.5g})")]
+    late = time >= 0.5 * time[-1]
+    speed, closed = run.tip_speed.values[late, 0].mean(), reference.deployment_speed(case.strip)
+    found.append(
+        Number(label="tip speed, mean of the second half", value=f"{speed:.4g} m/s (closed form {closed:.4g})")
+    )
+    end = reference.deployment_time(case.strip)
+    found.append(Number(label="closed form unwinds all in", value=f"{end:.5g} s"))
+    return found
+
+
+def _energy_numbers(run: xr.Dataset) -> list[Number]:
+    taken = run.energy_dissipated.values[-1]
+    largest = float(np.abs(taken).max())
+    causes = [
+        f"{name} {value:.3g}"
+        for name, value in zip(run.cause.values, taken, strict=True)
+        if abs(value) > 1e-6 * largest > 0.0
+    ]
+    kinds = ", ".join(
+        f"{name} {float(run[f'energy_{name}'].values[-1]):.3g}"
+        for name in ("kinetic", "membrane", "bending", "contact")
+    )
+    found = [Number(label="energy at the end", value=f"{kinds} J")]
+    if causes:
+        found.append(Number(label="energy taken by", value=f"{', '.join(causes)} J"))
+    balance = float(np.abs(run.energy_balance.values).max())
+    found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
+    return found
+
+
+def _momentum_numbers(run: xr.Dataset, *, free: bool) -> list[Number]:
+    def drift(name: str, unit: str, axes: slice) -> Number:
+        values = run[name].values[:, axes]
+        label = f"drift of {name.replace('_', ' ')}"
+        return Number(label=label, value=f"{np.abs(values - values[0]).max():.2g} {unit}")
+
+    found = [drift("angular_momentum", "kg m2/s", slice(0, 3) if free else slice(2, 3))]
+    return [*found, drift("linear_momentum", "kg m/s", slice(0, 3))] if free else found
+
+
+def _string(case: Case) -> reference.Winding | None:
+    """The light string under the case's drive, if it has one that is comparable."""
+    drive = case.drive
+    if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
+        return None
+    if case.hub.motion != "fixed" or drive.ramp > 0.0 or case.damping.elements != "all":
+        return None
+    return reference.string_winding(case.strip, drive.torque, case.damping.alpha, start_angle=case.rib.start_angle)
+
+
+def _middle(run: xr.Dataset) -> np.ndarray:
+    """Points away from both ends of a rib: a mask over its points."""
+    arc = run.arc.values
+    inside: np.ndarray = (arc > 0.1 * arc[-1]) & (arc < 0.9 * arc[-1])
+    return inside
+
+
+# ------------------------------------------------------------------------------------------------ figures
+
+
+def figures(run: xr.Dataset) -> list[Figure]:
+    """What to draw of a run; nothing of one with fewer than three samples."""
+    if run.sizes["time"] < 3:
+        return []
+    case = case_of(run)
+    found = [_shape_figure(run, case), _tip_figure(run, case)]
+    if np.any(run.contact_force.values > 0.0):
+        found += [_points_figure(run, case), _force_figure(run, case)]
+    found.append(_along_figure(run, case))
+    found.append(_energy_figure(run))
+    if case.hub.motion != "fixed" or np.any(run.hub_torque.values):
+        found.append(_hub_figure(run, case))
+    return found
+
+
+def _label(run: xr.Dataset, k: int) -> str:
+    return f"rib {k + 1}" if run.sizes["rib"] > 1 else ""
+
+
+def _moments(run: xr.Dataset, case: Case) -> list[int]:
+    """Samples at which shapes are drawn: evenly spread over what the tip does, not over time."""
+    along = np.abs(np.diff(run.wrap_angle.values[:, 0], prepend=run.wrap_angle.values[0, 0])).cumsum()
+    along = along / along[-1] if along[-1] > 0.0 else np.zeros_like(along)
+    time = run.time.values
+    mixed = along + 0.5 * (time - time[0]) / (time[-1] - time[0])
+    return sorted({int(np.searchsorted(mixed, x)) for x in np.linspace(mixed[0], mixed[-1], SHAPES)})
+
+
+def _dashed(x: np.ndarray, y: np.ndarray, label: str = "") -> Line:
+    """What a run is to be judged by."""
+    return Line(x=x, y=y, label=label, color=2, style="--", width=1.2)
+
+
+def _circle(case: Case) -> Line:
+    around = np.linspace(0.0, 2.0 * np.pi, 181)
+    R = case.hub.radius
+    return Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)
+
+
+def _shape_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Shapes round the hub at several times (Yi, figure 6): the whole, and what is near the hub."""
+    time = run.time.values
+    whole: list[Line] = [_circle(case)]
+    moments = _moments(run, case)
+    for count, k in enumerate(moments):
+        color = count / len(moments)
+        for b in range(run.sizes["rib"]):
+            x = run.position.values[k, b]
+            label = f"{time[k]:.4g} s" if b == 0 else ""
+            whole.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, width=1.2))
+    panels = [Panel(x_label="x, m", y_label="y, m", lines=whole, title="along the hub's axis", equal=True)]
+    R = case.hub.radius
+    near = [whole[0]]
+    for line in whole[1:]:
+        inside = np.hypot(line.x, line.y) < 2.0 * R
+        near.append(
+            Line(
+                x=np.where(inside, line.x, np.nan),
+                y=np.where(inside, line.y, np.nan),
+                color=line.color,
+                width=1.2,
+                marker=".",
+            )
+        )
+    panels.append(Panel(x_label="x, m", y_label="y, m", lines=near, title="near the hub", equal=True))
+    return Figure(name="shape", title="Shape of the rib", panels=panels, columns=2, size=(12.0, 5.2))
+
+
+def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Speed and place of the tip (Yi, figure 7), beside the light string or the closed form."""
+    time = run.time.values
+    speed = [Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=b) for b in range(run.sizes["rib"])]
+    radius = [Line(x=time, y=run.tip_radius.values[:, b], color=b) for b in range(run.sizes["rib"])]
+    turns = [Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=b) for b in range(run.sizes["rib"])]
+    string = _string(case) if case.phase == "wind" else None
+    if string is not None:
+        kept = string.time <= time[-1]
+        at = string.time[kept]
+        speed.append(_dashed(x=at, y=string.tip_speed[kept], label="light string"))
+        tail = case.strip.length - case.strip.radius * string.wrap
+        root = case.strip.radius
+        place = np.sqrt(root**2 + tail**2 + 2.0 * root * tail * np.cos(string.swing))
+        radius.append(_dashed(x=at, y=place[kept]))
+        turns.append(_dashed(x=at, y=string.wrap[kept] / (2 * np.pi)))
+    if case.phase == "deploy" and case.begins == "wound":
+        strip = case.strip
+        closed = reference.deployed_length(strip, time)
+        end = min(float(time[-1]), reference.deployment_time(strip))
+        v = reference.deployment_speed(strip)
+        speed.append(_dashed(x=np.array([time[0], end]), y=np.array([v, v]), label="closed form"))
+        radius.append(_dashed(x=time, y=reference.deployed_tip_radius(strip, time)))
+        turns.append(_dashed(x=time, y=(strip.length - closed) / (2 * np.pi * strip.radius)))
+    panels = [
+        Panel(x_label="", y_label="tip speed, m/s", lines=speed, y_zero=True),
+        Panel(x_label="", y_label="tip from the axis, m", lines=radius, y_zero=True),
+        Panel(x_label="time, s", y_label="wound, turns", lines=turns, y_zero=True),
+    ]
+    return Figure(name="tip", title="Motion of the tip", panels=panels, size=(8.0, 8.0))
+
+
+def _points_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Number of check points in contact (Yi, figure 8)."""
+    time = run.time.values
+    lines = [
+        Line(x=time, y=run.contact_points.values[:, b], label=_label(run, b), color=b, width=1.0)
+        for b in range(run.sizes["rib"])
+    ]
+    every = case.rib.elements * case.contact.points
+    title = f"of {every} on each rib"
+    panel = Panel(x_label="time, s", y_label="check points in contact", lines=lines, title=title, y_zero=True)
+    return Figure(name="contact_points", title="Contact with the hub", panels=[panel], size=(8.0, 4.0))
+
+
+def running_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:
+    """Mean of `values` over the time `window` about every sample, shorter at both ends."""
+    total = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))])
+    low, high = np.maximum(time - 0.5 * window, time[0]), np.minimum(time + 0.5 * window, time[-1])
+    mean: np.ndarray = (np.interp(high, time, total) - np.interp(low, time, total)) / (high - low)
+    return mean
+
+
+def _force_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Sum of the normal forces on the hub with a running mean, and its impulse (Yi, figure 9)."""
+    time = run.time.values
+    window = WINDOW * float(time[-1] - time[0])
+    force, impulse = [], []
+    for b in range(run.sizes["rib"]):
+        values = run.contact_force.values[:, b]
+        force.append(Line(x=time, y=values, label=f"samples {_label(run, b)}".strip(), color=6 + b, width=0.7))
+        force.append(
+            Line(
+                x=time,
+                y=running_mean(time, values, window),
+                label=f"mean of {window:.3g} s {_label(run, b)}".strip(),
+                color=b,
+            )
+        )
+        impulse.append(Line(x=time, y=run.contact_impulse.values[:, b], color=b))
+    if case.drive is not None and case.drive.torque is not None and case.drive.kind == "torque":
+        held = reference.wound_contact_force(case.strip, case.drive.torque)
+        label = "at rest, wound: T L / 2 R2"
+        ends = np.array([time[0], time[-1]])
+        force.append(Line(x=ends, y=np.array([held, held]), label=label, color=2, style="--", width=1.2))
+    title = "single samples depend on the mesh and on the contact's stiffness; means and impulses do not"
+    panels = [
+        Panel(x_label="", y_label="contact force, N", lines=force, title=title, y_zero=True),
+        Panel(x_label="time, s", y_label="impulse, N s", lines=impulse, y_zero=True),
+    ]
+    return Figure(name="contact_force", title="Force of the contact with the hub", panels=panels, size=(8.0, 7.0))
+
+
+def _along_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Curvature, tension and pressure along the first rib at several times; in phase hold, beside the closed form."""
+    time, arc, R = run.time.values, run.arc.values, case.hub.radius
+    curvature, tension, pressure = [], [], []
+    shown = _moments(run, case) if case.phase != "hold" else [run.sizes["time"] - 1]
+    for count, k in enumerate(shown):
+        color: int | float = count / len(shown) if case.phase != "hold" else 0
+        label = f"{time[k]:.4g} s"
+        curvature.append(Line(x=arc, y=R * run.curvature.values[k, 0], label=label, color=color, width=1.2))
+        tension.append(Line(x=arc, y=run.tension.values[k, 0], color=color, width=1.2))
+        pressure.append(Line(x=arc, y=_pressure(run, k), color=color, width=1.2))
+    if case.phase == "hold" and case.drive is not None and case.drive.torque is not None:
+        T, strip = case.drive.torque, case.strip
+        curvature.append(_dashed(x=arc, y=np.ones_like(arc), label="closed form"))
+        tension.append(_dashed(x=arc, y=reference.wound_tension(strip, T, arc)))
+        pressure.append(_dashed(x=arc, y=reference.wound_pressure(strip, T, arc)))
+    panels = [
+        Panel(x_label="", y_label="curvature x R", lines=curvature),
+        Panel(x_label="from the root, m", y_label="tension, N", lines=tension),
+    ]
+    if case.phase == "hold":
+        label = "pressure on the hub, N/m"
+        panels[-1] = Panel(x_label="", y_label="tension, N", lines=tension)
+        panels.append(Panel(x_label="from the root, m", y_label=label, lines=pressure))
+    return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
+
+
+def _pressure(run: xr.Dataset, k: int) -> np.ndarray:
+    """Normal force on the hub per length of the first rib, N/m; without samples of it, tension times curvature."""
+    if "contact_pressure" in run:
+        values: np.ndarray = run.contact_pressure.values[k, 0]
+        return values
+    product: np.ndarray = run.tension.values[k, 0] * run.curvature.values[k, 0]
+    return product
+
+
+def _energy_figure(run: xr.Dataset) -> Figure:
+    """Energies, what takes them, and how well the account closes."""
+    time = run.time.values
+
+    def lines(*names: tuple[str, int], log: bool) -> list[Line]:
+        found = []
+        for name, color in names:
+            values = 1e3 * run[f"energy_{name}"].values
+            y = np.where(values > 0.0, values, np.nan) if log else values
+            if np.any(values):
+                found.append(Line(x=time, y=y, label=name, color=color, width=1.2))
+        return found
+
+    whole = lines(("kinetic", 1), ("elastic", 6), log=False)
+    whole.append(Line(x=time, y=1e3 * run.work_external.values, label="work from outside", color=0))
+    panels = [Panel(x_label="", y_label="energy, mJ", lines=whole)]
+    stored = lines(("membrane", 2), ("bending", 3), ("contact", 4), log=True)
+    if stored:
+        panels.append(Panel(x_label="", y_label="energy stored, mJ", lines=stored, log=True))
+    taken = []
+    for k, name in enumerate(run.cause.values):
+        values = run.energy_dissipated.values[:, k]
+        if np.any(values):
+            taken.append(Line(x=time, y=1e3 * values, label=str(name), color=k + 1, width=1.2))
+    balance = np.abs(run.energy_balance.values)
+    defect = [Line(x=time, y=np.where(balance > 0.0, balance, np.nan), width=1.0)]
+    if taken:
+        panels.append(Panel(x_label="", y_label="taken, mJ", lines=taken))
+    if np.any(balance > 0.0):
+        panels.append(Panel(x_label="", y_label="relative defect", lines=defect, title="what it lacks", log=True))
+    panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
+    return Figure(name="energy", title="Energy account", panels=panels, size=(8.0, 2.9 * len(panels)))
+
+
+def _hub_figure(run: xr.Dataset, case: Case) -> Figure:
+    """Torque of the ribs on the hub about its axis, and how the hub turns."""
+    time = run.time.values
+    lines = [Line(x=time, y=run.hub_torque.values, width=1.0)]
+    panels = [Panel(x_label="time, s", y_label="torque on the hub, N m", lines=lines)]
+    if case.hub.motion != "fixed":
+        angle = np.degrees(run.hub_angle.values)
+        momentum = [Line(x=time, y=run.angular_momentum.values[:, c], label="xyz"[c], color=c + 1) for c in range(3)]
+        panels.append(Panel(x_label="time, s", y_label="hub turned, deg", lines=[Line(x=time, y=angle)]))
+        panels.append(Panel(x_label="time, s", y_label="angular momentum, kg m2/s", lines=momentum))
+    return Figure(name="hub", title="Hub", panels=panels, size=(8.0, 3.2 * len(panels)))
+
+
+# ------------------------------------------------------------------------------------------------ animation
+
+
+def scene(run: xr.Dataset) -> Scene | None:
+    """The ribs and the hub in three dimensions; None of a run with a single sample."""
+    if run.sizes["time"] < 2:
+        return None
+    case, time = case_of(run), run.time.values
+    count = time.size
+    origin = run.hub_position.values if "hub_position" in run else np.zeros((count, 3))
+    angle = run.hub_angle.values
+    tilt = np.zeros((count, 4))
+    tilt[:, 0] = 1.0
+    if "hub_quaternion" in run:
+        attitude = run.hub_quaternion.values
+        tilt = _tilt(attitude, angle)
+    else:
+        zero = np.zeros(count)
+        attitude = np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
+    points = _in_body(run.position.values - origin[:, None, None], attitude)
+    by_tension = case.phase != "deploy"
+    along = run.tension.values if by_tension else case.hub.radius * run.curvature.values
+    edge = 0.5 * case.hub.height
+    around = np.linspace(0.0, 2.0 * np.pi, 49)
+    ring = case.hub.radius * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
+    up = np.array([0.0, 0.0, edge])
+    posts = [np.stack([ring[k] - up, ring[k] + up]) for k in range(0, 48, 8)]
+    return Scene(
+        name="animation",
+        title={"wind": "Winding", "hold": "Holding", "deploy": "Deployment"}[case.phase] + " of the rib",
+        time=time,
+        points=points,
+        value=0.5 * (along[..., 1:] + along[..., :-1]),
+        value_label="tension, N" if by_tension else "curvature x R",
+        origin=origin,
+        angle=angle,
+        tilt=tilt,
+        body=[ring - up, ring + up, ring, *posts],
+        numbers={
+            "tip speed, m/s": run.tip_speed.values[:, 0],
+            "wound, turns": run.wrap_angle.values[:, 0] / (2.0 * np.pi),
+            "contact force, N": run.contact_force.values[:, 0],
+        },
+    )
+
+
+def _in_body(x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Vectors (nt, ribs, points, 3) seen from bodies of attitude q (nt, 4)."""
+    w, v = q[:, 0, None, None, None], -q[:, None, None, 1:]
+    turn = 2.0 * np.cross(np.broadcast_to(v, x.shape), x)
+    turned: np.ndarray = x + w * turn + np.cross(np.broadcast_to(v, x.shape), turn)
+    return turned
+
+
+def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """What is left of attitudes q once the turn by `angle` about z is taken out: (angle about z)^-1 q."""
+    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
+    left = [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]]
+    turned = np.stack(left, axis=1)
+    return np.where(turned[:, :1] < 0.0, -turned, turned)

@@ -1,0 +1,106 @@
+"""Runs that no solver has made: data sets with a run's variables, filled from the closed forms of `reference`."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import xarray as xr
+
+from evolvent import cases
+from evolvent.results import label, variable
+from evolvent.systems._wrapped_rib import reference
+from evolvent.systems._wrapped_rib.show import CAUSES
+
+WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
+HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}
+DEPLOY = {"phase": "deploy", "damping": {"alpha": 0}}
+
+
+def synthetic(content, overrides=None) -> xr.Dataset:
+    """A run of the phase that `content` has, as the closed forms have it; all ribs alike."""
+    case = cases.load({"system": "wrapped-rib", **content}, overrides)
+    strip, drive = case.strip, case.drive
+    arc = np.linspace(0.0, strip.length, case.rib.elements * case.output.points + 1)
+    torque = drive.torque if drive is not None and drive.torque is not None else 0.0
+    zero = np.zeros(401)
+    if case.phase == "wind":
+        motion = reference.string_winding(strip, torque, case.damping.alpha, samples=301)
+        # after the string's end the rib rests on the hub
+        rest = motion.time[-1] * (1.0 + np.arange(1, 101) / 200.0)
+        time = np.concatenate([motion.time, rest])
+
+        def then(values, last):
+            return np.concatenate([values, np.full(100, last)])
+
+        wrap, swing = then(motion.wrap, strip.length / strip.radius), then(motion.swing, 0.5 * np.pi)
+        speed, kinetic = then(motion.tip_speed, 0.0), then(motion.kinetic, 0.0)
+        work, drag = then(motion.work, motion.work[-1]), then(motion.drag, motion.drag[-1])
+        struck = then(np.zeros(301), motion.kinetic[-1])
+    elif case.phase == "hold":
+        time = np.linspace(0.0, case.duration, 401)
+        wrap, swing = zero + strip.length / strip.radius, zero + 0.5 * np.pi
+        speed, kinetic, work, drag, struck = zero, zero, zero, zero, zero
+    else:
+        time = np.linspace(0.0, case.duration, 401)
+        free = reference.deployed_length(strip, time)
+        wrap, swing = (strip.length - free) / strip.radius, zero + 0.5 * np.pi
+        speed = np.where(time > 0.0, reference.deployment_speed(strip), 0.0)
+        kinetic = reference.bending_energy(strip) * free / strip.length
+        work, drag, struck = zero, zero, zero
+    count = case.rib.count
+    flat = np.stack(
+        [
+            [reference.string_shape(strip, arc, wrap=w, swing=th, at=2.0 * np.pi * b / count) for b in range(count)]
+            for w, th in zip(wrap, swing, strict=True)
+        ]
+    )
+    position = np.concatenate([flat, np.zeros((*flat.shape[:-1], 1))], axis=-1)
+    on_hub = arc[None, :] <= strip.radius * wrap[:, None] + 1e-9
+    curvature = on_hub / strip.radius
+    tension = np.where(on_hub, reference.wound_tension(strip, torque, arc), 0.0)
+    force = np.trapezoid(tension / strip.radius * on_hub, arc, axis=1)
+    impulse = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
+    bending = reference.bending_energy(strip) * wrap * strip.radius / strip.length
+    taken = np.zeros((401, len(CAUSES)))
+    taken[:, 0], taken[:, 2] = drag, struck
+    stored = kinetic + bending
+    balance = (work - taken.sum(axis=1) - stored + stored[0]) / max(float(np.max(stored)), float(np.max(work)))
+
+    def of_ribs(values):
+        return np.repeat(np.asarray(values)[:, None], count, axis=1)
+
+    data = {
+        "position": (("time", "rib", "point", "axis"), position, "m"),
+        "tip_speed": (("time", "rib"), of_ribs(speed), "m/s"),
+        "tip_radius": (("time", "rib"), np.linalg.norm(position[:, :, -1], axis=-1), "m"),
+        "wrap_angle": (("time", "rib"), of_ribs(wrap), "rad"),
+        "contact_points": (("time", "rib"), of_ribs(on_hub.sum(axis=1)), "1"),
+        "contact_force": (("time", "rib"), of_ribs(force), "N"),
+        "contact_impulse": (("time", "rib"), of_ribs(impulse), "N s"),
+        "hub_torque": (("time",), zero, "N m"),
+        "hub_angle": (("time",), zero, "rad"),
+        "curvature": (("time", "rib", "point"), of_ribs(curvature), "1/m"),
+        "tension": (("time", "rib", "point"), of_ribs(tension), "N"),
+        "energy_kinetic": (("time",), kinetic, "J"),
+        "energy_membrane": (("time",), zero, "J"),
+        "energy_bending": (("time",), bending, "J"),
+        "energy_elastic": (("time",), bending, "J"),
+        "energy_contact": (("time",), zero, "J"),
+        "energy_dissipated": (("time", "cause"), taken, "J"),
+        "work_external": (("time",), work, "J"),
+        "energy_balance": (("time",), balance, "1"),
+        "angular_momentum": (("time", "axis"), np.zeros((401, 3)), "kg m2/s"),
+        "linear_momentum": (("time", "axis"), np.zeros((401, 3)), "kg m/s"),
+    }
+    found = xr.Dataset({name: variable(dims, values, unit, name) for name, (dims, values, unit) in data.items()})
+    found = found.assign_coords(
+        time=variable(("time",), time, "s", "time"),
+        arc=variable(("point",), arc, "m", "length from the root"),
+        cause=("cause", list(CAUSES)),
+        axis=("axis", ["x", "y", "z"]),
+        rib=("rib", np.arange(1, count + 1)),
+    )
+    solution = SimpleNamespace(status="success", message="", statistics={"steps": 401}, wall_time=0.1, compile_time=0.0)
+    text = cases.to_yaml(case)
+    return label(found, system=case.system, case=text, method="closed forms", solution=solution, laws={})

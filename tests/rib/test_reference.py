@@ -1,0 +1,131 @@
+"""The closed forms against one another, against quadrature and against a numerical solution of the same mechanics."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from evolvent.systems._wrapped_rib import reference
+from evolvent.systems._wrapped_rib.reference import Strip
+
+#: Yi et al. (2017): 12 m x 30 mm x 0.3 mm, 1600 kg/m3, 5 MPa, hub of 1.2 m.
+PAPER = Strip(
+    radius=0.6, length=12.0, line_density=0.0144, bending_stiffness=5e6 * 0.03 * 0.0003**3 / 12, axial_stiffness=45.0
+)
+T = 0.2
+
+
+@pytest.mark.parametrize(("alpha", "end"), [(0.0, 27.63), (0.2, 66.40), (0.5, 145.86)])
+def test_a_light_string_is_wound_when_other_computations_say(alpha, end):
+    found = reference.string_winding(PAPER, T, alpha)
+    assert found.end_time == pytest.approx(end, abs=0.005)
+    assert found.wrap[-1] * PAPER.radius == pytest.approx(0.98 * PAPER.length, rel=1e-9)
+    assert np.all(np.diff(found.swing) >= 0.0)
+    assert np.all(np.diff(found.wrap) >= 0.0)
+    assert np.argmax(found.tip_speed) == found.time.size - 1
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.2, 0.5])
+def test_the_strings_energy_is_the_work_less_the_drag(alpha):
+    found = reference.string_winding(PAPER, T, alpha)
+    assert found.kinetic == pytest.approx(found.work - found.drag, rel=1e-7, abs=1e-9)
+    assert np.any(found.drag > 0.0) == (alpha > 0.0)
+
+
+def test_the_strings_motion_is_that_of_its_shape():
+    found = reference.string_winding(PAPER, T, 0.2, samples=20001)
+    k = np.arange(100, 19900, 7)
+    dt = found.time[1]
+    arc = np.linspace(0.0, PAPER.length, 401)
+    for i in k[::150]:
+        before, after = (
+            reference.string_shape(PAPER, arc, wrap=found.wrap[j], swing=found.swing[j]) for j in (i - 1, i + 1)
+        )
+        v = np.linalg.norm(after - before, axis=1) / (2.0 * dt)
+        assert v[-1] == pytest.approx(found.tip_speed[i], rel=1e-3)
+        kinetic = 0.5 * PAPER.line_density * np.trapezoid(v**2, arc)
+        assert kinetic == pytest.approx(found.kinetic[i], rel=2e-3)
+
+
+def test_a_string_that_starts_tangent_has_no_swing():
+    found = reference.string_winding(PAPER, T, 0.2, start_angle=0.5 * math.pi)
+    assert found.tangent_time == 0.0
+    assert found.end_time < reference.string_winding(PAPER, T, 0.2).end_time
+    early = reference.string_winding(PAPER, T, 0.2, start_angle=-0.5 * math.pi)
+    assert early.tangent_time > reference.string_winding(PAPER, T, 0.2).tangent_time
+
+
+def test_a_string_that_has_no_time_is_cut_off():
+    during = reference.string_winding(PAPER, T, 0.2, longest=30.0)
+    assert during.time[-1] == 30.0
+    assert math.isinf(during.end_time)
+    before = reference.string_winding(PAPER, T, 0.2, longest=5.0)
+    assert math.isinf(before.tangent_time)
+    assert before.time[-1] == 5.0
+    assert not np.any(before.wrap)
+
+
+def test_a_string_round_a_thin_hub_is_a_rod_under_a_constant_field():
+    thin = PAPER._replace(radius=1e-6)
+    found = reference.string_winding(thin, T, 0.0, longest=20.0)
+    c = 3.0 * T / (thin.line_density * thin.length**3)
+    assert found.swing[found.swing < 1.5] == pytest.approx((0.5 * c * found.time**2)[found.swing < 1.5], rel=1e-5)
+
+
+def test_shape_keeps_its_length_and_winds_on_the_hub():
+    arc = np.linspace(0.0, PAPER.length, 20001)
+    x = reference.string_shape(PAPER, arc, wrap=3.0, at=1.0)
+    assert np.linalg.norm(np.diff(x, axis=0), axis=1).sum() == pytest.approx(PAPER.length, rel=1e-6)
+    r = np.linalg.norm(x, axis=1)
+    assert r[arc <= 1.8] == pytest.approx(0.6, rel=1e-12)
+    assert r[-1] == pytest.approx(math.hypot(0.6, 12.0 - 1.8), rel=1e-12)
+    assert x[0] == pytest.approx([0.6 * math.cos(1.0), 0.6 * math.sin(1.0)])
+
+
+def test_wound_and_held():
+    assert reference.wound_contact_force(PAPER, T) == pytest.approx(10.0 / 3.0, rel=1e-12)
+    arc = np.linspace(0.0, 12.0, 1001)
+    tension, pressure = reference.wound_tension(PAPER, T, arc), reference.wound_pressure(PAPER, T, arc)
+    assert tension[[0, -1]] == pytest.approx([T / 0.6, 0.0])
+    assert np.trapezoid(pressure, arc) == pytest.approx(reference.wound_contact_force(PAPER, T), rel=1e-12)
+    # the field's moment about the axis is the root's tension times the radius
+    assert tension[0] * PAPER.radius == pytest.approx(T)
+    energy = np.trapezoid(tension**2, arc) / (2.0 * PAPER.axial_stiffness)
+    assert reference.membrane_energy(PAPER, T) == pytest.approx(energy, rel=1e-6)
+    assert reference.root_strain(PAPER, T) == pytest.approx(0.0074074, rel=1e-4)
+    ratio = reference.membrane_energy(PAPER, T) / reference.bending_energy(PAPER)
+    assert ratio == pytest.approx(870, rel=0.02)
+
+
+def test_work_of_a_couple_at_the_hinge():
+    assert reference.bending_energy(PAPER) == pytest.approx(5.625e-6, rel=1e-12)
+    assert reference.couple_work(T) == pytest.approx(0.31416, rel=1e-4)
+    least = reference.least_couple(PAPER)
+    assert reference.couple_work(least) == pytest.approx(reference.bending_energy(PAPER), rel=1e-12)
+
+
+def test_deployment():
+    assert reference.deployment_speed(PAPER) == pytest.approx(0.01398, abs=1e-5)
+    assert reference.deployment_time(PAPER) == pytest.approx(8587.0, abs=1.0)
+    found = reference.deployed_tip_radius(PAPER, np.array([0.0, 1000.0, 4000.0, 8000.0]))
+    # these were computed with the speed rounded to four digits
+    assert found == pytest.approx([0.6, 4.139, 8.214, 11.599], abs=2e-3)
+    end = reference.deployment_time(PAPER)
+    assert reference.deployed_length(PAPER, np.array([end, 2 * end])) == pytest.approx([12.0, 12.0], rel=1e-12)
+
+
+def test_deployment_solves_lagranges_equation():
+    """Tail of length l = R ph, m l^3 ph'^2/6 less EI l/(2 R^2) released: solved from a short tail on."""
+    R, m, EI = PAPER.radius, PAPER.line_density, PAPER.bending_stiffness
+    v = reference.deployment_speed(PAPER)
+
+    def rates(_, y):
+        tail = R * y[0]
+        return [y[1], (EI / (2 * R) - 0.5 * m * R * tail**2 * y[1] ** 2) / (m * tail**3 / 3)]
+
+    start = 100.0
+    tail = float(reference.deployed_length(PAPER, start))
+    found = solve_ivp(rates, (start, 8000.0), [tail / R, v / tail], rtol=1e-10, atol=1e-12)
+    assert R * found.y[0, -1] == pytest.approx(float(reference.deployed_length(PAPER, 8000.0)), rel=1e-6)
+    assert R * found.y[0, -1] * found.y[1, -1] == pytest.approx(v, rel=1e-6)

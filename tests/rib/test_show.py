@@ -1,0 +1,152 @@
+"""Numbers, figures and scene of synthetic runs, which the closed forms fill; no solver is asked."""
+
+import numpy as np
+import pytest
+
+from evolvent import animation, cases, plots, results
+from evolvent.systems import _wrapped_rib as system
+from evolvent.systems._wrapped_rib.show import running_mean
+from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
+
+RUNS = {"wind": WIND, "hold": HOLD, "deploy": DEPLOY}
+
+
+@pytest.fixture(params=RUNS)
+def run(request):
+    return synthetic(RUNS[request.param])
+
+
+def _numbers(run):
+    return {number.label: number.value for number in system.numbers(run)}
+
+
+def test_layout_is_what_a_run_has(run):
+    case = cases.load(cases.parse_yaml(run.attrs["case"], "case"))
+    for name, sizes in system.layout(case).items():
+        assert list(run.variables[name].sizes) == list(sizes), name
+        for dimension, size in sizes.items():
+            assert size in (None, run.variables[name].sizes[dimension]), name
+
+
+def test_a_run_is_whole_without_anything_that_the_layout_leaves_out(run, tmp_path):
+    results.save(run, tmp_path / "run.nc")
+    again = results.open(tmp_path / "run.nc")
+    assert _numbers(again) == _numbers(run)
+
+
+def test_numbers_of_winding():
+    found = _numbers(synthetic(WIND))
+    assert found["wound at the end"] == "3.183 turns, 100 % of the rib"
+    assert found["a light string is 98 % wound at"] == "66.402 s"
+    assert found["largest tip speed, one sample"].startswith("33.35 m/s at 66.402 s")
+    assert found["bending stiffness of the mesh, over the rib's"] == "1"
+    assert "mass damping" in found["energy taken by"]
+    assert "warning" not in found
+
+
+def test_numbers_of_holding():
+    found = _numbers(synthetic(HOLD))
+    assert found["contact force, mean of the last 4 %"] == "3.3333 N (T L / 2 R2 = 3.3333)"
+    assert found["curvature x R, away from the ends"] == "1 ± 0"
+
+
+def test_numbers_of_deployment():
+    found = _numbers(synthetic(DEPLOY, {"solver.duration": 4000}))
+    assert found["tip radius at the end"] == "8.2123 m (closed form 8.2123)"
+    assert found["tip speed, mean of the second half"] == "0.01398 m/s (closed form 0.01398)"
+    assert "energy taken by" not in found
+
+
+def test_a_warning_and_a_free_hubs_momentum_are_told():
+    free = {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50}
+    run = synthetic(DEPLOY, free)
+    run.attrs["warning"] = "something is off"
+    found = _numbers(run)
+    assert found["warning"] == "something is off"
+    assert found["drift of angular momentum"] == "0 kg m2/s"
+    assert found["drift of linear momentum"] == "0 kg m/s"
+    assert found["hub turned by"] == "0 deg"
+
+
+def test_figures_can_be_drawn(run, tmp_path):
+    found = system.figures(run)
+    names = {figure.name for figure in found}
+    assert {"shape", "tip", "along", "energy"} <= names
+    assert ("contact_force" in names) == (run.contact_force.values.max() > 0.0)
+    for path in plots.draw(found, tmp_path):
+        assert (tmp_path / path).stat().st_size > 10_000
+
+
+def test_several_ribs_and_a_turning_hub_are_drawn(tmp_path):
+    run = synthetic(WIND, {"rib.count": 3, "hub.motion": "spin", "hub.inertia": 50})
+    found = {figure.name: figure for figure in system.figures(run)}
+    assert "hub" in found
+    labels = [line.label for line in found["contact_points"].panels[0].lines]
+    assert labels == ["rib 1", "rib 2", "rib 3"]
+    assert plots.draw(list(found.values()), tmp_path)
+
+
+def test_a_short_run_draws_nothing_and_does_not_move():
+    run = synthetic(WIND).isel(time=slice(0, 1))
+    assert system.figures(run) == []
+    assert system.scene(run) is None
+    assert system.numbers(run)
+
+
+def test_the_running_mean_of_a_constant_and_of_a_line():
+    time = np.sort(np.concatenate([np.linspace(0.0, 10.0, 300), np.linspace(3.0, 4.0, 50)]))
+    time = np.unique(time)
+    assert running_mean(time, np.full_like(time, 2.0), 1.0) == pytest.approx(2.0, rel=1e-12)
+    inner = (time > 0.5) & (time < 9.5)
+    assert running_mean(time, time, 1.0)[inner] == pytest.approx(time[inner], abs=1e-3)
+
+
+def test_scene_shows_the_ribs_as_the_hub_sees_them(run, tmp_path):
+    scene = system.scene(run)
+    assert scene.points.shape == (run.sizes["time"], 1, run.sizes["point"], 3)
+    assert scene.value.shape == (run.sizes["time"], 1, run.sizes["point"] - 1)
+    assert scene.points == pytest.approx(run.position.values)
+    assert (tmp_path / animation.write(scene, tmp_path / "rib.html")).stat().st_size > 10_000
+
+
+def test_scene_of_a_hub_that_turns_and_moves():
+    """A rib that rests on a hub which turns by 0.3 rad, is tilted and moves is seen at rest."""
+    run = synthetic(HOLD, {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50})
+    angle = np.linspace(0.0, 0.3, run.sizes["time"])
+    still = run.position.values.copy()
+    c, s = np.cos(angle)[:, None, None], np.sin(angle)[:, None, None]
+    x, y, z = np.moveaxis(still, -1, 0)
+    turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    run["hub_angle"] = run.hub_angle.copy(data=angle)
+    run["position"] = run.position.copy(data=turned)
+    assert system.scene(run).points == pytest.approx(still, abs=1e-12)
+    # then the whole is tilted by 90 deg about x and moved
+    tilt = np.sqrt(0.5) * np.stack([np.cos(angle / 2), np.cos(angle / 2), -np.sin(angle / 2), np.sin(angle / 2)], 1)
+    a, b, d = np.moveaxis(turned, -1, 0)
+    run["position"] = run.position.copy(data=np.stack([a, -d, b], axis=-1) + np.array([1.0, 2.0, 3.0]))
+    run["hub_position"] = (("time", "axis"), np.tile([1.0, 2.0, 3.0], (angle.size, 1)))
+    run["hub_quaternion"] = (("time", "quaternion"), tilt)
+    scene = system.scene(run)
+    assert scene.points == pytest.approx(still, abs=1e-12)
+    assert scene.origin[0] == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_figures_of_a_study():
+    import json
+
+    import xarray as xr
+
+    alphas = [0.0, 0.2, 0.5]
+    time = np.arange(0.0, 180.0, 0.5)
+    runs = [synthetic(WIND, {"damping.alpha": a}).interp(time=time) for a in alphas]
+    kept = xr.concat([r[["tip_speed", "contact_force", "contact_points"]] for r in runs], dim="damping.alpha")
+    kept = kept.assign_coords({"damping.alpha": ("damping.alpha", alphas, {"units": "1/s"})})
+    kept.attrs = {"sample": "grid", "keys": json.dumps(["damping.alpha"]), "system": "wrapped-rib"}
+    kept.attrs["study"] = "case: {system: wrapped-rib, phase: wind, drive: {kind: torque, torque: 0.2}}\n"
+    found = system.study_figures(kept)
+    assert set(found) == {"tip_speed", "contact_force", "contact_points", "peak"}
+    runs_line, string = found["peak"].axes[0].lines
+    assert runs_line.get_ydata() == pytest.approx(string.get_ydata(), abs=1.0)
+    assert string.get_ydata() == pytest.approx([27.63, 66.40, 145.86], abs=0.01)
+    assert len(found["tip_speed"].axes[0].lines) == 3
+    assert system.study_figures(kept.assign_attrs(sample="list")) == {}
