@@ -16,7 +16,8 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
   H (g + b g') - h, and the derivative with respect to e plus c times that to e' is
   A (x) I3 + J(v)^T H J(w), w = (1 + b c) v + b v';
 - damping b K_e e' of Yi et al. (2017), with the secant stiffness K_e = K1 + K2(e) that F = K_e e: K1 is A of -h, and
-  K2 = 1/2 J^T H J. It is not objective: K1 v' is not zero in a rigid rotation. s becomes H (g + b g'/2) - h, to the
+  K2 = 1/2 J^T H J (the symmetric parts of its S_ab). It is not objective: K1 v' is not zero in a rigid rotation, and
+  negative where nothing is strained. s becomes H (g + b g'/2) - h, to the
   force comes -b A(h) v', and the derivative is A (x) I3 + J(v)^T H J(w) with s - b c h in the place of s and
   w = (1 + b c/2) v + b v'/2.
 """
