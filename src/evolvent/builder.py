@@ -12,12 +12,17 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.errors import InputError, nearest
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import joints, loads, rigid, springs, thread
+from evolvent.kernels import ancf, flexible, joints, loads, rigid, springs, thread
 
 Array = np.ndarray
 
+#: Pools of constants in `model.Flexible`, with the shape of one entry.
+_POOLS: dict[str, tuple[int, ...]] = {
+    "H24": (28, 28), "h24": (28,), "U24": (), "bend24": (28, 28), "M24": (8, 8),
+    "H12": (6, 6), "h12": (6,), "U12": (), "bend12": (6,), "B12": (2, 4), "M12": (4, 4),
+}  # fmt: skip
 #: Fields that hold a place in the state vector's second part, counted from its start while parts are written.
-_VELOCITY_OFFSETS = ("iv", "spool_v")
+_VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
 
 
 class Pose(NamedTuple):
@@ -73,6 +78,7 @@ class Builder:
         self.values: list[float] = []
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
+        self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
         self._ground()
 
     def _ground(self) -> None:
@@ -113,6 +119,16 @@ class Builder:
         except (TypeError, ValueError):
             raise InputError(f"parameters is {values!r}; it must be a sequence of numbers") from None
         return first, len(self.values)
+
+    def pooled(self, **entries: Any) -> int:
+        """Place of entries, of equal place in several pools of `model.Flexible`; equal ones are stored once."""
+        first = self.pools[next(iter(entries))]
+        for k in range(len(first)):
+            if all(np.array_equal(self.pools[name][k], value) for name, value in entries.items()):
+                return k
+        for name, value in entries.items():
+            self.pools[name].append(np.array(value, dtype=float))
+        return len(first) - 1
 
     def law(self, law: Any, kind: str) -> int:
         """Address of a user's law, which is kept alive with the model."""
@@ -183,11 +199,45 @@ class Builder:
             scratch=np.zeros((3, 3)),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
             **families,
         )
         assembly = Assembly(model, y, s, dict(self.names), dict(self.laws))
         _check_constraints(assembly)
         return assembly
+
+    def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
+        """Beams and what belongs to them; unknowns are ordered in blocks of one node each, then bodies and points."""
+        n_v = len(self.v)
+        beams = families["beams"]
+        size = 3 * int(max((flexible.NODE_VECTORS[row["kind"]] for row in beams), default=1))
+        place = np.full(n_v, -1, dtype=np.int64)
+        block = 0
+        for row in beams:
+            own = 3 * flexible.NODE_VECTORS[row["kind"]]
+            for _ in range(row["nodes"]):
+                at = row["iv"] - len(self.q) + own * (block - row["block"])
+                place[at : at + own] = size * block + np.arange(own)
+                block += 1
+        rest = np.flatnonzero(place < 0)
+        place[rest] = size * block + np.arange(rest.size)
+        pools = {
+            name: np.array(self.pools[name], dtype=float).reshape(len(self.pools[name]), *shape)
+            for name, shape in _POOLS.items()
+        }
+        return mdl.Flexible(
+            place=place,
+            F=np.zeros(n_v),
+            P=np.zeros(n_v),
+            work=np.zeros(ancf.WORK),
+            e=np.zeros((3, 24)),
+            f=np.zeros(24),
+            K24=np.zeros((24, 24)),
+            K12=np.zeros((12, 12)),
+            J=np.zeros((2, 3, 6)),
+            **families,
+            **pools,
+        )
 
     def _check_copies(self) -> None:
         """Refuse loads that differ from copy to copy of a thread that stands for several."""
@@ -220,8 +270,9 @@ class Builder:
             if name == "bodies":
                 family["R"][k], family["x"][k] = row["R0"], row["x0"]
             for field, value in row.items():
-                shifted = field in _VELOCITY_OFFSETS and value >= 0
-                family[field][k] = value + len(self.q) if shifted else value
+                if field in _VELOCITY_OFFSETS:
+                    value = np.where(np.asarray(value) >= 0, np.asarray(value) + len(self.q), value)
+                family[field][k] = value
         return family
 
     def _constraints(self, families: dict[str, Array]) -> tuple[Array, Array]:

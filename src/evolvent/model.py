@@ -61,13 +61,96 @@ RECORDS: dict[str, np.dtype] = {
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
+    # flexible beams: cells are their elements; a node's coordinates stand together, node after node
+    "beams": _record("kind iq iv nodes cell cells block", "alpha length"),
+    # form, mass: places in the pools of `Flexible`; paper: damping b K_e e' in place of the objective one
+    "cells": _record("beam iq iv form mass paper", "length beta"),
+    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
+    # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
+    "joints": _record(
+        "kind on index iq iv path feed law first last",
+        "local along centre axis zero radius value stiffness damping until",
+        "u g gap rate",
+        on=(2,), index=(2,), iq=(2,), iv=(2,), local=(2, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(2, 3), g=(2, 3),
+    ),
+    # spring, damper, stops and latch between a body's direction `zero` and a beam's slope, about the body's `axis`
+    "hinges": _record(
+        "body iq iv",
+        "axis zero stiffness damping rest low high stop latch latch_stiffness latch_damping side",
+        "angle rate torque latched",
+        axis=_3, zero=_3,
+    ),
+    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last
+    "cylinders": _record(
+        "body law first last",
+        "centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
+        "F normal energy power touching",
+        centre=_3, axis=_3, F=_6,
+    ),
+    # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its
+    # end: those with 1, normal, force and its derivatives, part of the force that damps, work of slip
+    "checks": _record(
+        "cell iq iv", "S reach",
+        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 slip t along across by_normal",
+        iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3,
+    ),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector
+    "pushes": _record("kind beam iq iv", "value centre axis start end ramp", centre=_3, axis=_3),
 }  # fmt: skip
+#: Families that stand in `Flexible`.
+FLEXIBLE = ("beams", "cells", "joints", "hinges", "cylinders", "checks", "pushes")
 
 
 def zeros(name: str, size: int) -> Array:
     """An empty family of `size` records; fields read as attributes of a record, as compiled code does."""
     family = np.zeros(size, dtype=RECORDS[name])
     return family.view(np.recarray) if config.DISABLE_JIT else family
+
+
+class Flexible(NamedTuple):
+    """Beams, what holds and touches them, and the pools of constants that their elements share.
+
+    Attributes
+    ----------
+    beams, cells, joints, hinges, cylinders, checks, pushes : families of records (see `RECORDS`)
+    H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
+    H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
+    M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
+    bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
+    B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`)
+    place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
+    F, P : (nv,) float, scratch, generalised forces and the loads among them
+    work, e, f, K : scratch of an element
+    J : (2, 3, 6) float, scratch
+    """
+
+    beams: Array
+    cells: Array
+    joints: Array
+    hinges: Array
+    cylinders: Array
+    checks: Array
+    pushes: Array
+    H24: Array
+    h24: Array
+    U24: Array
+    H12: Array
+    h12: Array
+    U12: Array
+    M24: Array
+    M12: Array
+    bend24: Array
+    bend12: Array
+    B12: Array
+    place: Array
+    F: Array
+    P: Array
+    work: Array
+    e: Array
+    f: Array
+    K24: Array
+    K12: Array
+    J: Array
 
 
 class Model(NamedTuple):
@@ -80,6 +163,7 @@ class Model(NamedTuple):
     pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
+    flexible : Flexible
     """
 
     info: Array
@@ -102,3 +186,4 @@ class Model(NamedTuple):
     scratch: Array
     dy: Array
     sums: Array
+    flexible: Flexible

@@ -347,7 +347,7 @@ def test_a_case_that_ends_its_process_is_given_up_alone(study, reference, tmp_pa
 def test_workers_of_a_scheduler(study, reference):
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0") as cluster:
         same(studies.sweep(study, scheduler=cluster.scheduler_address, workers=None), reference)
 
 

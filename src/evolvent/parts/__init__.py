@@ -1,26 +1,38 @@
 """What a user composes: each part is a frozen specification that writes itself into the model's arrays."""
 
+from evolvent.parts.beam import Beam
+from evolvent.parts.cylinder import Cylinder
 from evolvent.parts.event import Event
 from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
 from evolvent.parts.guide import Guide
+from evolvent.parts.joint import Carry, Hinge, Joint, Turn
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
+from evolvent.parts.push import FieldTorque, LineLoad, PointLoad
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.spring import Spring
 from evolvent.parts.thread import Thread
 
 __all__ = [
+    "Beam",
+    "Carry",
     "ConstantFeed",
+    "Cylinder",
     "Event",
+    "FieldTorque",
     "Force",
     "FreeSpool",
     "Guide",
+    "Hinge",
+    "Joint",
     "LawFeed",
     "LawLoad",
+    "LineLoad",
     "Link",
     "Point",
+    "PointLoad",
     "RadiationPressure",
     "RampFeed",
     "Reel",
@@ -29,5 +41,6 @@ __all__ = [
     "TableFeed",
     "Thread",
     "Torque",
+    "Turn",
     "UniformLoad",
 ]

@@ -1,0 +1,424 @@
+"""What couples vectors of coordinates and of bodies: joints (constraints and penalties), hinges with spring and latch.
+
+A side of a coupling is a vector u: a place or a direction, of coordinates or fixed to a body. Its columns J : (3, n)
+are du over the side's unknowns: 3 coordinates; 6 of a free body (displacement, inertial axes, and rotation, body axes);
+1 of a spinning body; none of a driven one.
+"""
+
+import math
+
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import rigid
+from evolvent.kernels.feed import feed
+from evolvent.kernels.rotations import cross, turn, turn_back
+
+# kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
+# a spinning body keeps to an angle
+PLACE, DIRECTION, DISTANCE, ANGLE = 0, 1, 2, 3
+ON_BODY, ON_COORDINATES = 0, 1
+# how a feed moves a joint: not; along its direction; round an involute
+STILL, LINEAR, INVOLUTE = 0, 1, 2
+#: A coupling that ends at a time is held before it by at least this part of it.
+_ON_TIME = 1e-12
+
+
+# ---------------------------------------------------------------------------------------------- sides
+
+
+@inlined
+def side_vector(y, bodies, on, index, iq, iv, local, is_place):
+    """Vector of a side and its rate, inertial axes: (x, y, z, vx, vy, vz)."""
+    if on == ON_COORDINATES:
+        return y[iq], y[iq + 1], y[iq + 2], y[iv], y[iv + 1], y[iv + 2]
+    dx, dy, dz = turn(bodies[index].R, local[0], local[1], local[2])
+    w = bodies[index].w
+    vx, vy, vz = cross(w[0], w[1], w[2], dx, dy, dz)
+    if not is_place:
+        return dx, dy, dz, vx, vy, vz
+    x, v = bodies[index].x, bodies[index].v
+    return x[0] + dx, x[1] + dy, x[2] + dz, v[0] + vx, v[1] + vy, v[2] + vz
+
+
+@kernel
+def side_columns(bodies, place, n_q, on, index, iv, local, is_place, J):
+    """Write the columns J of a side; returns its first unknown and their number."""
+    for r in range(3):
+        for c in range(6):
+            J[r, c] = 0.0
+    if on == ON_COORDINATES:
+        for c in range(3):
+            J[c, c] = 1.0
+        return place[iv - n_q], 3
+    if bodies[index].motion == rigid.DRIVEN:
+        return 0, 0
+    R = bodies[index].R
+    at = place[bodies[index].iv - n_q]
+    if bodies[index].motion == rigid.SPIN:
+        n = bodies[index].axis
+        sx, sy, sz = cross(n[0], n[1], n[2], local[0], local[1], local[2])
+        J[0, 0], J[1, 0], J[2, 0] = turn(R, sx, sy, sz)
+        return at, 1
+    if is_place:
+        for c in range(3):
+            J[c, c] = 1.0
+    for c in range(3):  # R (e_c x local)
+        ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
+        sx, sy, sz = cross(ex, ey, ez, local[0], local[1], local[2])
+        J[0, 3 + c], J[1, 3 + c], J[2, 3 + c] = turn(R, sx, sy, sz)
+    return at, 6
+
+
+@inlined
+def pull(F, bodies, n_q, on, index, iv, u, is_place, fx, fy, fz):
+    """Add the generalised forces f . du of a side to the left of the equations."""
+    if on == ON_COORDINATES:
+        at = iv - n_q
+        F[at] += fx
+        F[at + 1] += fy
+        F[at + 2] += fz
+        return
+    G = bodies[index].F
+    if is_place:
+        x = bodies[index].x
+        rigid.add_wrench(G, u[0] - x[0], u[1] - x[1], u[2] - x[2], -fx, -fy, -fz)
+    else:
+        tx, ty, tz = cross(u[0], u[1], u[2], fx, fy, fz)
+        G[3] -= tx
+        G[4] -= ty
+        G[5] -= tz
+
+
+# ---------------------------------------------------------------------------------------------- entries
+
+
+@inlined
+def add_entry(matrix, i, j, value):
+    """Add to the entry (i, j) of a `Bordered` matrix; what lies outside its blocks and border is left out."""
+    m = matrix.A.shape[1]
+    n = matrix.A.shape[0] * m
+    if i < n:
+        if j < n:
+            b, c = i // m, j // m
+            if abs(b - c) <= 1:
+                matrix.A[b, i - b * m, (c - b + 1) * m + j - c * m] += value
+        else:
+            matrix.B[i, j - n] += value
+    elif j < n:
+        matrix.C[j, i - n] += value
+    else:
+        matrix.E[i - n, j - n] += value
+
+
+@kernel
+def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale):
+    """Add scale J^T K L, K symmetric; rows of unknowns at, at + 1 ..., columns of unknowns bt, bt + 1 ..."""
+    for c in range(m):
+        x, y, z = scale * L[0, c], scale * L[1, c], scale * L[2, c]
+        kx, ky, kz = Kxx * x + Kxy * y + Kxz * z, Kxy * x + Kyy * y + Kyz * z, Kxz * x + Kyz * y + Kzz * z
+        for r in range(n):
+            add_entry(matrix, at + r, bt + c, J[0, r] * kx + J[1, r] * ky + J[2, r] * kz)
+
+
+@kernel
+def add_turning(matrix, bodies, place, n_q, index, local, fx, fy, fz):
+    """Add what a turn of a body changes in the generalised force of f . du, f fixed in inertial axes.
+
+    Notes
+    -----
+    Of a free body d(local x R^T f) = local x (R^T f x dtheta).
+    """
+    motion = bodies[index].motion
+    if motion == rigid.DRIVEN:
+        return
+    R = bodies[index].R
+    gx, gy, gz = turn_back(R, fx, fy, fz)
+    at = place[bodies[index].iv - n_q]
+    if motion == rigid.SPIN:
+        n = bodies[index].axis
+        sx, sy, sz = cross(n[0], n[1], n[2], local[0], local[1], local[2])
+        sx, sy, sz = cross(n[0], n[1], n[2], sx, sy, sz)
+        add_entry(matrix, at, at, gx * sx + gy * sy + gz * sz)
+        return
+    for c in range(3):
+        ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
+        hx, hy, hz = cross(gx, gy, gz, ex, ey, ez)
+        tx, ty, tz = cross(local[0], local[1], local[2], hx, hy, hz)
+        add_entry(matrix, at + 3, at + 3 + c, tx)
+        add_entry(matrix, at + 4, at + 3 + c, ty)
+        add_entry(matrix, at + 5, at + 3 + c, tz)
+
+
+# ---------------------------------------------------------------------------------------------- joints
+
+
+@inlined
+def holds(t, joints, k):
+    """Whether joint k holds in a step that ends at time t."""
+    return t <= joints[k].until * (1.0 + _ON_TIME)
+
+
+@kernel
+def joint_geometry(t, y, k, flexible, bodies, parameters):
+    """Fill the vectors u, gradients g, gap and rate of joint k at time t.
+
+    Notes
+    -----
+    PLACE: along . (u_b - u_a) - value - path; DIRECTION: u_a . u_b - value; DISTANCE: |u_b - u_a| - value; ANGLE: the
+    body's angle less value and path. The path is radius phi of a feed, or for an INVOLUTE the place of the end of a
+    taut thread of length `value` that has been wound by phi onto a circle, from the direction `zero` on.
+    """
+    joints = flexible.joints
+    kind = joints[k].kind
+    u, g = joints[k].u, joints[k].g
+    phi, phi_rate = 0.0, 0.0
+    if joints[k].path != STILL:
+        p = parameters[joints[k].first : joints[k].last]
+        phi, phi_rate, _ = feed(joints[k].feed, p, joints[k].law, t)
+    if kind == ANGLE:
+        iq, iv = joints[k].iq[1], joints[k].iv[1]
+        joints[k].gap = y[iq] - joints[k].value - phi
+        joints[k].rate = y[iv] - phi_rate
+        return
+    is_place = kind != DIRECTION
+    a = side_vector(
+        y, bodies, joints[k].on[0], joints[k].index[0], joints[k].iq[0], joints[k].iv[0], joints[k].local[0], is_place
+    )
+    b = side_vector(
+        y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], is_place
+    )
+    for c in range(3):
+        u[0, c], u[1, c] = a[c], b[c]
+    if kind == DIRECTION:
+        joints[k].gap = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - joints[k].value
+        joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
+        for c in range(3):
+            g[0, c], g[1, c] = b[c], a[c]
+        return
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
+    if kind == DISTANCE:
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        nx, ny, nz = dx / distance, dy / distance, dz / distance
+        joints[k].gap = distance - joints[k].value
+        joints[k].rate = nx * vx + ny * vy + nz * vz
+    else:
+        nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
+        gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
+        if joints[k].path == INVOLUTE:
+            z, e, c, r = joints[k].axis, joints[k].zero, joints[k].centre, joints[k].radius
+            fx, fy, fz = cross(z[0], z[1], z[2], e[0], e[1], e[2])
+            s, o = math.sin(phi), math.cos(phi)
+            tail = joints[k].value - r * phi
+            along_e, along_f = r * o - tail * s, r * s + tail * o  # r n + tail n', n = (cos, sin)
+            gap -= nx * (c[0] + along_e * e[0] + along_f * fx)
+            gap -= ny * (c[1] + along_e * e[1] + along_f * fy)
+            gap -= nz * (c[2] + along_e * e[2] + along_f * fz)
+            # d/dphi (r n + tail n') = -tail n
+            rate += tail * phi_rate * (nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz))
+        else:
+            gap -= joints[k].value + joints[k].radius * phi
+            rate -= joints[k].radius * phi_rate
+        joints[k].gap = gap
+        joints[k].rate = rate
+    g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
+    g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
+
+
+@kernel
+def add_joint_force(k, la, n_q, flexible, bodies, F):
+    """Generalised forces la g of joint k; its geometry is that of the last `joint_geometry`."""
+    joints = flexible.joints
+    if joints[k].kind == ANGLE:
+        F[joints[k].iv[1] - n_q] += la
+        index = joints[k].index[1]
+        n = bodies[index].axis
+        nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
+        return nx * la  # the body itself bears it; what drives it is outside
+    is_place = joints[k].kind != DIRECTION
+    for side in range(2):
+        g = joints[k].g[side]
+        pull(
+            F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side], is_place,
+            la * g[0], la * g[1], la * g[2],
+        )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def add_joint_tangent(k, la, row, scale, stiffness, n_q, flexible, bodies, matrix):
+    """Add joint k: gradient as row and column `row` times `scale` (row < 0: none), `stiffness` g g^T, and la g'."""
+    joints, place = flexible.joints, flexible.place
+    kind = joints[k].kind
+    if kind == ANGLE:
+        at = place[joints[k].iv[1] - n_q]
+        if row >= 0:
+            add_entry(matrix, row, at, scale)
+            add_entry(matrix, at, row, scale)
+        add_entry(matrix, at, at, stiffness)
+        return
+    is_place = kind != DIRECTION
+    Ja, Jb = flexible.J[0], flexible.J[1]
+    a, n = side_columns(
+        bodies, place, n_q, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja
+    )
+    b, m = side_columns(
+        bodies, place, n_q, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb
+    )
+    ga, gb = joints[k].g[0], joints[k].g[1]
+    if row >= 0:
+        for c in range(n):
+            value = scale * (ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c])
+            add_entry(matrix, row, a + c, value)
+            add_entry(matrix, a + c, row, value)
+        for c in range(m):
+            value = scale * (gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c])
+            add_entry(matrix, row, b + c, value)
+            add_entry(matrix, b + c, row, value)
+    if stiffness != 0.0:
+        for c in range(n):
+            x = ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c]
+            for d in range(n):
+                z = ga[0] * Ja[0, d] + ga[1] * Ja[1, d] + ga[2] * Ja[2, d]
+                add_entry(matrix, a + c, a + d, stiffness * x * z)
+            for d in range(m):
+                z = gb[0] * Jb[0, d] + gb[1] * Jb[1, d] + gb[2] * Jb[2, d]
+                add_entry(matrix, a + c, b + d, stiffness * x * z)
+                add_entry(matrix, b + d, a + c, stiffness * x * z)
+        for c in range(m):
+            x = gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c]
+            for d in range(m):
+                z = gb[0] * Jb[0, d] + gb[1] * Jb[1, d] + gb[2] * Jb[2, d]
+                add_entry(matrix, b + c, b + d, stiffness * x * z)
+    if la == 0.0:
+        return
+    for side in range(2):
+        if joints[k].on[side] == ON_BODY:
+            g = joints[k].g[side]
+            add_turning(
+                matrix, bodies, place, n_q, joints[k].index[side], joints[k].local[side],
+                la * g[0], la * g[1], la * g[2],
+            )  # fmt: skip
+    if kind == DIRECTION:
+        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
+    elif kind == DISTANCE:
+        x, y, z = gb[0], gb[1], gb[2]
+        s = la / (joints[k].gap + joints[k].value)
+        p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
+
+
+# ---------------------------------------------------------------------------------------------- hinges
+
+
+@inlined
+def _hinge_axes(hinges, bodies, k):
+    """Zero direction, direction across it and axis of hinge k, inertial axes: 9 numbers."""
+    R = bodies[hinges[k].body].R
+    z, n = hinges[k].zero, hinges[k].axis
+    ax, ay, az = turn(R, z[0], z[1], z[2])
+    nx, ny, nz = turn(R, n[0], n[1], n[2])
+    bx, by, bz = cross(nx, ny, nz, ax, ay, az)
+    return ax, ay, az, bx, by, bz, nx, ny, nz
+
+
+@inlined
+def hinge_law(hinges, k, angle, rate):
+    """Torque that resists, its derivatives with respect to angle and rate, energy and dissipated power."""
+    torque, stiffness, damping = 0.0, hinges[k].stiffness, hinges[k].damping
+    turned = angle - hinges[k].rest
+    torque += stiffness * turned
+    energy = 0.5 * stiffness * turned * turned
+    over = max(angle - hinges[k].high, 0.0) + min(angle - hinges[k].low, 0.0)
+    if over != 0.0:
+        stiffness += hinges[k].stop
+        torque += hinges[k].stop * over
+        energy += 0.5 * hinges[k].stop * over * over
+    if hinges[k].latched != 0.0:
+        off = angle - hinges[k].latch
+        stiffness += hinges[k].latch_stiffness
+        damping += hinges[k].latch_damping
+        torque += hinges[k].latch_stiffness * off
+        energy += 0.5 * hinges[k].latch_stiffness * off * off
+    return torque + damping * rate, stiffness, damping, energy, damping * rate * rate
+
+
+@kernel
+def add_hinges(y, n_q, flexible, bodies, F):
+    """Torques of all hinges; returns (energy, power dissipated).
+
+    Notes
+    -----
+    With p, q the parts of the slope u along `zero` and across it: angle = atan2(q, p), d(angle)/du = (p b - q a)/(p^2 +
+    q^2) = g, and a turn w of the body changes it by -(u x g) . w.
+    """
+    hinges = flexible.hinges
+    energy = power = 0.0
+    for k in range(hinges.size):
+        ax, ay, az, bx, by, bz, _, _, _ = _hinge_axes(hinges, bodies, k)
+        iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
+        ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
+        p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
+        rr = p * p + q * q
+        gx, gy, gz = (p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr
+        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
+        w = bodies[body].w
+        rate = gx * y[iv] + gy * y[iv + 1] + gz * y[iv + 2] - tx * w[0] - ty * w[1] - tz * w[2]
+        angle = math.atan2(q, p)
+        torque, _, _, u, lost = hinge_law(hinges, k, angle, rate)
+        hinges[k].angle, hinges[k].rate, hinges[k].torque = angle, rate, torque
+        energy += u
+        power += lost
+        at, G = iv - n_q, bodies[body].F
+        F[at] += torque * gx
+        F[at + 1] += torque * gy
+        F[at + 2] += torque * gz
+        G[3] += torque * tx
+        G[4] += torque * ty
+        G[5] += torque * tz
+    return energy, power
+
+
+@kernel
+def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
+    """Tangents of all hinges; what a turn of the body changes in the direction of g is left out."""
+    hinges, place = flexible.hinges, flexible.place
+    for k in range(hinges.size):
+        ax, ay, az, bx, by, bz, nx, ny, nz = _hinge_axes(hinges, bodies, k)
+        iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
+        ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
+        p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
+        rr = p * p + q * q
+        g = ((p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr)
+        torque, stiffness, damping, _, _ = hinge_law(hinges, k, hinges[k].angle, hinges[k].rate)
+        slope = stiffness + c_rate * damping
+        at = place[iv - n_q]
+        a, b = (ax, ay, az), (bx, by, bz)
+        s, d = 2.0 * p * q * torque / (rr * rr), (q * q - p * p) * torque / (rr * rr)
+        for i in range(3):
+            for j in range(3):
+                second = s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
+                add_entry(matrix, at + i, at + j, slope * g[i] * g[j] + second)
+        motion = bodies[body].motion
+        if motion == rigid.DRIVEN:
+            continue
+        n = bodies[body].axis
+        first = place[bodies[body].iv - n_q]
+        tx, ty, tz = cross(ux, uy, uz, g[0], g[1], g[2])
+        hx, hy, hz = turn_back(bodies[body].R, -tx, -ty, -tz)
+        if motion == rigid.SPIN:
+            h = n[0] * hx + n[1] * hy + n[2] * hz
+            add_entry(matrix, first, first, slope * h * h)
+            for i in range(3):
+                add_entry(matrix, first, at + i, slope * h * g[i])
+                add_entry(matrix, at + i, first, slope * h * g[i])
+        else:
+            h3 = (hx, hy, hz)
+            for j in range(3):
+                for i in range(3):
+                    add_entry(matrix, first + 3 + j, at + i, slope * h3[j] * g[i])
+                    add_entry(matrix, at + i, first + 3 + j, slope * h3[j] * g[i])
+                    add_entry(matrix, first + 3 + j, first + 3 + i, slope * h3[j] * h3[i])

@@ -1,0 +1,254 @@
+"""All beams of a model: their forces, tangents, energies and loads, element by element.
+
+Generalised forces F stand by velocity (`iv` less the number of coordinates). They are those that the equations of
+motion have on their left: M a + F = 0, so a force that pushes is subtracted.
+"""
+
+import math
+
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import ancf, cable
+from evolvent.kernels.rotations import cross
+
+CABLE, BEAM = 0, 1
+#: Vectors of a node: position and slope; position and three slopes.
+NODE_VECTORS = (2, 4)
+# kinds of pushes
+FIELD, LINE, POINT = 0, 1, 2
+
+
+@kernel
+def add_cells(y, a, n_q, flexible, F):
+    """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
+
+    Parameters
+    ----------
+    y : (ny,) float, state
+    a : (nv,) float, accelerations of the coordinates
+    """
+    beams, cells, work, acceleration = flexible.beams, flexible.cells, flexible.work, flexible.e[0]
+    by_mass = by_stiffness = 0.0
+    for k in range(cells.size):
+        iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
+        alpha, beta, at = beams[beam].alpha, cells[k].beta, iv - n_q
+        if beams[beam].kind == CABLE:
+            e, u, f, x = y[iq : iq + 12], y[iv : iv + 12], F[at : at + 12], acceleration[:12]
+            for i in range(12):
+                x[i] = a[at + i] + alpha * u[i]
+            ancf.add_mass_times(flexible.M12[mass], 1.0, x, f)
+            if alpha != 0.0:
+                by_mass += 2.0 * alpha * ancf.kinetic_energy(flexible.M12[mass], u)
+            if beta == 0.0:
+                cable.cable_force(e, flexible.H12[form], flexible.h12[form], work, f)
+            elif cells[k].paper:
+                by_stiffness += cable.cable_paper_damped_force(
+                    e, u, beta, flexible.H12[form], flexible.h12[form], work, f
+                )
+            else:
+                by_stiffness += cable.cable_damped_force(e, u, beta, flexible.H12[form], flexible.h12[form], work, f)
+                by_stiffness += cable.add_bending_damping(e, u, beta, flexible.B12[form], f)
+        else:
+            e, u, f, x = y[iq : iq + 24], y[iv : iv + 24], F[at : at + 24], acceleration
+            for i in range(24):
+                x[i] = a[at + i] + alpha * u[i]
+            ancf.add_mass_times(flexible.M24[mass], 1.0, x, f)
+            if alpha != 0.0:
+                by_mass += 2.0 * alpha * ancf.kinetic_energy(flexible.M24[mass], u)
+            if beta == 0.0:
+                ancf.beam_force(e, flexible.H24[form], flexible.h24[form], work, f)
+            elif cells[k].paper:
+                by_stiffness += ancf.beam_paper_damped_force(
+                    e, u, beta, flexible.H24[form], flexible.h24[form], work, f
+                )
+            else:
+                by_stiffness += ancf.beam_damped_force(e, u, beta, flexible.H24[form], flexible.h24[form], work, f)
+    return by_mass, by_stiffness
+
+
+@kernel
+def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
+    """Add c_mass M + c_rate C + K of all elements to a `Bordered` matrix."""
+    beams, cells, place, work = flexible.beams, flexible.cells, flexible.place, flexible.work
+    for k in range(cells.size):
+        iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
+        beta, at = cells[k].beta, iv - n_q
+        factor = c_mass + c_rate * beams[beam].alpha
+        if beams[beam].kind == CABLE:
+            e, u, K, M = y[iq : iq + 12], y[iv : iv + 12], flexible.K12, flexible.M12[mass]
+            if beta == 0.0:
+                cable.cable_tangent(e, flexible.H12[form], flexible.h12[form], work, K)
+            elif cells[k].paper:
+                cable.cable_paper_damped_tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], work, K)
+            else:
+                cable.cable_damped_tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], work, K)
+                cable.add_bending_damping_tangent(e, u, beta, c_rate, flexible.B12[form], K)
+            n = 2
+        else:
+            e, u, K, M = y[iq : iq + 24], y[iv : iv + 24], flexible.K24, flexible.M24[mass]
+            if beta == 0.0:
+                ancf.beam_tangent(e, flexible.H24[form], flexible.h24[form], work, K)
+            elif cells[k].paper:
+                ancf.beam_paper_damped_tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], work, K)
+            else:
+                ancf.beam_damped_tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], work, K)
+            n = 4
+        for i in range(2 * n):
+            for j in range(2 * n):
+                m = factor * M[i, j]
+                for c in range(3):
+                    K[3 * i + c, 3 * j + c] += m
+        p, size = place[at], 3 * n
+        m = matrix.A.shape[1]
+        b = p // m
+        for r in range(size):
+            for c in range(size):
+                matrix.A[b, r, m + c] += K[r, c]
+                matrix.A[b, r, 2 * m + c] += K[r, size + c]
+                matrix.A[b + 1, r, c] += K[size + r, c]
+                matrix.A[b + 1, r, m + c] += K[size + r, size + c]
+
+
+@kernel
+def beam_energies(y, flexible, out):
+    """out : (3,) += kinetic, elastic, and of the elastic the energy of bending and torsion, J."""
+    beams, cells, work = flexible.beams, flexible.cells, flexible.work
+    for k in range(cells.size):
+        iq, iv, mass, form = cells[k].iq, cells[k].iv, cells[k].mass, cells[k].form
+        if beams[cells[k].beam].kind == CABLE:
+            e, u = y[iq : iq + 12], y[iv : iv + 12]
+            out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
+            out[1] += cable.cable_energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
+            v, g = work[:9], work[9:15]
+            ancf.nodal_vectors(e, 3, v)
+            ancf.products(v, 3, g)
+            for i in range(6):
+                out[2] -= flexible.bend12[form, i] * g[i]
+        else:
+            e, u = y[iq : iq + 24], y[iv : iv + 24]
+            out[0] += ancf.kinetic_energy(flexible.M24[mass], u)
+            out[1] += ancf.beam_energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
+
+
+@kernel
+def beam_momenta(y, flexible, P, H):
+    """Linear momentum P and angular momentum H about the inertial origin, (3,) each, added."""
+    beams, cells = flexible.beams, flexible.cells
+    for k in range(cells.size):
+        iq, iv, mass = cells[k].iq, cells[k].iv, cells[k].mass
+        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
+        M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+        half = n // 2
+        for i in range(n):
+            for j in range(n):
+                m = M[i, j]
+                x, u = y[iq + 3 * i : iq + 3 * i + 3], y[iv + 3 * j : iv + 3 * j + 3]
+                hx, hy, hz = cross(x[0], x[1], x[2], u[0], u[1], u[2])
+                H[0] += m * hx
+                H[1] += m * hy
+                H[2] += m * hz
+                if i == 0 or i == half:
+                    for c in range(3):
+                        P[c] += m * u[c]
+
+
+# ---------------------------------------------------------------------------------------------- loads
+
+
+@inlined
+def strength(push, t):
+    """Value of a push at time t: from its start it grows over `ramp`, smoothly, and ends at its end."""
+    if t < push.start or t >= push.end:
+        return 0.0
+    if push.ramp > 0.0 and t < push.start + push.ramp:
+        s = (t - push.start) / push.ramp
+        return push.value * s * s * (3.0 - 2.0 * s)
+    return push.value
+
+
+@kernel
+def add_gravity(gravity, factor, n_q, flexible, P):
+    """Weight of all beams, times `factor`, into the loads P."""
+    beams, cells = flexible.beams, flexible.cells
+    for k in range(cells.size):
+        at, mass = cells[k].iv - n_q, cells[k].mass
+        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
+        M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+        for i in range(n):
+            m = factor * (M[i, 0] + M[i, n // 2])
+            for c in range(3):
+                P[at + 3 * i + c] += m * gravity[c]
+
+
+@kernel
+def add_pushes(t, y, n_q, flexible, factor, P):
+    """All pushes at time t, times `factor`, into the loads P.
+
+    Notes
+    -----
+    FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
+    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
+    """
+    beams, cells, pushes = flexible.beams, flexible.cells, flexible.pushes
+    for k in range(pushes.size):
+        value = factor * strength(pushes[k], t)
+        if value == 0.0:
+            continue
+        z, centre = pushes[k].axis, pushes[k].centre
+        if pushes[k].kind == POINT:
+            at = pushes[k].iv - n_q
+            for c in range(3):
+                P[at + c] += value * z[c]
+            continue
+        beam = pushes[k].beam
+        first, last = beams[beam].cell, beams[beam].cell + beams[beam].cells
+        n = 2 * NODE_VECTORS[beams[beam].kind]
+        if pushes[k].kind == LINE:
+            for cell in range(first, last):
+                at, length = cells[cell].iv - n_q, cells[cell].length
+                weights = 0.5 * length, length * length / 12.0
+                for c in range(3):
+                    P[at + c] += value * z[c] * weights[0]
+                    P[at + 3 + c] += value * z[c] * weights[1]
+                    P[at + 3 * (n // 2) + c] += value * z[c] * weights[0]
+                    P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
+            continue
+        inertia = 0.0
+        for cell in range(first, last):
+            inertia += _field(y, n_q, flexible, cell, n, z, centre, 0.0, P)
+        for cell in range(first, last):
+            _field(y, n_q, flexible, cell, n, z, centre, value / inertia, P)
+
+
+@kernel
+def _field(y, n_q, flexible, k, n, z, centre, scale, P):
+    """Forces scale M z x (e - c) of one element into P; returns its moment of inertia about the axis."""
+    iq, at, mass = flexible.cells[k].iq, flexible.cells[k].iv - n_q, flexible.cells[k].mass
+    M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+    half = n // 2
+    e = flexible.e
+    for j in range(n):
+        x, y0, z0 = y[iq + 3 * j], y[iq + 3 * j + 1], y[iq + 3 * j + 2]
+        if j == 0 or j == half:
+            x, y0, z0 = x - centre[0], y0 - centre[1], z0 - centre[2]
+        e[1, 3 * j], e[1, 3 * j + 1], e[1, 3 * j + 2] = cross(z[0], z[1], z[2], x, y0, z0)
+    inertia = 0.0
+    for i in range(n):
+        fx = fy = fz = 0.0
+        for j in range(n):
+            fx += M[i, j] * e[1, 3 * j]
+            fy += M[i, j] * e[1, 3 * j + 1]
+            fz += M[i, j] * e[1, 3 * j + 2]
+        inertia += fx * e[1, 3 * i] + fy * e[1, 3 * i + 1] + fz * e[1, 3 * i + 2]
+        P[at + 3 * i] += scale * fx
+        P[at + 3 * i + 1] += scale * fy
+        P[at + 3 * i + 2] += scale * fz
+    return inertia
+
+
+@inlined
+def is_finite(x):
+    """Whether all entries are finite."""
+    total = 0.0
+    for i in range(x.size):
+        total += 0.0 * x[i]
+    return math.isfinite(total)

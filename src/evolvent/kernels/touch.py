@@ -1,0 +1,214 @@
+"""Beams against cylinders: all check points of a model, their forces, tangents and what a step leaves behind."""
+
+import math
+
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import contact, rigid
+from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_product, side_columns
+from evolvent.kernels.rotations import cross, turn, turn_back
+
+
+@inlined
+def _point(y, iq, S):
+    """S . (four vectors at iq), the place of a check point."""
+    x = S[0] * y[iq[0]] + S[1] * y[iq[1]] + S[2] * y[iq[2]] + S[3] * y[iq[3]]
+    w = S[0] * y[iq[0] + 1] + S[1] * y[iq[1] + 1] + S[2] * y[iq[2] + 1] + S[3] * y[iq[3] + 1]
+    z = S[0] * y[iq[0] + 2] + S[1] * y[iq[1] + 2] + S[2] * y[iq[2] + 2] + S[3] * y[iq[3] + 2]
+    return x, w, z
+
+
+@kernel
+def add_contacts(y, step, n_q, flexible, bodies, F):
+    """Forces of all contacts into F and the bodies' wrenches; fills cylinders and checks.
+
+    Parameters
+    ----------
+    step : float, s, length of the step that ends in the state y; 0 where no step leads there
+
+    Notes
+    -----
+    Of a cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy;
+    power that normal damping takes; touching, the number of check points that overlap it.
+    """
+    cylinders, checks = flexible.cylinders, flexible.checks
+    for k in range(cylinders.size):
+        body = cylinders[k].body
+        R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
+        o, axis, G = cylinders[k].centre, cylinders[k].axis, cylinders[k].F
+        cx, cy, cz = turn(R, o[0], o[1], o[2])
+        cx, cy, cz = cx + X[0], cy + X[1], cz + X[2]
+        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
+        stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
+        mu = cylinders[k].friction
+        for i in range(6):
+            G[i] = 0.0
+        normal = energy = power = touching = 0.0
+        cell, near = -1, False
+        for i in range(cylinders[k].first, cylinders[k].last):
+            iq = checks[i].iq
+            if checks[i].cell != cell:
+                cell = checks[i].cell
+                near = contact.may_touch(
+                    y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                ) or contact.may_touch(
+                    y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                )
+            checks[i].force = 0.0
+            checks[i].damper1 = 0.0
+            checks[i].slip = 0.0
+            checks[i].gap1 = math.inf
+            if not near:
+                continue
+            x, yy, z = _point(y, iq, checks[i].S)
+            gap, nx, ny, nz, distance = contact.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
+            checks[i].gap1 = gap
+            before = checks[i].gap if step > 0.0 else gap
+            if gap >= 0.0 and (before >= 0.0 or law != contact.CONSERVATIVE):
+                continue
+            vx, vy, vz = _point(y, checks[i].iv, checks[i].S)
+            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
+            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
+            rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
+            force, d_gap, d_rate = contact.normal_force(law, gap, rate, before, stiffness, exponent, damping)
+            checks[i].force, checks[i].d_gap, checks[i].d_rate, checks[i].distance = force, d_gap, d_rate, distance
+            n, f, t = checks[i].n, checks[i].f, checks[i].t
+            n[0], n[1], n[2] = nx, ny, nz
+            fx, fy, fz = force * nx, force * ny, force * nz
+            checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0
+            if mu > 0.0:
+                sx, sy, sz = 0.0, 0.0, 0.0
+                if step > 0.0:
+                    q = checks[i].anchor
+                    px, py, pz = turn(R, q[0], q[1], q[2])
+                    sx, sy, sz = contact.tangential(dx - px, dy - py, dz - pz, nx, ny, nz)
+                q = checks[i].stick
+                ux, uy, uz = turn(R, q[0], q[1], q[2])
+                ux, uy, uz = contact.tangential(ux, uy, uz, nx, ny, nz)
+                found = contact.friction(
+                    ux, uy, uz, sx, sy, sz, force, mu,
+                    cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
+                )  # fmt: skip
+                fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
+                q = checks[i].stick1
+                q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
+                checks[i].slip = found[7]
+                t[0], t[1], t[2] = found[8], found[9], found[10]
+                checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
+                energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
+            f[0], f[1], f[2] = fx, fy, fz
+            energy += contact.contact_energy(gap, stiffness, exponent)
+            elastic, _ = contact.elastic_force(gap, stiffness, exponent)
+            if law == contact.CONSERVATIVE:  # all but the mean of the elastic force
+                elastic = contact.normal_force(law, gap, 0.0, before, stiffness, exponent, 0.0)[0]
+            checks[i].damper1 = force - elastic
+            if gap < 0.0:
+                touching += 1.0
+                power -= checks[i].damper1 * rate
+            normal += force
+            for j in range(4):
+                at, s = checks[i].iv[j] - n_q, checks[i].S[j]
+                F[at] -= s * fx
+                F[at + 1] -= s * fy
+                F[at + 2] -= s * fz
+            rigid.add_wrench(G, dx, dy, dz, -fx, -fy, -fz)
+        for i in range(6):
+            bodies[body].F[i] += G[i]
+        cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
+        cylinders[k].touching = touching
+
+
+@kernel
+def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
+    """Tangents of all contacts, c_rate times the derivatives by velocity included."""
+    cylinders, checks, place = flexible.cylinders, flexible.checks, flexible.place
+    Jp, Jb = flexible.J[0], flexible.J[1]
+    m = matrix.A.shape[1]
+    for k in range(cylinders.size):
+        body = cylinders[k].body
+        moves = bodies[body].motion != rigid.DRIVEN
+        R, X, axis = bodies[body].R, bodies[body].x, cylinders[k].axis
+        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        for i in range(cylinders[k].first, cylinders[k].last):
+            force = checks[i].force
+            if force == 0.0 and checks[i].along == 0.0:
+                continue
+            if checks[i].gap1 == math.inf:
+                continue
+            n, t = checks[i].n, checks[i].t
+            H = contact.cylinder_curvature(n[0], n[1], n[2], ax, ay, az, checks[i].distance)
+            normal = checks[i].d_gap + c_rate * checks[i].d_rate
+            along, across = checks[i].along, checks[i].across
+            # minus d(force)/dx, symmetric part: xx, yy, zz, xy, xz, yz
+            a, b = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+            K = flexible.K12[0]
+            for c in range(6):
+                nn, tt = n[a[c]] * n[b[c]], t[a[c]] * t[b[c]]
+                same = 1.0 if a[c] == b[c] else 0.0
+                K[c] = -normal * nn - force * H[c] + along * tt + across * (same - nn - tt)
+            K00, K11, K22, K01, K02, K12 = K[0], K[1], K[2], K[3], K[4], K[5]
+            skew = checks[i].by_normal * normal  # friction follows the normal force: + by_normal normal t n^T
+            for p in range(4):
+                row, sp = place[checks[i].iv[p] - n_q], checks[i].S[p]
+                bp = row // m
+                r0 = row - bp * m
+                for q in range(4):
+                    column, s = place[checks[i].iv[q] - n_q], sp * checks[i].S[q]
+                    bq = column // m
+                    A, c0 = matrix.A[bp], (bq - bp + 1) * m + column - bq * m
+                    A[r0, c0] += s * (K00 + skew * t[0] * n[0])
+                    A[r0, c0 + 1] += s * (K01 + skew * t[0] * n[1])
+                    A[r0, c0 + 2] += s * (K02 + skew * t[0] * n[2])
+                    A[r0 + 1, c0] += s * (K01 + skew * t[1] * n[0])
+                    A[r0 + 1, c0 + 1] += s * (K11 + skew * t[1] * n[1])
+                    A[r0 + 1, c0 + 2] += s * (K12 + skew * t[1] * n[2])
+                    A[r0 + 2, c0] += s * (K02 + skew * t[2] * n[0])
+                    A[r0 + 2, c0 + 1] += s * (K12 + skew * t[2] * n[1])
+                    A[r0 + 2, c0 + 2] += s * (K22 + skew * t[2] * n[2])
+            if not moves:
+                continue
+            x, yy, z = _point(y, checks[i].iq, checks[i].S)
+            q = flexible.e[2]
+            q[0], q[1], q[2] = turn_back(R, x - X[0], yy - X[1], z - X[2])
+            at, size = side_columns(bodies, place, n_q, ON_BODY, body, -1, q, True, Jb)
+            add_product(matrix, at, size, Jb, K00, K01, K02, K11, K12, K22, at, size, Jb, 1.0)
+            for p in range(4):
+                row, three = side_columns(bodies, place, n_q, ON_COORDINATES, -1, checks[i].iv[p], q, True, Jp)
+                s = -checks[i].S[p]
+                add_product(matrix, row, three, Jp, K00, K01, K02, K11, K12, K22, at, size, Jb, s)
+                add_product(matrix, at, size, Jb, K00, K01, K02, K11, K12, K22, row, three, Jp, s)
+
+
+@kernel
+def settle_contacts(y, flexible, bodies):
+    """Make the end of a step the start of the next; returns what slip and normal damping took, J."""
+    cylinders, checks = flexible.cylinders, flexible.checks
+    slip = damped = 0.0
+    for k in range(cylinders.size):
+        body = cylinders[k].body
+        R, X, mu = bodies[body].R, bodies[body].x, cylinders[k].friction
+        for i in range(cylinders[k].first, cylinders[k].last):
+            gap, gap1 = checks[i].gap, checks[i].gap1
+            slip += checks[i].slip
+            if math.isfinite(gap) and math.isfinite(gap1):
+                damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
+            checks[i].gap, checks[i].damper = gap1, checks[i].damper1
+            if mu > 0.0:
+                x, yy, z = _point(y, checks[i].iq, checks[i].S)
+                q, u, u1 = checks[i].anchor, checks[i].stick, checks[i].stick1
+                q[0], q[1], q[2] = turn_back(R, x - X[0], yy - X[1], z - X[2])
+                for c in range(3):
+                    u[c] = u1[c] if checks[i].force > 0.0 else 0.0
+    return slip, damped
+
+
+@kernel
+def count_touching(flexible):
+    """Sum over cylinders of check points that overlap them, weighted by their place: changes where the set does."""
+    cylinders, checks = flexible.cylinders, flexible.checks
+    total = 0
+    for k in range(cylinders.size):
+        for i in range(cylinders[k].first, cylinders[k].last):
+            if checks[i].gap1 < 0.0:
+                total += 1 + 7919 * i
+    return total

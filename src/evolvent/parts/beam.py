@@ -1,0 +1,172 @@
+"""Flexible beam of ANCF elements: thin cable, or beam of 24 coordinates in four formulations."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from evolvent import elements
+from evolvent.builder import Builder
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import flexible as kernels
+from evolvent.parts.checks import not_negative, positive, unit_vector, vector
+
+FORMULATIONS = ("cable", *elements.FORMULATIONS)
+DAMPINGS = {"objective": 0, "paper": 1}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Beam:
+    """A beam, straight without stress; its ends are called "root" and "tip", its nodes go by number from 0.
+
+    Parameters
+    ----------
+    length : float, m
+    section : elements.Rectangle, General or Taper
+        Thickness along the second, width along the third direction of the beam.
+    material : elements.Material
+    elements : int
+    formulation : {"cable", "assumed_strain", "elastic_line", "nu_split", "full"}
+    position, direction, normal : (3,) float, m and unit vectors, inertial axes
+        Root, direction of the axis and of the thickness of a beam that starts straight.
+    nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
+        Places and slopes at the start (a cable's r and r,x; a beam's r, r,x, r,y, r,z), in place of a straight one; by
+        arc length of the shape without stress.
+    rates : (n + 1, 2 or 4, 3) float, optional, m/s and 1/s; at rest if left out
+    rest : {"straight", "start"}
+        Shape without stress: straight, or as it starts (a cable's curvature is never without stress).
+    mass_damping : float, alpha, 1/s, forces -alpha M e'
+    stiffness_damping : float, beta, s, forces -beta times the rate of the elastic ones
+    damping : {"objective", "paper"}
+        The rate of the stresses, which a rigid turn does not know, or K_e(e) e' (Yi et al. 2017), which damps that too.
+    damped : sequence of int, optional, elements with stiffness damping; all if left out
+    """
+
+    length: float
+    section: Any
+    material: elements.Material
+    elements: int
+    formulation: str = "cable"
+    position: Sequence[float] = (0.0, 0.0, 0.0)
+    direction: Sequence[float] = (1.0, 0.0, 0.0)
+    normal: Sequence[float] = (0.0, 1.0, 0.0)
+    nodes: ArrayLike | None = None
+    rates: ArrayLike | None = None
+    rest: str = "straight"
+    mass_damping: float = 0.0
+    stiffness_damping: float = 0.0
+    damping: str = "objective"
+    damped: Sequence[int] | None = None
+
+    @property
+    def vectors(self) -> int:
+        """Vectors of a node: 2 of a cable, 4 of a beam."""
+        return 2 if self.formulation == "cable" else 4
+
+    def start(self, name: str = "beam") -> np.ndarray:
+        """Coordinates at the start, (n + 1, vectors, 3)."""
+        n = self.elements
+        if self.nodes is not None:
+            found = np.array(self.nodes, dtype=float)
+            if found.shape != (n + 1, self.vectors, 3) or not np.all(np.isfinite(found)):
+                raise InputError(
+                    f"{name}.nodes has the shape {found.shape}; it must be {(n + 1, self.vectors, 3)}, finite numbers"
+                )
+            return found
+        e1 = unit_vector(f"{name}.direction", self.direction)
+        e2 = unit_vector(f"{name}.normal", self.normal)
+        found = np.empty((n + 1, self.vectors, 3))
+        found[:, 0] = vector(f"{name}.position", self.position) + np.outer(np.linspace(0.0, self.length, n + 1), e1)
+        found[:, 1] = e1
+        if self.vectors == 4:
+            if abs(e1 @ e2) > 1e-9:
+                raise InputError(f"{name}.normal is {self.normal!r}; it must be perpendicular to the direction")
+            found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
+        return found
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the beam into the families `beams` and `cells`, and its constants into the pools."""
+        if self.formulation not in FORMULATIONS:
+            raise InputError(f"{name}.formulation is {self.formulation!r}; {nearest(self.formulation, FORMULATIONS)}")
+        if isinstance(self.elements, bool) or not isinstance(self.elements, int) or self.elements < 1:
+            raise InputError(f"{name}.elements is {self.elements!r}; it must be a whole number from 1")
+        if self.damping not in DAMPINGS:
+            raise InputError(f"{name}.damping is {self.damping!r}; {nearest(self.damping, DAMPINGS)}")
+        if self.rest not in ("straight", "start"):
+            raise InputError(f"{name}.rest is {self.rest!r}; it must be 'straight' or 'start'")
+        length = positive(f"{name}.length", self.length)
+        n, k = self.elements, self.vectors
+        nodes = self.start(name)
+        rates = np.zeros_like(nodes) if self.rates is None else np.array(self.rates, dtype=float)
+        if rates.shape != nodes.shape or not np.all(np.isfinite(rates)):
+            raise InputError(f"{name}.rates has the shape {rates.shape}; it must be {nodes.shape}, finite numbers")
+        q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
+        beta = not_negative(f"{name}.stiffness_damping", self.stiffness_damping)
+        kind = kernels.CABLE if k == 2 else kernels.BEAM
+        first = len(builder.rows["cells"])
+        block = sum(row["nodes"] for row in builder.rows["beams"])
+        index = builder.add(
+            "beams",
+            kind=kind,
+            iq=q,
+            iv=v,
+            nodes=n + 1,
+            cell=first,
+            cells=n,
+            block=block,
+            alpha=not_negative(f"{name}.mass_damping", self.mass_damping),
+            length=length,
+        )
+        builder.names[name] = ("beams", index)
+        tapered = isinstance(self.section, elements.Taper)
+        damped = set(range(n)) if self.damped is None else set(self.damped)
+        form = mass = -1
+        for i in range(n):
+            if i == 0 or tapered or self.rest == "start":
+                section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
+                rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
+                form, mass = self._constants(builder, length / n, section, rest)
+            builder.add(
+                "cells",
+                beam=index,
+                iq=q + 3 * k * i,
+                iv=v + 3 * k * i,
+                form=form,
+                mass=mass,
+                paper=DAMPINGS[self.damping],
+                length=length / n,
+                beta=beta if i in damped else 0.0,
+            )
+
+    def _constants(self, builder: Builder, length: float, section: Any, rest: np.ndarray | None) -> tuple[int, int]:
+        """Places of an element's form and mass in the pools."""
+        if self.formulation == "cable":
+            parts = elements.cable_parts(length, section, self.material, rest=rest)
+            whole = parts["membrane"] + parts["bending"]
+            mass = builder.pooled(M12=elements.cable_mass(length, section, self.material))
+            B = elements.cable_bending(length, section, self.material)
+            form = builder.pooled(H12=whole.H, h12=whole.h, U12=whole.U0, bend12=parts["bending"].h, B12=B)
+            return form, mass
+        parts = elements.beam_parts(self.formulation, length, section, self.material, rest=rest)
+        whole = parts["membrane"] + parts["bending"] + parts["torsion"] + parts["section"]
+        mass = builder.pooled(M24=elements.beam_mass(length, section, self.material))
+        return builder.pooled(H24=whole.H, h24=whole.h, U24=whole.U0, bend24=parts["bending"].H), mass
+
+
+def node_of(builder: Builder, where: Any) -> tuple[int, int, int, int]:
+    """Index of a beam, its kind, and places of coordinates and velocities (as the builder counts) of one of its nodes.
+
+    `where` is (name, "root" | "tip" | number).
+    """
+    name, at = where
+    index = builder.find(name, "beams")
+    row = builder.rows["beams"][index]
+    number = {"root": 0, "tip": row["nodes"] - 1}.get(at, at) if isinstance(at, str) else at
+    if isinstance(number, str) or not 0 <= number < row["nodes"]:
+        raise InputError(f"{name!r} has no node {at!r}; give 'root', 'tip' or a number from 0 to {row['nodes'] - 1}")
+    size = 3 * kernels.NODE_VECTORS[row["kind"]]
+    return index, row["kind"], row["iq"] + size * number, row["iv"] + size * number

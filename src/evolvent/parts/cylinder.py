@@ -1,0 +1,115 @@
+"""A rigid cylinder that beams touch."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import ancf, contact, flexible
+from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
+
+LAWS = {
+    "paper": contact.PAPER,
+    "hunt-crossley": contact.HUNT_CROSSLEY,
+    "conservative": contact.CONSERVATIVE,
+}
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Cylinder:
+    """A rigid cylinder on a body (or the ground), and the beams whose check points it pushes out.
+
+    Parameters
+    ----------
+    body : str
+    beams : sequence of str
+    radius : float, m, to the beams' axes
+    half_length : float, m
+    centre, axis : (3,) float, body axes
+    law : {"hunt-crossley", "conservative", "paper"}
+    stiffness : float, N/m^n, exponent : float, n, of each check point
+    damping : float, s/m (N s/m of the paper's law)
+    points : int, check points of an element, evenly spaced, its second node included
+    friction : float, coefficient mu
+    stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a check point that sticks
+    skip : int, check points next to the root that are left out (the root itself is joined to the cylinder)
+    """
+
+    body: str
+    beams: Sequence[str]
+    radius: float
+    half_length: float = math.inf
+    centre: Sequence[float] = (0.0, 0.0, 0.0)
+    axis: Sequence[float] = (0.0, 0.0, 1.0)
+    law: str = "hunt-crossley"
+    stiffness: float = 1e4
+    exponent: float = 1.0
+    damping: float = 0.0
+    points: int = 2
+    friction: float = 0.0
+    stick_stiffness: float = 1e3
+    stick_damping: float = 0.0
+    skip: int = 0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the cylinder and its check points."""
+        body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
+        if isinstance(self.points, bool) or not isinstance(self.points, int) or self.points < 1:
+            raise InputError(f"{name}.points is {self.points!r}; it must be a whole number from 1")
+        exponent = number(f"{name}.exponent", self.exponent, least=1.0, allowed="a number from 1")
+        radius = positive(f"{name}.radius", self.radius)
+        centre = vector(f"{name}.centre", self.centre)
+        axis = unit_vector(f"{name}.axis", self.axis)
+        if not self.half_length > 0.0:
+            raise InputError(f"{name}.half_length is {self.half_length!r}; it must be above 0 m")
+        first = len(builder.rows["checks"])
+        pose = builder.poses[body]
+        for beam in self.beams:
+            self._checks(builder, name, beam, pose.x + pose.R @ centre, pose.R @ axis)
+        index = builder.add(
+            "cylinders",
+            body=body,
+            law=choice(f"{name}.law", self.law, LAWS),
+            first=first,
+            last=len(builder.rows["checks"]),
+            centre=centre,
+            axis=axis,
+            radius=radius,
+            half_length=float(self.half_length),
+            stiffness=positive(f"{name}.stiffness", self.stiffness),
+            exponent=exponent,
+            damping=not_negative(f"{name}.damping", self.damping),
+            friction=not_negative(f"{name}.friction", self.friction),
+            stick_stiffness=not_negative(f"{name}.stick_stiffness", self.stick_stiffness),
+            stick_damping=not_negative(f"{name}.stick_damping", self.stick_damping),
+        )
+        builder.names[name] = ("cylinders", index)
+
+    def _checks(self, builder: Builder, name: str, beam: str, centre: np.ndarray, axis: np.ndarray) -> None:
+        row = builder.rows["beams"][builder.find(beam, "beams")]
+        k = flexible.NODE_VECTORS[row["kind"]]
+        places = [i / self.points for i in range(1, self.points + 1)]
+        seen = 0
+        for c in range(row["cell"], row["cell"] + row["cells"]):
+            cell = builder.rows["cells"][c]
+            vectors = np.array([0, 1, k, k + 1])
+            for xi in places:
+                seen += 1
+                if seen <= self.skip:
+                    continue
+                shape = np.empty(8)
+                ancf.beam_shape(cell["length"], xi, 0.0, 0.0, shape)
+                S = shape[[0, 1, 4, 5]]
+                iq = cell["iq"] + 3 * vectors
+                at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
+                off = float(np.linalg.norm(at - (at @ axis) * axis)) - self.radius
+                if off < -1e-3 * self.radius and abs(at @ axis) < self.half_length:
+                    raise InputError(
+                        f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
+                    )
+                builder.add("checks", cell=c, iq=iq, iv=cell["iv"] + 3 * vectors, S=S, reach=1.5 * cell["length"])

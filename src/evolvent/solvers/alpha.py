@@ -1,0 +1,506 @@
+"""Generalized-alpha for constrained systems of index 3, its time loop compiled whole.
+
+Unknowns of a step are the increments dq of the coordinates (of a free body's attitude a rotation vector in body axes,
+so that the update stays on the rotations) and the multipliers at its end.
+
+Notes
+-----
+Arnold & Bruls (2007), eqs. 5 and 8, with Chung & Hulbert's (1993) parameters of the spectral radius rho at infinity:
+alpha_m = (2 rho - 1)/(rho + 1), alpha_f = rho/(rho + 1), beta = 1/(1 + rho)^2, gamma = 2/(1 + rho) - 1/2 (Yi et al.
+2017 print + 1/2), and
+
+    (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) v1' + alpha_f v0'
+    dq = h v0 + h^2 ((1/2 - beta) a0 + beta a1),   v1 = v0 + h ((1 - gamma) a0 + gamma a1)
+    M v1' + F(t1, q1, v1) + G^T la1 = 0,           g(t1, q1) = 0
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.flow import implicit as eq
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import blocks, rigid, touch
+from evolvent.kernels.flexible import is_finite
+
+# status codes of the loop
+BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
+# places in March.tally
+STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
+# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence
+TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, TRUE_STEP = range(7)
+# places in March.ledger: what causes have taken, what came in, energy now and at the start
+BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
+KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15
+# places in Scheme.options
+ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN = range(11)
+#: Iterations of Newton's method before a step is given up.
+MOST_ITERATIONS = 25
+#: Convergence slower than this has the matrix factored anew.
+SLOW = 0.15
+#: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
+#: points that touch.
+N_CYLINDER = 9
+
+
+class March(NamedTuple):
+    """What the loop carries.
+
+    Attributes
+    ----------
+    y, y0 : (ny,) float, state at the end and the start of a step
+    v1 : (3, nv) float, algorithmic accelerations a, accelerations v', loads; 0 in `v0` for the start
+    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
+    weight : (nu,) float, size of each unknown that counts as 1
+    powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
+    samples : (nt,) float; stops : (ns,) float, times on which the loop lands and starts anew
+    out_* : what is kept at the samples
+    """
+
+    y: np.ndarray
+    y0: np.ndarray
+    v1: np.ndarray
+    v0: np.ndarray
+    la: np.ndarray
+    la0: np.ndarray
+    dq: np.ndarray
+    r: np.ndarray
+    x: np.ndarray
+    weight: np.ndarray
+    powers: np.ndarray
+    gaps: np.ndarray
+    clock: np.ndarray
+    tally: np.ndarray
+    ledger: np.ndarray
+    ledger0: np.ndarray
+    impulse: np.ndarray
+    samples: np.ndarray
+    stops: np.ndarray
+    out_y: np.ndarray
+    out_a: np.ndarray
+    out_la: np.ndarray
+    out_ledger: np.ndarray
+    out_cylinders: np.ndarray
+    out_bodies: np.ndarray
+
+
+@kernel
+def displace(y0, dq, model, y):
+    """Coordinates of y = those of y0 moved by dq; velocities are left."""
+    bodies, points, beams = model.bodies, model.points, model.flexible.beams
+    n_q = model.info[0].nq
+    for k in range(beams.size):
+        q, size = beams[k].iq, beams[k].nodes * 3 * (2 if beams[k].kind == 0 else 4)
+        at = _velocity(model, k) - n_q
+        for i in range(size):
+            y[q + i] = y0[q + i] + dq[at + i]
+    for k in range(points.size):
+        q, at = points[k].iq, points[k].iv - n_q
+        for c in range(3):
+            y[q + c] = y0[q + c] + dq[at + c]
+    for k in range(bodies.size):
+        if bodies[k].motion == rigid.SPIN:
+            y[bodies[k].iq] = y0[bodies[k].iq] + dq[bodies[k].iv - n_q]
+        elif bodies[k].motion == rigid.FREE:
+            q, at = bodies[k].iq, bodies[k].iv - n_q
+            for c in range(3):
+                y[q + c] = y0[q + c] + dq[at + c]
+            turned(y0, q + 3, dq[at + 3], dq[at + 4], dq[at + 5], y)
+
+
+@inlined
+def _velocity(model, k):
+    """Place of the velocities of beam k in the state."""
+    return model.flexible.cells[model.flexible.beams[k].cell].iv
+
+
+@inlined
+def turned(y0, q, px, py, pz, y):
+    """Quaternion at y[q : q + 4] = the one of y0 times exp of the rotation vector p (body axes), of length 1."""
+    angle = math.sqrt(px * px + py * py + pz * pz)
+    s = math.sin(0.5 * angle) / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
+    c = math.cos(0.5 * angle)
+    bx, by, bz = s * px, s * py, s * pz
+    w, x, yy, z = y0[q], y0[q + 1], y0[q + 2], y0[q + 3]
+    a = w * c - x * bx - yy * by - z * bz
+    b = w * bx + x * c + yy * bz - z * by
+    d = w * by - x * bz + yy * c + z * bx
+    e = w * bz + x * by - yy * bx + z * c
+    n = 1.0 / math.sqrt(a * a + b * b + d * d + e * e)
+    y[q], y[q + 1], y[q + 2], y[q + 3] = n * a, n * b, n * d, n * e
+
+
+@kernel
+def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
+    """Assemble and factor the matrix; returns what `blocks.factor` returns."""
+    eq.tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
+    found = blocks.factor(matrix)
+    march.tally[FACTORED] += 1
+    march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
+    return found
+
+
+@kernel
+def start_accelerations(model, matrix, options, march):
+    """Accelerations and multipliers that fit the state: M v' + F + G^T la = 0 and g'' = 0; returns a status.
+
+    Notes
+    -----
+    g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
+    """
+    n_q, n_v, t = model.info[0].nq, model.info[0].nv, march.clock[TIME]
+    y, y0, la, A = march.y, march.y0, march.la, march.v1[1]
+    joints, n_j = model.flexible.joints, model.flexible.joints.size
+    first = march.r.size - n_j
+    for i in range(n_v):
+        A[i] = 0.0
+    for i in range(n_j):
+        la[i] = 0.0
+    c_mass = 1e16 / (options[SPAN] * options[SPAN])
+    scale = c_mass * options[MASS]
+    eps = 1e-6 * options[SPAN]
+    for attempt in range(4):
+        eq.residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+        if attempt == 0:
+            found = factor_at(t, y, la, c_mass, 0.0, scale, model, matrix, march)
+            if found != 0:
+                return SINGULAR if found < 0 else REDUNDANT
+        for side in range(2):
+            d = eps if side == 0 else -eps
+            for i in range(n_v):
+                march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
+            for i in range(y.size):
+                y0[i] = y[i]
+            displace(y, march.dq, model, y0)
+            for i in range(n_v):
+                y0[n_q + i] = y[n_q + i] + d * A[i]
+            rigid.kinematics(t + d, y0, model.bodies)
+            for k in range(n_j):
+                eq.couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
+                march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
+        rigid.kinematics(t, y, model.bodies)
+        for k in range(n_j):
+            eq.couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+            if joints[k].stiffness > 0.0 or not eq.couplings.holds(t, joints, k):
+                march.x[first + k] = -scale * la[k]
+            else:
+                march.x[first + k] *= -scale / c_mass
+        for i in range(first):
+            march.x[i] = -march.r[i]
+        blocks.solve(matrix, march.x)
+        for i in range(n_v):
+            A[i] += c_mass * march.x[model.flexible.place[i]]
+        for k in range(n_j):
+            la[k] += scale * march.x[first + k]
+    for i in range(n_v):
+        march.v1[0, i] = A[i]
+    march.tally[FRESH] = 1
+    if not is_finite(A):
+        return NOT_FINITE
+    return DONE
+
+
+@kernel
+def step_of(t1, h, model, matrix, options, march):
+    """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero."""
+    n_q, n_v = model.info[0].nq, model.info[0].nv
+    y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
+    place, weight, n_j = model.flexible.place, march.weight, march.la.size
+    first = r.size - n_j
+    am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
+    c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
+    c_rate = gamma / (beta * h)
+    scale = c_mass * options[MASS]
+    a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
+    for i in range(n_v):
+        A[i] = A0[i]
+        a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+        dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
+        y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
+    displace(y0, dq, model, y)
+    if abs(march.clock[FACTOR] - h) > 1e-6 * h:
+        march.tally[FRESH] = 1
+    last, ratio = math.inf, 0.0
+    for iteration in range(MOST_ITERATIONS):
+        eq.residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
+        if not is_finite(r):
+            return NOT_FINITE
+        touching = touch.count_touching(model.flexible)
+        if touching != march.tally[SET]:
+            march.tally[SET] = touching
+            march.tally[FRESH] = 1
+        if march.tally[FRESH] == 1 or ratio > SLOW:
+            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
+            if found < 0:
+                march.tally[FRESH] = 1
+                return SINGULAR
+            if found > 0:
+                march.tally[FRESH] = 1
+                return REDUNDANT
+            march.tally[FRESH] = 0
+            march.clock[FACTOR] = h
+        for i in range(first):
+            x[i] = -r[i]
+        for k in range(n_j):
+            x[first + k] = -scale * r[n_v + k]
+        blocks.solve(matrix, x)
+        norm = 0.0
+        for i in range(n_v):
+            d = x[place[i]]
+            norm = max(norm, abs(d) / weight[i])
+            dq[i] += d
+            y[n_q + i] += c_rate * d
+            A[i] += c_mass * d
+            a[i] += d / (beta * h * h)
+        for k in range(n_j):
+            la[k] += scale * x[first + k]
+        displace(y0, dq, model, y)
+        if not math.isfinite(norm):
+            return NOT_FINITE
+        march.tally[ITERATIONS] += 1
+        if iteration > 0:
+            ratio = norm / last if last > 0.0 else 0.0
+        if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
+            march.clock[RATE] = ratio
+            return iteration + 1
+        last = norm
+    march.tally[FRESH] = 1
+    return NO_CONVERGENCE
+
+
+@kernel
+def book(t, h, model, march):
+    """Book a step's energies, work and losses into the ledger; returns what the account has gained in it, J.
+
+    Notes
+    -----
+    Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
+    springs and joints are the mean power times h; friction is booked by the slip of its bristles.
+    """
+    ledger, f = march.ledger, model.flexible
+    n_v = model.info[0].nv
+    P, P0, p, p0 = march.v1[2], march.v0[2], march.powers[0], march.powers[1]
+    before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
+    known = 0.0
+    work = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
+    for i in range(n_v):
+        work += 0.5 * (P[i] + P0[i]) * march.dq[i]
+    ledger[LOADS] += work
+    known += work
+    for pair in range(4):
+        cause = (BY_MASS, BY_STIFFNESS, BY_SPRINGS, BY_JOINTS)[pair]
+        which = (eq.MASS_DAMPING, eq.STIFFNESS_DAMPING, eq.SPRINGS, eq.JOINTS)[pair]
+        lost = 0.5 * h * (p[which] + p0[which])
+        ledger[cause] += lost
+        known -= lost
+    drives = _drives(t, h, model, march)
+    ledger[DRIVES] += drives
+    known += drives
+    slip, damped = touch.settle_contacts(march.y, f, model.bodies)
+    ledger[BY_FRICTION] += slip
+    ledger[BY_CONTACT] += damped
+    known -= slip + damped
+    for k in range(f.cylinders.size):
+        march.impulse[k] += h * f.cylinders[k].normal
+    fill_energies(t, model, march)
+    ledger[PEAK] = max(ledger[PEAK], ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED])
+    return ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED] - before - known
+
+
+@inlined
+def _drives(t, h, model, march):
+    """Work of driven joints (la dg/dt of each, mean la) and bodies over a step."""
+    work = 0.0
+    joints, bodies = model.flexible.joints, model.bodies
+    for k in range(joints.size):
+        if joints[k].path != 0 and joints[k].stiffness == 0.0 and eq.couplings.holds(t, joints, k):
+            work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
+            w, G = bodies[b].w, bodies[b].F
+            work -= h * (w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
+    return work
+
+
+@kernel
+def paths(t, h, model, march):
+    """Change of each driven joint's gap by its feed alone over a step that starts at t."""
+    joints = model.flexible.joints
+    for k in range(joints.size):
+        march.gaps[k] = 0.0
+        if joints[k].path != 0:
+            eq.couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
+            now = joints[k].gap
+            eq.couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
+            march.gaps[k] = joints[k].gap - now
+
+
+@kernel
+def fill_energies(t, model, march):
+    """Energies of the state into the ledger; contacts and hinges are those of the last residual."""
+    ledger, f = march.ledger, model.flexible
+    eq.energies(t, march.y, model, ledger[KINETIC : KINETIC + 3])
+    ledger[CONTACT] = 0.0
+    for k in range(f.cylinders.size):
+        ledger[CONTACT] += f.cylinders[k].energy
+    ledger[COUPLED] = march.powers[0, eq.COUPLED_ENERGY]
+
+
+@kernel
+def keep(n, model, march):
+    """Keep the state as sample n."""
+    f = model.flexible
+    for i in range(march.y.size):
+        march.out_y[n, i] = march.y[i]
+    for i in range(march.dq.size):
+        march.out_a[n, i] = march.v1[1, i]
+    for i in range(march.la.size):
+        march.out_la[n, i] = march.la[i]
+    for i in range(N_LEDGER):
+        march.out_ledger[n, i] = march.ledger[i]
+    for k in range(f.cylinders.size):
+        row = march.out_cylinders[n, k]
+        for i in range(6):
+            row[i] = f.cylinders[k].F[i]
+        row[6] = f.cylinders[k].normal
+        row[7] = march.impulse[k]
+        row[8] = f.cylinders[k].touching
+    for b in range(model.bodies.size):
+        for i in range(6):
+            march.out_bodies[n, b, i] = model.bodies[b].F[i]
+
+
+@kernel
+def begin(model, matrix, options, march):
+    """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
+    status = start_accelerations(model, matrix, options, march)
+    if status != DONE:
+        return status
+    t = march.clock[TIME]
+    eq.residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    touch.settle_contacts(march.y, model.flexible, model.bodies)
+    for i in range(march.dq.size):
+        march.v1[2, i] = model.flexible.P[i]
+    fill_energies(t, model, march)
+    march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
+    march.ledger[PEAK] = march.ledger[START]
+    if march.samples[0] <= t:
+        keep(0, model, march)
+        march.tally[SAMPLE] = 1
+    return DONE
+
+
+@kernel
+def advance(model, matrix, options, march, budget):
+    """Go on for `budget` steps or to the last sample; returns a status."""
+    clock, tally, ledger = march.clock, march.tally, march.ledger
+    n_v, n_j, n_t = march.dq.size, march.la.size, march.samples.size
+    adaptive = options[TOLERANCE] > 0.0
+    for _ in range(budget):
+        t = clock[TIME]
+        if tally[SAMPLE] == n_t:
+            return DONE
+        target = march.samples[tally[SAMPLE]]
+        if tally[STOP] < march.stops.size:
+            target = min(target, march.stops[tally[STOP]])
+        h = clock[STEP]
+        left = target - t
+        lands = h >= left * (1.0 - 1e-9)
+        if lands:
+            h = left
+        elif adaptive and 2.0 * h > left:
+            h = 0.5 * left
+        for i in range(march.y.size):
+            march.y0[i] = march.y[i]
+        for j in range(3):
+            for i in range(n_v):
+                march.v0[j, i] = march.v1[j, i]
+        for i in range(n_j):
+            march.la0[i] = march.la[i]
+        for i in range(march.powers.shape[1]):
+            march.powers[1, i] = march.powers[0, i]
+        for i in range(N_LEDGER):
+            march.ledger0[i] = ledger[i]
+        paths(t, h, model, march)
+        t1 = target if lands else t + h
+        found = step_of(t1, h, model, matrix, options, march)
+        error = 0.0
+        if found > 0:
+            # forces, loads and contacts of the state that the last correction led to
+            eq.residual(t1, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+            if adaptive:
+                c = abs(options[BETA] - 1.0 / 6.0) * h * h
+                for i in range(n_v):
+                    error = max(error, c * abs(march.v1[0, i] - march.v0[0, i]) / march.weight[i])
+                error /= options[TOLERANCE]
+        if found <= 0 or error > 1.0:
+            if not adaptive or h <= options[SMALLEST]:
+                _back(model, march)
+                return found if found <= 0 else NO_CONVERGENCE
+            _back(model, march)
+            tally[REJECTED] += 1
+            clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
+            continue
+        gained = book(t1, h, model, march)
+        for i in range(n_v):
+            march.v1[2, i] = model.flexible.P[i]
+        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]))
+        clock[TIME] = t1
+        tally[STEPS] += 1
+        clock[LARGEST] += gained
+        if clock[LARGEST] > options[GAIN] * scale:
+            if lands and t1 >= march.samples[tally[SAMPLE]]:
+                keep(tally[SAMPLE], model, march)
+                tally[SAMPLE] += 1
+            return GAINED
+        if adaptive:
+            grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
+            if found > 10:
+                grow = min(grow, 0.7)
+            if grow > 1.2 or grow < 1.0:
+                clock[STEP] = min(max(h, clock[STEP] if lands else h) * grow, options[LONGEST])
+            elif not lands:
+                clock[STEP] = h
+        _latch(model)
+        if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]]:
+            keep(tally[SAMPLE], model, march)
+            tally[SAMPLE] += 1
+        if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
+            tally[STOP] += 1
+            clock[TIME] = t1 * (1.0 + 1e-11)
+            status = start_accelerations(model, matrix, options, march)
+            clock[TIME] = t1
+            if status != DONE:
+                return status
+            if adaptive:
+                clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
+    return BUDGET
+
+
+@kernel
+def _back(model, march):
+    """Back to the start of a step that is given up."""
+    for i in range(march.y.size):
+        march.y[i] = march.y0[i]
+    for j in range(3):
+        for i in range(march.dq.size):
+            march.v1[j, i] = march.v0[j, i]
+    for i in range(march.la.size):
+        march.la[i] = march.la0[i]
+    for i in range(march.powers.shape[1]):
+        march.powers[0, i] = march.powers[1, i]
+    march.tally[FRESH] = 1
+    rigid.kinematics(march.clock[TIME], march.y, model.bodies)
+
+
+@inlined
+def _latch(model):
+    """Latch the hinges that have passed their latch's angle, as seen by the sign of what they are off it."""
+    hinges = model.flexible.hinges
+    for k in range(hinges.size):
+        off = hinges[k].angle - hinges[k].latch
+        if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch) and hinges[k].side * off <= 0.0:
+            hinges[k].latched = 1.0

@@ -1,0 +1,361 @@
+"""solve_implicit(): generalized-alpha over an assembled model, watched, with its account and how it ended."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from evolvent import jit
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.flow.implicit import N_POWERS
+from evolvent.kernels import blocks, rigid
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.solvers import alpha
+from evolvent.solvers.laws import try_laws
+
+#: Share of the work put in that a run may gain before it has failed.
+LARGEST_GAIN = 0.01
+_SLICE = 0.15  # s of wall time between two looks at a running loop
+
+
+@dataclasses.dataclass
+class ImplicitSolution:
+    """What `solve_implicit` returns; it prints nothing.
+
+    Attributes
+    ----------
+    t : (nt,) float, s
+    y : (nt, ny) float, states [q | v | accounts], as the assembly's `y`
+    acceleration : (nt, nv) float
+    la : (nt, nj) float, multipliers of the joints, in the order of `names`
+    ledger : (nt, N_LEDGER) float, J, energies and what causes took (places in `evolvent.solvers.alpha`)
+    cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
+        sum of normal forces (N), its impulse (N s), points that touch
+    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes
+    status, message, statistics, wall_time, compile_time : as of `evolvent.solvers.Solution`
+    """
+
+    t: np.ndarray
+    y: np.ndarray
+    acceleration: np.ndarray
+    la: np.ndarray
+    ledger: np.ndarray
+    cylinders: np.ndarray
+    wrenches: np.ndarray
+    status: str
+    message: str
+    statistics: dict[str, float]
+    wall_time: float
+    compile_time: float
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status == "success"
+
+    @property
+    def gained(self) -> np.ndarray:
+        """What the account has gained since the start, J : (nt,); below zero it is numerical damping."""
+        return gained(self.ledger)
+
+
+def gained(ledger: np.ndarray) -> np.ndarray:
+    """Energy at each sample less that at the start, less work, plus losses, J."""
+    a = alpha
+    energy = ledger[..., a.KINETIC] + ledger[..., a.ELASTIC] + ledger[..., a.COUPLED]
+    lost = ledger[..., a.BY_MASS : a.BY_SPRINGS + 1].sum(axis=-1)
+    return energy - ledger[..., a.START] - ledger[..., a.LOADS] - ledger[..., a.DRIVES] + lost
+
+
+def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
+    """Room for the tangent of a model."""
+    beams = model.flexible.beams
+    m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
+    n = int(beams["nodes"].sum())
+    rest = int(model.info["nv"][0]) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
+    return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare)
+
+
+def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
+    """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg)."""
+    model = assembly.model
+    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    flexible = model.flexible
+    weight = np.ones(n_v)
+    places = [np.zeros(3)] if not flexible.beams.size else []
+    masses = []
+    linear = []
+    for beam in flexible.beams:
+        size = 3 * NODE_VECTORS[beam["kind"]]
+        first = flexible.cells["iv"][beam["cell"]] - n_q
+        for i in range(beam["nodes"]):
+            linear.append(first + i * size)
+            places.append(assembly.y[beam["iq"] + i * size :][:3])
+        cell = flexible.cells[beam["cell"]]
+        pool = flexible.M12 if beam["kind"] == 0 else flexible.M24
+        masses.append(2.0 * pool[cell["mass"]][0, 0])
+    for point in model.points:
+        linear.append(point["iv"] - n_q)
+        places.append(assembly.y[point["iq"] :][:3])
+        masses.append(point["mass"])
+    for body in model.bodies:
+        places.append(body["x"])
+        if body["motion"] == rigid.FREE:
+            linear.append(body["iv"] - n_q)
+            masses.append(body["mass"])
+        elif body["motion"] == rigid.SPIN:
+            masses.append(body["spin_inertia"])
+    spread = np.ptp(np.array(places), axis=0)
+    length = float(np.linalg.norm(spread)) or 1.0
+    for at in linear:
+        weight[at : at + 3] = length
+    return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
+
+
+def solve_implicit(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    step: float | None = None,
+    tolerance: float = 1e-4,
+    spectral_radius: float = 0.3,
+    newton: float | None = None,
+    largest_gain: float = LARGEST_GAIN,
+    longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> ImplicitSolution:
+    """Integrate an assembled model with generalized-alpha, joints as constraints of index 3.
+
+    Parameters
+    ----------
+    assembly : Assembly; its initial state is left as it is
+    samples : (nt,) float, s, increasing; the first is the start, the last the end
+    step : float, s, fixed; None has it follow from `tolerance`
+    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
+    spectral_radius : float, 0 to 1, at infinite frequency: 1 damps nothing, 0 all that the step does not resolve
+    newton : float, correction at which an iteration has converged, beside the same sizes
+    largest_gain : float, share of the largest energy and work that the account may gain before the run fails
+    longest_step : float, s, of an adaptive run
+    progress : called with the time reached, a few times a second
+
+    Returns
+    -------
+    ImplicitSolution
+        A run that fails keeps the samples that it reached.
+
+    Raises
+    ------
+    InputError
+        For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
+    """
+    times = np.array(samples, dtype=float)
+    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
+        raise InputError("samples must be two or more increasing times")
+    span = float(times[-1] - times[0])
+    if not 0.0 <= spectral_radius <= 1.0:
+        raise InputError(f"solver.spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
+    if step is not None and not (math.isfinite(step) and step > 0.0):
+        raise InputError(f"solver.step is {step!r}; it must be a finite time above 0, or auto")
+    if not (math.isfinite(tolerance) and tolerance > 0.0):
+        raise InputError(f"solver.tolerance is {tolerance!r}; it must be above 0")
+    check_implicit(assembly)
+    try_laws(assembly, times[0], times[-1])
+    model = assembly.model
+    weight, mass = sizes(assembly)
+    matrix = matrix_of(model)
+    if newton is None:
+        newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
+    rho = spectral_radius
+    first = step if step is not None else min(1e-5 * span, 1e-4)
+    longest = span if longest_step is None else float(longest_step)
+    options = np.zeros(11)
+    options[alpha.ALPHA_M] = (2.0 * rho - 1.0) / (rho + 1.0)
+    options[alpha.ALPHA_F] = rho / (rho + 1.0)
+    options[alpha.BETA] = 1.0 / (1.0 + rho) ** 2
+    options[alpha.GAMMA] = 2.0 / (1.0 + rho) - 0.5
+    options[alpha.NEWTON] = newton
+    options[alpha.TOLERANCE] = 0.0 if step is not None else tolerance
+    options[alpha.SMALLEST] = 1e-13 * span
+    options[alpha.LONGEST] = longest
+    options[alpha.GAIN] = largest_gain
+    options[alpha.MASS] = mass
+    options[alpha.SPAN] = first if step is not None else 10.0 * first
+    march = _march(assembly, times, first, weight, matrix)
+    began = clock.perf_counter()
+    alpha.advance(model, matrix, options, march, 0)
+    alpha.begin(model, matrix, options, march._replace(tally=march.tally.copy()))
+    compile_time = clock.perf_counter() - began
+
+    began = clock.perf_counter()
+    march = _march(assembly, times, first, weight, matrix)
+    status, message = "success", "the run reached its end"
+    budget = 20
+    try:
+        code = alpha.begin(model, matrix, options, march)
+        if code == alpha.REDUNDANT:
+            raise InputError(_redundant(assembly, matrix))
+        if code == alpha.DONE:
+            while True:
+                slice_began = clock.perf_counter()
+                code = alpha.advance(model, matrix, options, march, budget)
+                spent = clock.perf_counter() - slice_began
+                if code != alpha.BUDGET:
+                    break
+                budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
+                if progress is not None:
+                    progress(float(march.clock[alpha.TIME]))
+        if code != alpha.DONE:
+            status, message = "failed", _reason(code, march, step, options)
+    except KeyboardInterrupt:
+        reached = float(march.clock[alpha.TIME])
+        status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    wall_time = clock.perf_counter() - began
+    kept = int(march.tally[alpha.SAMPLE])
+    steps = int(march.tally[alpha.STEPS])
+    statistics = {
+        "steps": steps,
+        "rejected_steps": int(march.tally[alpha.REJECTED]),
+        "iterations": int(march.tally[alpha.ITERATIONS]),
+        "factorizations": int(march.tally[alpha.FACTORED]),
+        "step": float(step) if step is not None else float("nan"),
+        "mean_step": float(march.clock[alpha.TIME] - times[0]) / max(steps, 1),
+        "smallest_pivot": float(march.clock[alpha.QUALITY]),
+        "energy_gained": float(march.clock[alpha.LARGEST]),
+    }
+    jit.mark_warm("generalized-alpha")
+    return ImplicitSolution(
+        t=times[:kept].copy(),
+        y=march.out_y[:kept],
+        acceleration=march.out_a[:kept],
+        la=march.out_la[:kept],
+        ledger=march.out_ledger[:kept],
+        cylinders=march.out_cylinders[:kept],
+        wrenches=march.out_bodies[:kept],
+        status=status,
+        message=message,
+        statistics=statistics,
+        wall_time=wall_time,
+        compile_time=compile_time,
+    )
+
+
+def check_implicit(assembly: Assembly) -> None:
+    """Refuse parts that have no implicit form, by name."""
+    model = assembly.model
+    for family in ("threads", "links", "guides"):
+        if getattr(model, family).size:
+            names = [name for name, (found, _) in assembly.names.items() if found == family]
+            raise InputError(
+                f"{names[0] if names else family!r} is one of the {family}, which generalized-alpha does not know; "
+                f"take rk4, heun or dopri5" + (", or a Joint of kind 'distance'" if family == "links" else "")
+            )
+
+
+def _march(
+    assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray, matrix: blocks.Bordered
+) -> alpha.March:
+    model = assembly.model
+    n_v, n_j = int(model.info["nv"][0]), model.flexible.joints.size
+    n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
+    n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
+    ends = [model.flexible.joints["until"], model.flexible.pushes["start"], model.flexible.pushes["end"], model.breaks]
+    stops = np.unique(np.concatenate(ends))
+    stops = stops[(stops > times[0]) & (stops < times[-1])]
+    model.flexible.checks["gap"] = np.inf
+    model.flexible.checks["stick"] = 0.0
+    model.flexible.hinges["latched"] = 0.0
+    clocks = np.array([times[0], step, 0.0, 1.0, 0.0, 0.0, 0.0])
+    tally = np.zeros(10, dtype=np.int64)
+    tally[alpha.FRESH] = 1
+    return alpha.March(
+        y=assembly.y.copy(),
+        y0=assembly.y.copy(),
+        v1=np.zeros((3, n_v)),
+        v0=np.zeros((3, n_v)),
+        la=np.zeros(n_j),
+        la0=np.zeros(n_j),
+        dq=np.zeros(n_v),
+        r=np.zeros(n_u),
+        x=np.zeros(n_u),
+        weight=weight,
+        powers=np.zeros((2, N_POWERS)),
+        gaps=np.zeros(n_j),
+        clock=clocks,
+        tally=tally,
+        ledger=np.zeros(alpha.N_LEDGER),
+        ledger0=np.zeros(alpha.N_LEDGER),
+        impulse=np.zeros(n_c),
+        samples=times.copy(),
+        stops=stops,
+        out_y=np.zeros((n_t, assembly.y.size)),
+        out_a=np.zeros((n_t, n_v)),
+        out_la=np.zeros((n_t, n_j)),
+        out_ledger=np.zeros((n_t, alpha.N_LEDGER)),
+        out_cylinders=np.zeros((n_t, n_c, alpha.N_CYLINDER)),
+        out_bodies=np.zeros((n_t, n_b, 6)),
+    )
+
+
+def _redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
+    """Which joints repeat what others say."""
+    joints = assembly.model.flexible.joints
+    first = int(matrix.counts[blocks.BORDER]) - joints.size
+    left = matrix.order[1, int(matrix.counts[blocks.RANK]) : int(matrix.counts[blocks.BORDER])]
+    rows = sorted(int(k) - first for k in left if k >= first)
+    names = sorted({_joint_name(assembly, k) for k in rows})
+    return (
+        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
+        f"{len(rows)} of its constraints say"
+    )
+
+
+def _joint_name(assembly: Assembly, row: int) -> str:
+    """Name of the part that wrote a row of the family joints."""
+    found = [(index, name) for name, (family, index) in assembly.names.items() if family == "joints" and index <= row]
+    return max(found)[1] if found else "a joint"
+
+
+def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarray) -> str:
+    """What happened, where, when, and what to try."""
+    t = float(march.clock[alpha.TIME])
+    h = step if step is not None else float(march.clock[alpha.STEP])
+    smaller = "take a smaller solver.step, or auto" if step is not None else "loosen solver.tolerance"
+    if code == alpha.NO_CONVERGENCE:
+        touching = " with contact" if march.tally[alpha.SET] != 0 else ""
+        law = (
+            ", a law without jump (contact.law hunt-crossley or conservative), or a softer contact" if touching else ""
+        )
+        return (
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}; "
+            f"{smaller}{law}"
+        )
+    if code == alpha.NOT_FINITE:
+        return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s; {smaller}"
+    if code in (alpha.SINGULAR, alpha.REDUNDANT):
+        return (
+            f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, or "
+            f"constraints have become redundant; look at the last samples"
+        )
+    scale = max(
+        float(march.ledger[alpha.PEAK]), abs(float(march.ledger[alpha.LOADS])) + abs(float(march.ledger[alpha.DRIVES]))
+    )
+    share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
+    return (
+        f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
+        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
+        f"lower solver.spectral_radius"
+    )
+
+
+def place_of_rows(assembly: Assembly, name: str) -> slice:
+    """Rows of the multipliers `la` that belong to the joint called `name`."""
+    start = assembly.index(name, "joints")
+    others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
+    return slice(start, min(others, default=assembly.model.flexible.joints.size))
