@@ -227,6 +227,7 @@ class Builder:
         }
         return mdl.Flexible(
             place=place,
+            B0=np.zeros((2, 4)),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),

@@ -260,6 +260,29 @@ def _make_lookup(signature: Any) -> Any:
     return law_at
 
 
+_A, _M = f8[::1], f8[:, ::1]
+#: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
+FUNCTIONS = {
+    "cell_force": f8(_A, _A, f8, _M, _A, _M, _A, _A),
+    "cell_tangent": types.void(_A, _A, f8, f8, _M, _A, _M, _A, _M),
+    "cell_energy": f8(_A, _M, _A, f8, _A),
+}
+
+
+@functools.cache
+def address(function: Any, kind: str) -> int:
+    """Address of one of the package's functions, compiled for the signature of its kind."""
+    compiled = bind(function, FUNCTIONS[kind])
+    if config.DISABLE_JIT:
+        _plain_laws.append(compiled)
+        return len(_plain_laws) - 1
+    result = compiled.get_compile_result(FUNCTIONS[kind])
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
+cell_force_at = _make_lookup(FUNCTIONS["cell_force"])
+cell_tangent_at = _make_lookup(FUNCTIONS["cell_tangent"])
+cell_energy_at = _make_lookup(FUNCTIONS["cell_energy"])
 force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 feed_law_at = _make_lookup(LAWS["feed"])

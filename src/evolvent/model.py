@@ -63,8 +63,8 @@ RECORDS: dict[str, np.dtype] = {
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
     # flexible beams: cells are their elements; a node's coordinates stand together, node after node
     "beams": _record("kind iq iv nodes cell cells block", "alpha length"),
-    # form, mass: places in the pools of `Flexible`; paper: damping b K_e e' in place of the objective one
-    "cells": _record("beam iq iv form mass paper", "length beta"),
+    # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
+    "cells": _record("beam iq iv form mass force tangent energy", "length beta"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
     "joints": _record(
@@ -117,7 +117,7 @@ class Flexible(NamedTuple):
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
     bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
-    B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`)
+    B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -142,6 +142,7 @@ class Flexible(NamedTuple):
     bend24: Array
     bend12: Array
     B12: Array
+    B0: Array
     place: Array
     F: Array
     P: Array

@@ -8,11 +8,13 @@ import numpy as np
 from numba import f8, i8, typeof, types, void
 
 from evolvent import jit
+from evolvent.flow import implicit
 from evolvent.flow.events import apply_event, event_values
 from evolvent.flow.inventory import inventory
 from evolvent.flow.observations import Observations, empty_observations, fill_observations
 from evolvent.flow.projection import project
 from evolvent.flow.rhs import rhs
+from evolvent.kernels import blocks
 from evolvent.model import N_INVENTORY, Model
 
 
@@ -50,6 +52,28 @@ def bind_corrections(model: Model) -> tuple[Any, Any]:
     """Compile (or load) what changes a state between steps: apply_event and project, each in a 1-tuple."""
     kind = signatures(model)
     return (jit.bind(apply_event, kind.apply),), (jit.bind(project, kind.project),)
+
+
+class Equations(NamedTuple):
+    """The implicit equations of motion and their linear solver, each compiled by itself, in a 1-tuple."""
+
+    residual: Any
+    tangent: Any
+    energies: Any
+    factor: Any
+    solve: Any
+
+
+def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
+    """Compile (or load) what implicit solvers call."""
+    m, x, A = typeof(model), f8[::1], typeof(matrix)
+    return Equations(
+        residual=(jit.bind(implicit.residual, void(f8, x, x, x, f8, f8, m, x, x)),),
+        tangent=(jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A)),),
+        energies=(jit.bind(implicit.energies, void(f8, x, m, x)),),
+        factor=(jit.bind(blocks.factor, types.int64(A)),),
+        solve=(jit.bind(blocks.solve, void(A, x)),),
+    )
 
 
 def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:

@@ -6,8 +6,8 @@ motion have on their left: M a + F = 0, so a force that pushes is subtracted.
 
 import math
 
-from evolvent.jit import inlined, kernel
-from evolvent.kernels import ancf, cable
+from evolvent.jit import cell_energy_at, cell_force_at, cell_tangent_at, inlined, kernel
+from evolvent.kernels import ancf
 from evolvent.kernels.rotations import cross
 
 CABLE, BEAM = 0, 1
@@ -26,42 +26,25 @@ def add_cells(y, a, n_q, flexible, F):
     y : (ny,) float, state
     a : (nv,) float, accelerations of the coordinates
     """
-    beams, cells, work, acceleration = flexible.beams, flexible.cells, flexible.work, flexible.e[0]
+    beams, cells, work = flexible.beams, flexible.cells, flexible.work
     by_mass = by_stiffness = 0.0
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        alpha, beta, at = beams[beam].alpha, cells[k].beta, iv - n_q
-        if beams[beam].kind == CABLE:
-            e, u, f, x = y[iq : iq + 12], y[iv : iv + 12], F[at : at + 12], acceleration[:12]
-            for i in range(12):
-                x[i] = a[at + i] + alpha * u[i]
-            ancf.add_mass_times(flexible.M12[mass], 1.0, x, f)
-            if alpha != 0.0:
-                by_mass += 2.0 * alpha * ancf.kinetic_energy(flexible.M12[mass], u)
-            if beta == 0.0:
-                cable.cable_force(e, flexible.H12[form], flexible.h12[form], work, f)
-            elif cells[k].paper:
-                by_stiffness += cable.cable_paper_damped_force(
-                    e, u, beta, flexible.H12[form], flexible.h12[form], work, f
-                )
-            else:
-                by_stiffness += cable.cable_damped_force(e, u, beta, flexible.H12[form], flexible.h12[form], work, f)
-                by_stiffness += cable.add_bending_damping(e, u, beta, flexible.B12[form], f)
+        alpha, at, force = beams[beam].alpha, iv - n_q, cell_force_at(cells[k].force)
+        n = 12 if beams[beam].kind == CABLE else 24
+        e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
+        for i in range(n):
+            x[i] = a[at + i] + alpha * u[i]
+        M = flexible.M12[mass] if n == 12 else flexible.M24[mass]
+        ancf.add_mass_times(M, 1.0, x, f)
+        if alpha != 0.0:
+            by_mass += 2.0 * alpha * ancf.kinetic_energy(M, u)
+        if n == 12:
+            by_stiffness += force(
+                e, u, cells[k].beta, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, f
+            )
         else:
-            e, u, f, x = y[iq : iq + 24], y[iv : iv + 24], F[at : at + 24], acceleration
-            for i in range(24):
-                x[i] = a[at + i] + alpha * u[i]
-            ancf.add_mass_times(flexible.M24[mass], 1.0, x, f)
-            if alpha != 0.0:
-                by_mass += 2.0 * alpha * ancf.kinetic_energy(flexible.M24[mass], u)
-            if beta == 0.0:
-                ancf.beam_force(e, flexible.H24[form], flexible.h24[form], work, f)
-            elif cells[k].paper:
-                by_stiffness += ancf.beam_paper_damped_force(
-                    e, u, beta, flexible.H24[form], flexible.h24[form], work, f
-                )
-            else:
-                by_stiffness += ancf.beam_damped_force(e, u, beta, flexible.H24[form], flexible.h24[form], work, f)
+            by_stiffness += force(e, u, cells[k].beta, flexible.H24[form], flexible.h24[form], flexible.B0, work, f)
     return by_mass, by_stiffness
 
 
@@ -71,35 +54,23 @@ def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
     beams, cells, place, work = flexible.beams, flexible.cells, flexible.place, flexible.work
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        beta, at = cells[k].beta, iv - n_q
+        beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(cells[k].tangent)
         factor = c_mass + c_rate * beams[beam].alpha
-        if beams[beam].kind == CABLE:
-            e, u, K, M = y[iq : iq + 12], y[iv : iv + 12], flexible.K12, flexible.M12[mass]
-            if beta == 0.0:
-                cable.cable_tangent(e, flexible.H12[form], flexible.h12[form], work, K)
-            elif cells[k].paper:
-                cable.cable_paper_damped_tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], work, K)
-            else:
-                cable.cable_damped_tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], work, K)
-                cable.add_bending_damping_tangent(e, u, beta, c_rate, flexible.B12[form], K)
-            n = 2
+        n = 12 if beams[beam].kind == CABLE else 24
+        e, u = y[iq : iq + n], y[iv : iv + n]
+        if n == 12:
+            K, M = flexible.K12, flexible.M12[mass]
+            tangent(e, u, beta, c_rate, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, K)
         else:
-            e, u, K, M = y[iq : iq + 24], y[iv : iv + 24], flexible.K24, flexible.M24[mass]
-            if beta == 0.0:
-                ancf.beam_tangent(e, flexible.H24[form], flexible.h24[form], work, K)
-            elif cells[k].paper:
-                ancf.beam_paper_damped_tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], work, K)
-            else:
-                ancf.beam_damped_tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], work, K)
-            n = 4
-        for i in range(2 * n):
-            for j in range(2 * n):
+            K, M = flexible.K24, flexible.M24[mass]
+            tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], flexible.B0, work, K)
+        for i in range(n // 3):
+            for j in range(n // 3):
                 m = factor * M[i, j]
                 for c in range(3):
                     K[3 * i + c, 3 * j + c] += m
-        p, size = place[at], 3 * n
-        m = matrix.A.shape[1]
-        b = p // m
+        size, m = n // 2, matrix.A.shape[1]
+        b = place[at] // m
         for r in range(size):
             for c in range(size):
                 matrix.A[b, r, m + c] += K[r, c]
@@ -110,14 +81,15 @@ def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
 
 @kernel
 def beam_energies(y, flexible, out):
-    """out : (3,) += kinetic, elastic, and of the elastic the energy of bending and torsion, J."""
+    """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J."""
     beams, cells, work = flexible.beams, flexible.cells, flexible.work
     for k in range(cells.size):
         iq, iv, mass, form = cells[k].iq, cells[k].iv, cells[k].mass, cells[k].form
+        energy = cell_energy_at(cells[k].energy)
         if beams[cells[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
-            out[1] += cable.cable_energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
+            out[1] += energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
             v, g = work[:9], work[9:15]
             ancf.nodal_vectors(e, 3, v)
             ancf.products(v, 3, g)
@@ -126,7 +98,7 @@ def beam_energies(y, flexible, out):
         else:
             e, u = y[iq : iq + 24], y[iv : iv + 24]
             out[0] += ancf.kinetic_energy(flexible.M24[mass], u)
-            out[1] += ancf.beam_energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
+            out[1] += energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
 
 
 @kernel

@@ -141,7 +141,7 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
             along, across = checks[i].along, checks[i].across
             # minus d(force)/dx, symmetric part: xx, yy, zz, xy, xz, yz
             a, b = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-            K = flexible.K12[0]
+            K = flexible.f
             for c in range(6):
                 nn, tt = n[a[c]] * n[b[c]], t[a[c]] * t[b[c]]
                 same = 1.0 if a[c] == b[c] else 0.0

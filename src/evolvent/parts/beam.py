@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from evolvent import elements
+from evolvent import elements, jit
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
+from evolvent.kernels import cells
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.checks import not_negative, positive, unit_vector, vector
 
 FORMULATIONS = ("cable", *elements.FORMULATIONS)
-DAMPINGS = {"objective": 0, "paper": 1}
+DAMPINGS = (cells.OBJECTIVE, cells.PAPER)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -125,11 +126,13 @@ class Beam:
         tapered = isinstance(self.section, elements.Taper)
         damped = set(range(n)) if self.damped is None else set(self.damped)
         form = mass = -1
+        kinds = cells.CABLES if kind == kernels.CABLE else cells.BEAMS
         for i in range(n):
             if i == 0 or tapered or self.rest == "start":
                 section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
                 rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
                 form, mass = self._constants(builder, length / n, section, rest)
+            functions = kinds[self.damping if beta > 0.0 and i in damped else cells.ELASTIC]
             builder.add(
                 "cells",
                 beam=index,
@@ -137,7 +140,9 @@ class Beam:
                 iv=v + 3 * k * i,
                 form=form,
                 mass=mass,
-                paper=DAMPINGS[self.damping],
+                force=jit.address(functions.force, "cell_force"),
+                tangent=jit.address(functions.tangent, "cell_tangent"),
+                energy=jit.address(functions.energy, "cell_energy"),
                 length=length / n,
                 beta=beta if i in damped else 0.0,
             )

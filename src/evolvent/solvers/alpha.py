@@ -23,7 +23,7 @@ import numpy as np
 
 from evolvent.flow import implicit as eq
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import blocks, rigid, touch
+from evolvent.kernels import rigid, touch
 from evolvent.kernels.flexible import is_finite
 
 # status codes of the loop
@@ -134,17 +134,17 @@ def turned(y0, q, px, py, pz, y):
 
 
 @kernel
-def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
+def factor_at(calls, t, y, la, c_mass, c_rate, scale, model, matrix, march):
     """Assemble and factor the matrix; returns what `blocks.factor` returns."""
-    eq.tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
-    found = blocks.factor(matrix)
+    calls.tangent[0](t, y, la, c_mass, c_rate, scale, model, matrix)
+    found = calls.factor[0](matrix)
     march.tally[FACTORED] += 1
     march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
     return found
 
 
 @kernel
-def start_accelerations(model, matrix, options, march):
+def start_accelerations(calls, model, matrix, options, march):
     """Accelerations and multipliers that fit the state: M v' + F + G^T la = 0 and g'' = 0; returns a status.
 
     Notes
@@ -163,9 +163,9 @@ def start_accelerations(model, matrix, options, march):
     scale = c_mass * options[MASS]
     eps = 1e-6 * options[SPAN]
     for attempt in range(4):
-        eq.residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
         if attempt == 0:
-            found = factor_at(t, y, la, c_mass, 0.0, scale, model, matrix, march)
+            found = factor_at(calls, t, y, la, c_mass, 0.0, scale, model, matrix, march)
             if found != 0:
                 return SINGULAR if found < 0 else REDUNDANT
         for side in range(2):
@@ -190,7 +190,7 @@ def start_accelerations(model, matrix, options, march):
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
             march.x[i] = -march.r[i]
-        blocks.solve(matrix, march.x)
+        calls.solve[0](matrix, march.x)
         for i in range(n_v):
             A[i] += c_mass * march.x[model.flexible.place[i]]
         for k in range(n_j):
@@ -204,7 +204,7 @@ def start_accelerations(model, matrix, options, march):
 
 
 @kernel
-def step_of(t1, h, model, matrix, options, march):
+def step_of(calls, t1, h, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero."""
     n_q, n_v = model.info[0].nq, model.info[0].nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
@@ -225,7 +225,7 @@ def step_of(t1, h, model, matrix, options, march):
         march.tally[FRESH] = 1
     last, ratio = math.inf, 0.0
     for iteration in range(MOST_ITERATIONS):
-        eq.residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
+        calls.residual[0](t1, y, A, la, h, 1.0, model, r, march.powers[0])
         if not is_finite(r):
             return NOT_FINITE
         touching = touch.count_touching(model.flexible)
@@ -233,7 +233,7 @@ def step_of(t1, h, model, matrix, options, march):
             march.tally[SET] = touching
             march.tally[FRESH] = 1
         if march.tally[FRESH] == 1 or ratio > SLOW:
-            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
+            found = factor_at(calls, t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
                 return SINGULAR
@@ -246,7 +246,7 @@ def step_of(t1, h, model, matrix, options, march):
             x[i] = -r[i]
         for k in range(n_j):
             x[first + k] = -scale * r[n_v + k]
-        blocks.solve(matrix, x)
+        calls.solve[0](matrix, x)
         norm = 0.0
         for i in range(n_v):
             d = x[place[i]]
@@ -272,7 +272,7 @@ def step_of(t1, h, model, matrix, options, march):
 
 
 @kernel
-def book(t, h, model, march):
+def book(calls, t, h, model, march):
     """Book a step's energies, work and losses into the ledger; returns what the account has gained in it, J.
 
     Notes
@@ -305,7 +305,7 @@ def book(t, h, model, march):
     known -= slip + damped
     for k in range(f.cylinders.size):
         march.impulse[k] += h * f.cylinders[k].normal
-    fill_energies(t, model, march)
+    fill_energies(calls, t, model, march)
     ledger[PEAK] = max(ledger[PEAK], ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED])
     return ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED] - before - known
 
@@ -339,10 +339,10 @@ def paths(t, h, model, march):
 
 
 @kernel
-def fill_energies(t, model, march):
+def fill_energies(calls, t, model, march):
     """Energies of the state into the ledger; contacts and hinges are those of the last residual."""
     ledger, f = march.ledger, model.flexible
-    eq.energies(t, march.y, model, ledger[KINETIC : KINETIC + 3])
+    calls.energies[0](t, march.y, model, ledger[KINETIC : KINETIC + 3])
     ledger[CONTACT] = 0.0
     for k in range(f.cylinders.size):
         ledger[CONTACT] += f.cylinders[k].energy
@@ -374,17 +374,17 @@ def keep(n, model, march):
 
 
 @kernel
-def begin(model, matrix, options, march):
+def begin(calls, model, matrix, options, march):
     """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
-    status = start_accelerations(model, matrix, options, march)
+    status = start_accelerations(calls, model, matrix, options, march)
     if status != DONE:
         return status
     t = march.clock[TIME]
-    eq.residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
     touch.settle_contacts(march.y, model.flexible, model.bodies)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
-    fill_energies(t, model, march)
+    fill_energies(calls, t, model, march)
     march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
     march.ledger[PEAK] = march.ledger[START]
     if march.samples[0] <= t:
@@ -394,7 +394,7 @@ def begin(model, matrix, options, march):
 
 
 @kernel
-def advance(model, matrix, options, march, budget):
+def advance(calls, model, matrix, options, march, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     clock, tally, ledger = march.clock, march.tally, march.ledger
     n_v, n_j, n_t = march.dq.size, march.la.size, march.samples.size
@@ -426,11 +426,11 @@ def advance(model, matrix, options, march, budget):
             march.ledger0[i] = ledger[i]
         paths(t, h, model, march)
         t1 = target if lands else t + h
-        found = step_of(t1, h, model, matrix, options, march)
+        found = step_of(calls, t1, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             # forces, loads and contacts of the state that the last correction led to
-            eq.residual(t1, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+            calls.residual[0](t1, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
                 for i in range(n_v):
@@ -444,7 +444,7 @@ def advance(model, matrix, options, march, budget):
             tally[REJECTED] += 1
             clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        gained = book(t1, h, model, march)
+        gained = book(calls, t1, h, model, march)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
         scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]))
@@ -471,7 +471,7 @@ def advance(model, matrix, options, march, budget):
         if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
             tally[STOP] += 1
             clock[TIME] = t1 * (1.0 + 1e-11)
-            status = start_accelerations(model, matrix, options, march)
+            status = start_accelerations(calls, model, matrix, options, march)
             clock[TIME] = t1
             if status != DONE:
                 return status

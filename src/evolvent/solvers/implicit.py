@@ -14,6 +14,7 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
+from evolvent.flow import bind_equations
 from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, rigid
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -189,8 +190,9 @@ def solve_implicit(
     options[alpha.SPAN] = first if step is not None else 10.0 * first
     march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
-    alpha.advance(model, matrix, options, march, 0)
-    alpha.begin(model, matrix, options, march._replace(tally=march.tally.copy()))
+    calls = bind_equations(model, matrix)
+    alpha.advance(calls, model, matrix, options, march, 0)
+    alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
     compile_time = clock.perf_counter() - began
 
     began = clock.perf_counter()
@@ -198,13 +200,13 @@ def solve_implicit(
     status, message = "success", "the run reached its end"
     budget = 20
     try:
-        code = alpha.begin(model, matrix, options, march)
+        code = alpha.begin(calls, model, matrix, options, march)
         if code == alpha.REDUNDANT:
             raise InputError(_redundant(assembly, matrix))
         if code == alpha.DONE:
             while True:
                 slice_began = clock.perf_counter()
-                code = alpha.advance(model, matrix, options, march, budget)
+                code = alpha.advance(calls, model, matrix, options, march, budget)
                 spent = clock.perf_counter() - slice_began
                 if code != alpha.BUDGET:
                     break
