@@ -271,15 +271,10 @@ def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
         EI, z = H[3, 3 + p] / (aa * aa), aq / aa
         one = N / stretch + EI * (2.0 * z * aq - qq)
         square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa + EI * (4.0 * qq / aa - 12.0 * z * z)
-        damping = b * EA / aa
+        damping, S = b * EA / aa, (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])
         for i in range(3):
             for j in range(3):
-                ss, sk, ks, kk = (
-                    H[p, i] * H[p, j],
-                    H[p, i] * H[p, 3 + j],
-                    H[p, 3 + i] * H[p, j],
-                    H[p, 3 + i] * H[p, 3 + j],
-                )
+                ss, sk, ks, kk = S[i] * S[j], S[i] * S[3 + j], S[3 + i] * S[j], S[3 + i] * S[3 + j]
                 unit = ss * one - EI * ((sk + ks) * aq - kk * aa)
                 by_aa = ss * square + EI * (4.0 * z * (sk + ks) - kk)
                 by_aq, by_qa = EI * (4.0 * z * ss - 2.0 * sk - ks), EI * (4.0 * z * ss - sk - 2.0 * ks)
