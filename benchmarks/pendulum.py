@@ -12,6 +12,7 @@ Newton method.
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import os
 import pathlib
@@ -62,12 +63,13 @@ def peer(kind: str, n: int, repeat: int) -> tuple[float, np.ndarray]:
 
 def _peer(kind: str, n: int, end: float) -> tuple[float, np.ndarray]:
     import exudyn as exu
-    import exudyn.itemInterface as item
+
+    items = importlib.import_module("exudyn.itemInterface")
 
     mbs = exu.SystemContainer().AddSystem()
     area, moment = SIDE**2, SIDE**4 / 12.0
     slopes = [1, 0, 0] if kind == "ANCFCable" else [0, 1, 0, 0, 0, 1]
-    node = item.NodePointSlope1 if kind == "ANCFCable" else item.NodePointSlope23
+    node = items.NodePointSlope1 if kind == "ANCFCable" else items.NodePointSlope23
     nodes = [mbs.AddNode(node(referenceCoordinates=[LENGTH * i / n, 0, 0, *slopes])) for i in range(n + 1)]
     section = exu.BeamSection()
     shear = 10.0 * (1.0 + NU) / (12.0 + 11.0 * NU) * E / (2.0 * (1.0 + NU)) * area
@@ -78,7 +80,7 @@ def _peer(kind: str, n: int, end: float) -> tuple[float, np.ndarray]:
     for i in range(n):
         ends = [nodes[i], nodes[i + 1]]
         if kind == "ANCFCable":
-            new = item.ObjectANCFCable(
+            new = items.ObjectANCFCable(
                 physicsLength=LENGTH / n,
                 physicsMassPerLength=DENSITY * area,
                 physicsBendingStiffness=E * moment,
@@ -86,16 +88,16 @@ def _peer(kind: str, n: int, end: float) -> tuple[float, np.ndarray]:
                 nodeNumbers=ends,
             )
         else:
-            new = item.ObjectANCFBeam(
+            new = items.ObjectANCFBeam(
                 physicsLength=LENGTH / n, nodeNumbers=ends, sectionData=section, crossSectionPenaltyFactor=[1, 1, 1]
             )
-        marker = mbs.AddMarker(item.MarkerBodyMass(bodyNumber=mbs.AddObject(new)))
-        mbs.AddLoad(item.LoadMassProportional(markerNumber=marker, loadVector=[0, -G, 0]))
-    ground = mbs.AddNode(item.NodePointGround(referenceCoordinates=[0, 0, 0]))
-    fixed = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+        marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mbs.AddObject(new)))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[0, -G, 0]))
+    ground = mbs.AddNode(items.NodePointGround(referenceCoordinates=[0, 0, 0]))
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
     for c in range(3):
-        marker = mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=c))
-        mbs.AddObject(item.ObjectConnectorCoordinate(markerNumbers=[fixed, marker]))
+        marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=c))
+        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[fixed, marker]))
     mbs.Assemble()
     settings = exu.SimulationSettings()
     settings.timeIntegration.numberOfSteps = round(end / STEP)
