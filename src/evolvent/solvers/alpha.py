@@ -30,8 +30,10 @@ from evolvent.kernels.flexible import is_finite
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
 # places in March.tally
 STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
-# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence
-TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, TRUE_STEP = range(7)
+# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence;
+# NET: what the account has gained since the start, LARGEST: since its lowest; LAST: step that the algorithmic
+# accelerations belong to; EVENT: the next step's limit, where a latch lies
+TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, NET, LAST, EVENT, N_CLOCK = range(10)
 # places in March.ledger: what causes have taken, what came in, energy now and at the start
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15
@@ -185,7 +187,7 @@ def start_accelerations(calls, model, matrix, options, march):
         for k in range(n_j):
             eq.couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
             if joints[k].stiffness > 0.0 or not eq.couplings.holds(t, joints, k):
-                march.x[first + k] = -scale * la[k]
+                march.x[first + k] = -scale * march.r[first + k]
             else:
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
@@ -245,7 +247,7 @@ def step_of(calls, t1, h, model, matrix, options, march):
         for i in range(first):
             x[i] = -r[i]
         for k in range(n_j):
-            x[first + k] = -scale * r[n_v + k]
+            x[first + k] = -scale * r[first + k]
         calls.solve[0](matrix, x)
         norm = 0.0
         for i in range(n_v):
@@ -296,7 +298,7 @@ def book(calls, t, h, model, march):
         lost = 0.5 * h * (p[which] + p0[which])
         ledger[cause] += lost
         known -= lost
-    drives = _drives(t, h, model, march)
+    drives = _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     ledger[DRIVES] += drives
     known += drives
     slip, damped = touch.settle_contacts(march.y, f, model.bodies)
@@ -312,16 +314,12 @@ def book(calls, t, h, model, march):
 
 @inlined
 def _drives(t, h, model, march):
-    """Work of driven joints (la dg/dt of each, mean la) and bodies over a step."""
+    """Work of driven joints over a step, la dg/dt of each, mean la."""
     work = 0.0
-    joints, bodies = model.flexible.joints, model.bodies
+    joints = model.flexible.joints
     for k in range(joints.size):
-        if joints[k].path != 0 and joints[k].stiffness == 0.0 and eq.couplings.holds(t, joints, k):
+        if joints[k].path != 0 and eq.couplings.holds(t, joints, k):
             work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
-            w, G = bodies[b].w, bodies[b].F
-            work -= h * (w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
     return work
 
 
@@ -387,6 +385,8 @@ def begin(calls, model, matrix, options, march):
     fill_energies(calls, t, model, march)
     march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
     march.ledger[PEAK] = march.ledger[START]
+    for k in range(model.flexible.hinges.size):
+        model.flexible.hinges[k].before = model.flexible.hinges[k].angle
     if march.samples[0] <= t:
         keep(0, model, march)
         march.tally[SAMPLE] = 1
@@ -404,9 +404,10 @@ def advance(calls, model, matrix, options, march, budget):
         if tally[SAMPLE] == n_t:
             return DONE
         target = march.samples[tally[SAMPLE]]
-        if tally[STOP] < march.stops.size:
-            target = min(target, march.stops[tally[STOP]])
-        h = clock[STEP]
+        stops = tally[STOP] < march.stops.size and march.stops[tally[STOP]] <= target
+        if stops:
+            target = march.stops[tally[STOP]]
+        h = min(clock[STEP], clock[EVENT])
         left = target - t
         lands = h >= left * (1.0 - 1e-9)
         if lands:
@@ -418,6 +419,8 @@ def advance(calls, model, matrix, options, march, budget):
         for j in range(3):
             for i in range(n_v):
                 march.v0[j, i] = march.v1[j, i]
+        for i in range(n_v):  # algorithmic accelerations lie off the true ones in proportion to the step
+            march.v0[0, i] = march.v1[1, i] + (march.v1[0, i] - march.v1[1, i]) * (h / clock[LAST])
         for i in range(n_j):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
@@ -426,11 +429,12 @@ def advance(calls, model, matrix, options, march, budget):
             march.ledger0[i] = ledger[i]
         paths(t, h, model, march)
         t1 = target if lands else t + h
-        found = step_of(calls, t1, h, model, matrix, options, march)
+        t_end = t1 - 1e-9 * h if lands and stops else t1  # what begins or ends at a stop has not done so yet
+        found = step_of(calls, t_end, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             # forces, loads and contacts of the state that the last correction led to
-            calls.residual[0](t1, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+            calls.residual[0](t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
                 for i in range(n_v):
@@ -444,13 +448,20 @@ def advance(calls, model, matrix, options, march, budget):
             tally[REJECTED] += 1
             clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        gained = book(calls, t1, h, model, march)
+        part = _until_latch(model) if error <= 1.0 else 1.0
+        if part < 1.0 and h * part > options[SMALLEST]:
+            _back(model, march)
+            clock[EVENT] = h * part
+            continue
+        gained = book(calls, t_end, h, model, march)
+        clock[LAST], clock[EVENT] = h, math.inf
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
         scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]))
         clock[TIME] = t1
         tally[STEPS] += 1
-        clock[LARGEST] += gained
+        clock[NET] += gained
+        clock[LARGEST] = max(clock[LARGEST] + gained, 0.0)
         if clock[LARGEST] > options[GAIN] * scale:
             if lands and t1 >= march.samples[tally[SAMPLE]]:
                 keep(tally[SAMPLE], model, march)
@@ -464,20 +475,47 @@ def advance(calls, model, matrix, options, march, budget):
                 clock[STEP] = min(max(h, clock[STEP] if lands else h) * grow, options[LONGEST])
             elif not lands:
                 clock[STEP] = h
-        _latch(model)
+        latched = _latch(model)
         if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]]:
             keep(tally[SAMPLE], model, march)
             tally[SAMPLE] += 1
         if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
             tally[STOP] += 1
-            clock[TIME] = t1 * (1.0 + 1e-11)
-            status = start_accelerations(calls, model, matrix, options, march)
-            clock[TIME] = t1
-            if status != DONE:
-                return status
+            latched = True
             if adaptive:
                 clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
+        if latched:
+            status = _anew(calls, t1, h, model, matrix, options, march)
+            if status != DONE:
+                return status
     return BUDGET
+
+
+@kernel
+def _anew(calls, t, h, model, matrix, options, march):
+    """Start anew at time t, where loads or joints change at once; energy that a joint lets go counts as lost in it."""
+    ledger = march.ledger
+    before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
+    march.clock[TIME] = t + 1e-9 * h
+    status = start_accelerations(calls, model, matrix, options, march)
+    march.clock[TIME] = t
+    for i in range(march.dq.size):
+        march.v1[2, i] = model.flexible.P[i]
+    fill_energies(calls, t, model, march)
+    ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
+    return status
+
+
+@inlined
+def _until_latch(model):
+    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
+    hinges, part = model.flexible.hinges, 1.0
+    for k in range(hinges.size):
+        if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch):
+            off, before = hinges[k].angle - hinges[k].latch, hinges[k].before - hinges[k].latch
+            if hinges[k].side * off < -1e-10 and hinges[k].side * before > 0.0:
+                part = min(part, before / (before - off))
+    return part
 
 
 @kernel
@@ -499,8 +537,11 @@ def _back(model, march):
 @inlined
 def _latch(model):
     """Latch the hinges that have passed their latch's angle, as seen by the sign of what they are off it."""
-    hinges = model.flexible.hinges
+    hinges, found = model.flexible.hinges, False
     for k in range(hinges.size):
+        hinges[k].before = hinges[k].angle
         off = hinges[k].angle - hinges[k].latch
         if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch) and hinges[k].side * off <= 0.0:
             hinges[k].latched = 1.0
+            found = True
+    return found
