@@ -53,7 +53,7 @@ class March(NamedTuple):
 
     Attributes
     ----------
-    y, y0 : (ny,) float, state at the end and the start of a step
+    y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     v1 : (3, nv) float, algorithmic accelerations a, accelerations v', loads; 0 in `v0` for the start
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
     weight : (nu,) float, size of each unknown that counts as 1
@@ -64,6 +64,7 @@ class March(NamedTuple):
 
     y: np.ndarray
     y0: np.ndarray
+    spare: np.ndarray
     v1: np.ndarray
     v0: np.ndarray
     la: np.ndarray
@@ -146,46 +147,35 @@ def factor_at(calls, t, y, la, c_mass, c_rate, scale, model, matrix, march):
 
 
 @kernel
-def start_accelerations(calls, model, matrix, options, march):
-    """Accelerations and multipliers that fit the state: M v' + F + G^T la = 0 and g'' = 0; returns a status.
+def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
+    """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
     Notes
     -----
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
-    n_q, n_v, t = model.info[0].nq, model.info[0].nv, march.clock[TIME]
-    y, y0, la, A = march.y, march.y0, march.la, march.v1[1]
+    n_q, n_v, y0 = model.info[0].nq, model.info[0].nv, march.y0
     joints, n_j = model.flexible.joints, model.flexible.joints.size
     first = march.r.size - n_j
-    for i in range(n_v):
-        A[i] = 0.0
-    for i in range(n_j):
-        la[i] = 0.0
-    c_mass = 1e16 / (options[SPAN] * options[SPAN])
+    c_mass = _short(options)
     scale = c_mass * options[MASS]
-    eps = 1e-6 * options[SPAN]
-    for attempt in range(4):
-        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
-        if attempt == 0:
-            found = factor_at(calls, t, y, la, c_mass, 0.0, scale, model, matrix, march)
-            if found != 0:
-                return SINGULAR if found < 0 else REDUNDANT
+    d = 1e-3 * options[SPAN]
+    for _ in range(3):
+        calls.residual[0](t, state, A, la, 0.0, 1.0, model, march.r, march.powers[0])
         for side in range(2):
-            d = eps if side == 0 else -eps
             for i in range(n_v):
-                march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
-            for i in range(y.size):
-                y0[i] = y[i]
-            displace(y, march.dq, model, y0)
+                march.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
+            for i in range(state.size):
+                y0[i] = state[i]
+            displace(state, march.dq, model, y0)
             for i in range(n_v):
-                y0[n_q + i] = y[n_q + i] + d * A[i]
+                y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model.bodies)
             for k in range(n_j):
                 eq.couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
                 march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
-        rigid.kinematics(t, y, model.bodies)
+            d = -d
         for k in range(n_j):
-            eq.couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
             if joints[k].stiffness > 0.0 or not eq.couplings.holds(t, joints, k):
                 march.x[first + k] = -scale * march.r[first + k]
             else:
@@ -197,11 +187,89 @@ def start_accelerations(calls, model, matrix, options, march):
             A[i] += c_mass * march.x[model.flexible.place[i]]
         for k in range(n_j):
             la[k] += scale * march.x[first + k]
+
+
+@inlined
+def _short(options):
+    """c_mass of a step too short to feel stiffness."""
+    return 1e16 / (options[SPAN] * options[SPAN])
+
+
+@kernel
+def start_accelerations(calls, model, matrix, options, march):
+    """Accelerations and multipliers at march.y; returns a status.
+
+    Notes
+    -----
+    Multipliers are of second order from the first step on where the method starts as it goes on (Arnold, Bruls & Cardona,
+    2015): with a0 = v'(t0 + (alpha_m - alpha_f) h), and velocities that part from the constraints by what a step's
+    position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the rotation
+    vector of a free body. Where a step does not resolve v'', both are left out.
+    """
+    n_q, n_v, t, h = model.info[0].nq, model.info[0].nv, march.clock[TIME], march.clock[STEP]
+    y, la, A, bodies = march.y, march.la, march.v1[1], model.bodies
     for i in range(n_v):
-        march.v1[0, i] = A[i]
+        A[i] = 0.0
+    for i in range(la.size):
+        la[i] = 0.0
+    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    c_mass = _short(options)
+    found = factor_at(calls, t, y, la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
     march.tally[FRESH] = 1
+    if found != 0:
+        return SINGULAR if found < 0 else REDUNDANT
+    accelerations_at(calls, t, y, model, matrix, options, march, A, la)
     if not is_finite(A):
         return NOT_FINITE
+    J, B, state, la1 = march.v0[0], march.v0[1], march.spare, march.la0
+    for i in range(n_v):
+        J[i] = 0.0
+    d = 1e-2 * options[SPAN]
+    for _ in range(2):
+        for i in range(n_v):
+            march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
+            B[i] = A[i]
+        for k in range(la.size):
+            la1[k] = la[k]
+        for i in range(y.size):
+            state[i] = y[i]
+        displace(y, march.dq, model, state)
+        for i in range(n_v):
+            state[n_q + i] += d * A[i]
+        accelerations_at(calls, t + d, state, model, matrix, options, march, B, la1)
+        for i in range(n_v):
+            J[i] += B[i] / (2.0 * d)
+        d = -d
+    jerk = rest = 0.0
+    for i in range(n_v):
+        jerk = max(jerk, h * h * h * abs(J[i]) / march.weight[i])
+        rest = max(rest, (h * abs(y[n_q + i]) + h * h * abs(A[i])) / march.weight[i])
+    shift = options[ALPHA_M] - options[ALPHA_F]
+    for i in range(n_v):
+        march.v1[0, i] = A[i]
+    if jerk < 0.1 * rest:
+        c = 1.0 / 6.0 - 0.5 * shift - options[BETA]
+        for i in range(n_v):
+            march.v1[0, i] += shift * h * J[i]
+            J[i] *= c
+        for b in range(bodies.size):
+            if bodies[b].motion == rigid.FREE:
+                q, at = bodies[b].iv + 3, bodies[b].iv + 3 - n_q
+                x, yy, z = eq.cross(y[q], y[q + 1], y[q + 2], A[at], A[at + 1], A[at + 2])
+                J[at] += x / 12.0
+                J[at + 1] += yy / 12.0
+                J[at + 2] += z / 12.0
+        for i in range(n_v):
+            B[i] = A[i] + J[i]
+        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
+        calls.residual[0](t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
+        for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
+            march.x[i] = march.r[i] - march.x[i] if i < march.x.size - la.size else 0.0
+        calls.solve[0](matrix, march.x)
+        for i in range(n_v):
+            y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
+    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    march.clock[LAST] = h
     return DONE
 
 

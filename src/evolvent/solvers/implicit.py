@@ -312,6 +312,7 @@ def _march(
     return alpha.March(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
+        spare=assembly.y.copy(),
         v1=np.zeros((3, n_v)),
         v0=np.zeros((3, n_v)),
         la=np.zeros(n_j),
