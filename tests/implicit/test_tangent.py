@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from implicit.rigs import RUBBER, SQUARE, Equations, start_step
 
 from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.solvers.implicit import matrix_of
+from implicit.rigs import RUBBER, SQUARE, Equations, start_step
 
 Array = np.ndarray
 C_MASS, C_RATE = 3e4, 2e2
@@ -231,7 +230,9 @@ def pressed(
     """A beam lying on a cylinder, sliding or sticking, in the middle of a step."""
     system = System()
     bodies(system)
-    system.add(beam(formulation, direction=(0.0, 1.0, 0.0), normal=(0.0, 0.0, 1.0), position=(0.0, -0.5, 0.3997)), "beam")
+    system.add(
+        beam(formulation, direction=(0.0, 1.0, 0.0), normal=(0.0, 0.0, 1.0), position=(0.0, -0.5, 0.3997)), "beam"
+    )
     axis = (1.0, 0.0, 0.0)
     if body == "ground":
         centre = (0.0, 0.0, 0.0)

@@ -297,7 +297,13 @@ def _march(
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
     pushes = model.flexible.pushes
-    ends = [model.flexible.joints["until"], pushes["start"], pushes["start"] + pushes["ramp"], pushes["end"], model.breaks]
+    ends = [
+        model.flexible.joints["until"],
+        pushes["start"],
+        pushes["start"] + pushes["ramp"],
+        pushes["end"],
+        model.breaks,
+    ]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"] = np.inf
