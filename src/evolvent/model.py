@@ -77,7 +77,7 @@ RECORDS: dict[str, np.dtype] = {
     "hinges": _record(
         "body iq iv",
         "axis zero stiffness damping rest low high stop latch latch_stiffness latch_damping side",
-        "angle rate torque latched",
+        "angle rate torque latched before",
         axis=_3, zero=_3,
     ),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last

@@ -1,7 +1,7 @@
 """The equations of motion as implicit solvers need them: M a + F(t, y, la) = 0 with constraints, and their tangent.
 
-Unknowns stand in the order of `Flexible.place`, then one multiplier for each joint (a penalty's is no unknown: its
-equation is la = 0).
+Unknowns stand in the order of `Flexible.place`, then one multiplier for each joint. A penalty is a constraint with a
+compliance, gap + (damping rate - la)/stiffness = 0, so that it couples whatever it joins through the border.
 """
 
 import math
@@ -12,8 +12,8 @@ from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_p
 from evolvent.kernels.rotations import cross, turn_back
 
 #: What `residual` writes into `powers`: powers dissipated (W), power of loads at markers (W), energies of hinges and
-#: penalties (J), and what the beams' loads are left out of.
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, N_POWERS = 0, 1, 2, 3, 4, 5, 6
+#: penalties (J), and the power of what turns driven bodies (W).
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, N_POWERS = range(8)
 
 
 @kernel
@@ -25,12 +25,13 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     y : (ny,) float, state; a : (nv,) float, accelerations; la : (nj,) float, multipliers
     step : float, s, of the step that ends here, 0 for none
     factor : float, of all loads on beams and of gravity
-    r : (nv + nj,) float, output
+    r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
     F, P, G, joints = f.F, f.P, f.G, f.joints
+    first = r.size - joints.size
     for i in range(n_v):
         F[i] = 0.0
         P[i] = factor * G[i]
@@ -59,23 +60,25 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     for k in range(joints.size):
         couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
         if not couplings.holds(t, joints, k):
-            r[n_v + k] = la[k]
+            r[first + k] = la[k]
         elif joints[k].stiffness > 0.0:
             gap, rate = joints[k].gap, joints[k].rate
-            couplings.add_joint_force(k, joints[k].stiffness * gap + joints[k].damping * rate, n_q, f, bodies, F)
+            couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
             powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
             powers[JOINTS] += joints[k].damping * rate * rate
-            r[n_v + k] = la[k]
+            r[first + k] = gap + (joints[k].damping * rate - la[k]) / joints[k].stiffness
         else:
             couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
-            r[n_v + k] = joints[k].gap
+            r[first + k] = joints[k].gap
     for i in range(points.size):
         at = points[i].iv - n_q
         for c in range(3):
             F[at + c] += points[i].mass * a[at + c] - points[i].f[c]
     for b in range(bodies.size):
-        at, G = bodies[b].iv - n_q, bodies[b].F
-        if bodies[b].motion == rigid.SPIN:
+        at, G, w = bodies[b].iv - n_q, bodies[b].F, bodies[b].w
+        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
+            powers[DRIVEN] -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5]
+        elif bodies[b].motion == rigid.SPIN:
             n = bodies[b].axis
             x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
             F[at] += bodies[b].spin_inertia * a[at] - (n[0] * x + n[1] * yy + n[2] * z)
@@ -110,8 +113,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, bordered by `scale` times the constraints; after `residual` only.
 
-    Left out are what only slows Newton's method: how a body's turn changes velocities of its points, the field's own
-    dependence on the shape, and the derivatives of user's laws.
+    Left out is what only slows Newton's method: how a turn of a body or of a line of action changes rates (beside what
+    is kept it is the angle turned in a step), how forces at markers turn with a body (beside its inertia: torque h^2),
+    how a FIELD follows the shape (likewise), how a rod between nodes that are no neighbours turns (beside their masses:
+    force h^2/length), how the direction of friction follows that of the normal (beside the
+    bristle's stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q = info.nq
@@ -122,7 +128,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         touch.add_contact_tangents(y, n_q, f, bodies, c_rate, matrix)
         _pad(f, matrix)
     if model.springs.size > 0:
-        _spring_tangents(y, n_q, model, c_rate, matrix)
+        _spring_tangents(t, y, n_q, model, c_rate, matrix)
     if f.hinges.size > 0:
         couplings.add_hinge_tangents(y, n_q, f, bodies, c_rate, matrix)
     first = matrix.A.shape[0] * matrix.A.shape[1] + matrix.counts[blocks.BORDER] - joints.size
@@ -131,14 +137,11 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         if not couplings.holds(t, joints, k):
             add_entry(matrix, row, row, scale * scale)
             continue
-        stiffness = joints[k].stiffness
+        stiffness, damped = joints[k].stiffness, 1.0
         if stiffness > 0.0:
-            force = stiffness * joints[k].gap + joints[k].damping * joints[k].rate
-            total = stiffness + c_rate * joints[k].damping
-            couplings.add_joint_tangent(k, force, -1, 0.0, total, n_q, f, bodies, matrix)
-            add_entry(matrix, row, row, scale * scale)
-        else:
-            couplings.add_joint_tangent(k, la[k], row, scale, 0.0, n_q, f, bodies, matrix)
+            add_entry(matrix, row, row, -scale * scale / stiffness)
+            damped = 1.0 + c_rate * joints[k].damping / stiffness
+        couplings.add_joint_tangent(k, la[k], row, scale, damped, n_q, f, bodies, matrix)
     for i in range(points.size):
         at = place[points[i].iv - n_q]
         for c in range(3):
@@ -178,8 +181,8 @@ def _pad(f, matrix):
 
 
 @kernel
-def _spring_tangents(y, n_q, model, c_rate, matrix):
-    """Tangents of all springs that have a stiffness (a user's law has none here)."""
+def _spring_tangents(t, y, n_q, model, c_rate, matrix):
+    """Tangents of all springs; those of users' laws by central differences."""
     bodies, points, f = model.bodies, model.points, model.flexible
     place, Ja, Jb = f.place, f.J[0], f.J[1]
     for k in range(model.springs.size):
@@ -188,12 +191,21 @@ def _spring_tangents(y, n_q, model, c_rate, matrix):
         b = springs.marker_kinematics(y, model.markers, points, bodies, mb)
         dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if length == 0.0:
+            continue
         nx, ny, nz = dx / length, dy / length, dz / length
         rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
-        elastic, damped = springs.spring_tension(model.springs, k, length - model.springs[k].length, rate, 0.0,
-                                                 model.parameters)  # fmt: skip
+        extension = length - model.springs[k].length
+        elastic, damped = springs.spring_tension(model.springs, k, extension, rate, t, model.parameters)
         tension = elastic + damped
         along = model.springs[k].stiffness + c_rate * model.springs[k].damping
+        if model.springs[k].law != 0:
+            d, e = 1e-6 * length, 1e-6 * (abs(rate) + length * c_rate)
+            more, _ = springs.spring_tension(model.springs, k, extension + d, rate, t, model.parameters)
+            less, _ = springs.spring_tension(model.springs, k, extension - d, rate, t, model.parameters)
+            faster, _ = springs.spring_tension(model.springs, k, extension, rate + e, t, model.parameters)
+            slower, _ = springs.spring_tension(model.springs, k, extension, rate - e, t, model.parameters)
+            along = (more - less) / (2.0 * d) + c_rate * (faster - slower) / (2.0 * e)
         across = tension / length
         p = along - across
         K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz

@@ -16,13 +16,15 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import bind_equations
 from evolvent.flow.implicit import N_POWERS
-from evolvent.kernels import blocks, rigid
+from evolvent.kernels import blocks, couplings, rigid
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers import alpha
 from evolvent.solvers.laws import try_laws
 
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
+#: What a joint may be off at the start, beside the size of the system and its speed.
+_FITS = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -168,6 +170,7 @@ def solve_implicit(
         raise InputError(f"solver.tolerance is {tolerance!r}; it must be above 0")
     check_implicit(assembly)
     try_laws(assembly, times[0], times[-1])
+    check_start(assembly, float(times[0]))
     model = assembly.model
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
@@ -229,7 +232,7 @@ def solve_implicit(
         "step": float(step) if step is not None else float("nan"),
         "mean_step": float(march.clock[alpha.TIME] - times[0]) / max(steps, 1),
         "smallest_pivot": float(march.clock[alpha.QUALITY]),
-        "energy_gained": float(march.clock[alpha.LARGEST]),
+        "energy_gained": float(march.clock[alpha.NET]),
     }
     jit.mark_warm("generalized-alpha")
     return ImplicitSolution(
@@ -260,6 +263,32 @@ def check_implicit(assembly: Assembly) -> None:
             )
 
 
+def check_start(assembly: Assembly, t: float) -> None:
+    """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
+    model, y = assembly.model, assembly.y.copy()
+    joints = model.flexible.joints
+    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
+    speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
+    rigid.kinematics(t, y, model.bodies)
+    for k in range(joints.size):
+        if joints["stiffness"][k] > 0.0 or not couplings.holds(t, joints, k):
+            continue
+        couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+        gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
+        unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
+        if not abs(gap) <= _FITS * length:
+            raise InputError(
+                f"{_joint_name(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"move what it joins, or its feed"
+            )
+        if not abs(rate) <= _FITS * speed:
+            raise InputError(
+                f"{_joint_name(assembly, k)!r} does not fit the velocities at the start: what it holds together parts "
+                f"at {rate:.6g}{unit}/s; give velocities that keep it"
+            )
+
+
 def _march(
     assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray, matrix: blocks.Bordered
 ) -> alpha.March:
@@ -267,18 +296,29 @@ def _march(
     n_v, n_j = int(model.info["nv"][0]), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
-    ends = [model.flexible.joints["until"], model.flexible.pushes["start"], model.flexible.pushes["end"], model.breaks]
+    pushes = model.flexible.pushes
+    ends = [
+        model.flexible.joints["until"],
+        pushes["start"],
+        pushes["start"] + pushes["ramp"],
+        pushes["end"],
+        model.breaks,
+    ]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"] = np.inf
     model.flexible.checks["stick"] = 0.0
     model.flexible.hinges["latched"] = 0.0
-    clocks = np.array([times[0], step, 0.0, 1.0, 0.0, 0.0, 0.0])
+    clocks = np.zeros(alpha.N_CLOCK)
+    for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
+        clocks[place] = value
+    clocks[alpha.QUALITY], clocks[alpha.EVENT] = 1.0, np.inf
     tally = np.zeros(10, dtype=np.int64)
     tally[alpha.FRESH] = 1
     return alpha.March(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
+        spare=assembly.y.copy(),
         v1=np.zeros((3, n_v)),
         v0=np.zeros((3, n_v)),
         la=np.zeros(n_j),
