@@ -25,12 +25,13 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     y : (ny,) float, state; a : (nv,) float, accelerations; la : (nj,) float, multipliers
     step : float, s, of the step that ends here, 0 for none
     factor : float, of all loads on beams and of gravity
-    r : (nv + nj,) float, output
+    r : (nu,) float, output in the order of the unknowns, the joints last (blocks that are not full leave gaps between)
     powers : (N_POWERS,) float, output
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
     F, P, joints = f.F, f.P, f.joints
+    first = r.size - joints.size
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
@@ -60,16 +61,16 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     for k in range(joints.size):
         couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
         if not couplings.holds(t, joints, k):
-            r[n_v + k] = la[k]
+            r[first + k] = la[k]
         elif joints[k].stiffness > 0.0:
             gap, rate = joints[k].gap, joints[k].rate
             couplings.add_joint_force(k, joints[k].stiffness * gap + joints[k].damping * rate, n_q, f, bodies, F)
             powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
             powers[JOINTS] += joints[k].damping * rate * rate
-            r[n_v + k] = la[k]
+            r[first + k] = la[k]
         else:
             couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
-            r[n_v + k] = joints[k].gap
+            r[first + k] = joints[k].gap
     for i in range(points.size):
         at = points[i].iv - n_q
         for c in range(3):

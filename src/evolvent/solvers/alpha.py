@@ -245,7 +245,7 @@ def step_of(calls, t1, h, model, matrix, options, march):
         for i in range(first):
             x[i] = -r[i]
         for k in range(n_j):
-            x[first + k] = -scale * r[n_v + k]
+            x[first + k] = -scale * r[first + k]
         calls.solve[0](matrix, x)
         norm = 0.0
         for i in range(n_v):
