@@ -11,6 +11,7 @@ import numpy as np
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.errors import InputError, nearest
+from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import ancf, flexible, joints, loads, rigid, springs, thread
 
@@ -202,6 +203,8 @@ class Builder:
             flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
             **families,
         )
+        if np.any(self.gravity):
+            add_weight(self.gravity, n_q, model, model.flexible.G)
         assembly = Assembly(model, y, s, dict(self.names), dict(self.laws))
         _check_constraints(assembly)
         return assembly
@@ -228,6 +231,7 @@ class Builder:
         return mdl.Flexible(
             place=place,
             B0=np.zeros((2, 4)),
+            G=np.zeros(n_v),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),

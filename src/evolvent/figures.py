@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -42,6 +42,7 @@ class Panel:
     equal : bool, whether both axes have the same scale
     log : bool, whether y is logarithmic
     y_zero : bool, whether the y axis starts at zero
+    x_names : mapping, place on the x axis -> name, for an axis of things rather than numbers
     """
 
     x_label: str
@@ -51,6 +52,7 @@ class Panel:
     equal: bool = False
     log: bool = False
     y_zero: bool = False
+    x_names: Mapping[float, str] | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

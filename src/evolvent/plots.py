@@ -70,6 +70,8 @@ def _panel(axis: Any, panel: Panel) -> None:
         )
     axis.set_xlabel(panel.x_label)
     axis.set_ylabel(panel.y_label)
+    if panel.x_names is not None:
+        axis.set_xticks(list(panel.x_names), list(panel.x_names.values()))
     axis.set_title(panel.title)
     if panel.equal:
         axis.set_aspect("equal", adjustable="datalim")

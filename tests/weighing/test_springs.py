@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import scipy.io
 
+import evolvent
+import evolvent.results
 from evolvent.inertia import Body, linear_model
 from evolvent.weighing import load, weigh
 from weighing import rig
@@ -36,6 +38,17 @@ def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path) -> None:
     assert not found.warnings
     assert any("Iyy does not show" in why for _, why in e.cannot)
     assert e.candidates[0].mac > 0.99 > e.candidates[1].mac
+
+
+def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path) -> None:
+    run = evolvent.run("inertia-stand")  # without noise, so that what is faint is found too
+    evolvent.results.save(run, tmp_path / "swing.nc")
+    found = weigh(tmp_path / "swing.nc", EXAMPLE)
+    e = found.evaluations[0]
+    assert e.modal.modes.order > 3
+    np.testing.assert_allclose(e.modal.frequency[list(e.used)], [13.962, 16.422, 24.590], atol=1e-3)
+    assert any("Fainter than 0.001" in why for why in e.why)
+    np.testing.assert_allclose([found["Ixx"], found["Izz"]], [3703.0, 43920.0], rtol=2e-5)
 
 
 def test_everything_that_vertical_motion_tells(tmp_path: pathlib.Path) -> None:

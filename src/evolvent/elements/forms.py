@@ -349,6 +349,47 @@ def cable_bending(length: float, section: Section, material: Material) -> Array:
     return B
 
 
+def cable_stretch_parts(
+    length: float, section: Section, material: Material, *, rest: ArrayLike | None = None
+) -> dict[str, Form]:
+    """The constants of `cable_stretch_form`, with membrane and bending one at a time; their energies add up."""
+    _check_length(length)
+    v = nodal_vectors(straight_cable(length) if rest is None else rest)
+    rows, stretches = np.zeros((6, 6)), np.zeros(6)
+    weights = {"membrane": rows.copy(), "bending": rows.copy()}
+    for p, (xi, weight) in enumerate(gauss(3)):
+        s = section.at(xi).properties(material.nu)
+        rows[p] = *_slope(length, xi), *_curvature(length, xi)
+        stretches[p] = 1.0 if rest is None else np.linalg.norm(rows[p, :3] @ v)
+        weights["membrane"][3, p] = weight * length * material.E * s.area
+        weights["bending"][3, 3 + p] = weight * length * material.E * s.Iz
+    return {name: Form(rows + weight, stretches.copy(), 0.0) for name, weight in weights.items()}
+
+
+def cable_stretch_form(length: float, section: Section, material: Material, *, rest: ArrayLike | None = None) -> Form:
+    """Constants of the thin cable with engineering strain, for `kernels.cable.cable_stretch_force`.
+
+    They stand where those of a quadratic form would, but are none: not to be added, nor given to `cable_force`.
+
+    Parameters
+    ----------
+    length : float, m, without stress
+    section : Section
+    material : Material
+    rest : (12,) float, optional
+        Coordinates of a shape whose stretch is without stress. Its curvature is not: a cable is straight at rest.
+
+    Raises
+    ------
+    InputError
+        If the length is not above 0.
+    """
+    membrane, bending = cable_stretch_parts(length, section, material, rest=rest).values()
+    H = membrane.H.copy()
+    H[3] += bending.H[3]
+    return Form(H, membrane.h, 0.0)
+
+
 def _at_rest(H: Array, g0: Array) -> Form:
     H = 0.5 * (H + H.T)
     h = H @ g0

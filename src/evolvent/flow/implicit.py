@@ -30,11 +30,11 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
-    F, P, joints = f.F, f.P, f.joints
+    F, P, G, joints = f.F, f.P, f.G, f.joints
     first = r.size - joints.size
     for i in range(n_v):
         F[i] = 0.0
-        P[i] = 0.0
+        P[i] = factor * G[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
     rigid.kinematics(t, y, bodies)
@@ -45,7 +45,6 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_cells(y, a, n_q, f, F)
         flexible.add_pushes(t, y, n_q, f, factor, P)
         touch.add_contacts(y, step, n_q, f, bodies, F)
-    add_weight(info.gravity, factor, n_q, model, P)
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model.springs, model.markers, points, bodies, model.parameters)
         powers[SPRINGS] += lost
@@ -95,19 +94,17 @@ def residual(t, y, a, la, step, factor, model, r, powers):
 
 
 @kernel
-def add_weight(gravity, factor, n_q, model, P):
-    """Weight of everything that moves , times `factor`, into the loads P."""
-    if gravity[0] == 0.0 and gravity[1] == 0.0 and gravity[2] == 0.0:
-        return
+def add_weight(gravity, n_q, model, P):
+    """Weight of everything that moves into the loads P."""
     bodies, points = model.bodies, model.points
-    flexible.add_gravity(gravity, factor, n_q, model.flexible, P)
+    flexible.add_gravity(gravity, n_q, model.flexible, P)
     for i in range(points.size):
         for c in range(3):
-            P[points[i].iv - n_q + c] += factor * points[i].mass * gravity[c]
+            P[points[i].iv - n_q + c] += points[i].mass * gravity[c]
     for b in range(bodies.size):
         if bodies[b].motion == rigid.FREE:
             for c in range(3):
-                P[bodies[b].iv - n_q + c] += factor * bodies[b].mass * gravity[c]
+                P[bodies[b].iv - n_q + c] += bodies[b].mass * gravity[c]
 
 
 @kernel

@@ -250,7 +250,8 @@ class Problem:
             W = whitener(self.shape_covariance)
             Wv, Wa = np.einsum("mij,...mj->...mi", W, v), np.einsum("mij,...mj->...mi", W, shapes)
             if self.release is None:
-                Wv = np.sum(Wv * Wa, axis=-1, keepdims=True) / np.sum(Wv * Wv, axis=-1, keepdims=True) * Wv
+                size = np.sum(Wv * Wv, axis=-1, keepdims=True)  # zero where no sensor sees the model's mode
+                Wv = np.sum(Wv * Wa, axis=-1, keepdims=True) / np.where(size > 0.0, size, np.inf) * Wv
             left = Wv - Wa
             rows.append(left.reshape(*batch, -1))
         for name, value, std in self.prior:

@@ -1,5 +1,7 @@
 """The thin ANCF cable: position and slope, e = (r_p, r_p,x, r_q, r_q,x); Green strain at 3 points, constant bending.
 
+A second one, `cable_stretch_force` and its like, has engineering strain and the curvature of a stretched axis.
+
 Its energy is a quadratic form like the beam's (`kernels.ancf`), in the 6 products of r_p,x, r_q - r_p and r_q,x. Mass
 and loads are those of `kernels.ancf` with 4 shape functions.
 
@@ -17,12 +19,15 @@ that a curvature which only turns about the tangent is not damped, as it is not 
 direction q/|q| defined near the straight shape; it belongs to an element bent by `evolvent.elements.STRAIGHT` rad.
 """
 
+import math
+
 from evolvent.jit import inlined, kernel
 from evolvent.kernels.ancf import (
     damped_force_of,
     damped_tangent_of,
     energy_of,
     force_of,
+    nodal_vectors,
     paper_damped_force_of,
     paper_damped_tangent_of,
     tangent_of,
@@ -146,3 +151,143 @@ def cable_paper_damped_force(e, u, b, H, h, work, f):
 def cable_paper_damped_tangent(e, u, b, c, H, h, work, K):
     """K = derivative of `cable_paper_damped_force` with respect to e plus c (1/s) times that to u : (12, 12)."""
     paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)
+
+
+# ---------------------------------------------------------------------------------------------- engineering strain
+
+
+@inlined
+def _derivative(H, p, first, v):
+    """r,x (first = 0) or r,xx (first = 3) at point p : (x, y, z)."""
+    i, j, k = H[p, first], H[p, first + 1], H[p, first + 2]
+    return i * v[0] + j * v[3] + k * v[6], i * v[1] + j * v[4] + k * v[7], i * v[2] + j * v[5] + k * v[8]
+
+
+@inlined
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def cable_stretch_energy(e, H, h, U0, work):
+    """Strain energy of a cable element with engineering strain, J.
+
+    Parameters
+    ----------
+    e : (12,) float, coordinates (module docstring); m and 1
+    H : (6, 6) float; h : (6,) float; U0 : float, the element's form (`evolvent.elements.cable_stretch_form`): row p
+        of H makes r,x (first three columns) and r,xx (last three) at point p of the vectors, H[3] holds weight times EA
+        and weight times EI of the points, h the |r,x| without stress
+    work : (ancf.WORK,) float, scratch
+
+    Notes
+    -----
+    U = 1/2 int EA (|r,x| - 1)^2 + EI k^2 dx, both at the same 3 Gauss points. k = |r,x x r,xx|/|r,x|^2 is the turn of
+    the tangent per length without stress, so that N = EA (|r,x| - 1) and M = EI k whatever the stretch (Gerstmayr &
+    Irschik 2008). An element that spans 2 rad of a circle is 1.6 % too stiff; more points would lock it.
+    """
+    v = work[:9]
+    nodal_vectors(e, 3, v)
+    U = U0
+    for p in range(3):
+        a, q = _derivative(H, p, 0, v), _derivative(H, p, 3, v)
+        aa = _dot(a, a)
+        strain = math.sqrt(aa) - h[p]
+        x, y, z = a[1] * q[2] - a[2] * q[1], a[2] * q[0] - a[0] * q[2], a[0] * q[1] - a[1] * q[0]
+        U += 0.5 * H[3, p] * strain * strain + 0.5 * H[3, 3 + p] * (x * x + y * y + z * z) / (aa * aa)
+    return U
+
+
+@kernel
+def cable_stretch_force(e, u, b, H, h, B, work, f):
+    """f += dU/de + damping proportional to the stiffness; f : (12,). Returns the power that the damping takes, W.
+
+    Parameters
+    ----------
+    e, u : (12,) float, coordinates and their rates
+    b : float, s
+    B : (2, 4) float, for `add_bending_damping`
+    H, h, work
+        As of `cable_stretch_energy`.
+
+    Notes
+    -----
+    The damping adds b EA |r,x|' to the axial force and, to the bending, what `add_bending_damping` does. With
+    a = r,x and q = r,xx, the derivative of 1/2 EI k^2 to a is
+    EI/(a.a)^2 ((2 (a.q)^2/a.a - q.q) a - a.q q), and to q it is EI/(a.a)^2 (a.a q - a.q a).
+    """
+    v, w = work[:9], work[9:18]
+    nodal_vectors(e, 3, v)
+    nodal_vectors(u, 3, w)
+    power = 0.0
+    for p in range(3):
+        a, q = _derivative(H, p, 0, v), _derivative(H, p, 3, v)
+        aa, aq, EA = _dot(a, a), _dot(a, q), H[3, p]
+        stretch = math.sqrt(aa)
+        N = EA * (stretch - h[p])
+        if b != 0.0:
+            rate = _dot(a, _derivative(H, p, 0, w)) / stretch
+            N += b * EA * rate
+            power += b * EA * rate * rate
+        EI = H[3, 3 + p] / (aa * aa)
+        on_a, both, on_q = N / stretch + EI * (2.0 * aq * aq / aa - _dot(q, q)), -EI * aq, EI * aa
+        for i in range(3):
+            by_a, by_q = H[p, i] * on_a + H[p, 3 + i] * both, H[p, i] * both + H[p, 3 + i] * on_q
+            for c in range(3):
+                x = by_a * a[c] + by_q * q[c]
+                f[3 * i + 3 + c] += x
+                if i == 1:
+                    f[c] -= x
+    if b != 0.0:
+        power += add_bending_damping(e, u, b, B, f)
+    return power
+
+
+@kernel
+def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
+    """K = derivative of `cable_stretch_force` with respect to e plus c (1/s) times that with respect to u : (12, 12).
+
+    Notes
+    -----
+    With t = a/|a|, to a: N/|a| (I - t t^T) + EA t ((1 + b c) t + b (a' - t.a' t)/|a|)^T. The second derivatives of
+    1/2 EI k^2 are, over EI/(a.a)^2 and with z = a.q/a.a,
+
+    - to a and a: (2 z a.q - q.q) I + (4 q.q/a.a - 12 z^2) a a^T + 4 z (a q^T + q a^T) - q q^T;
+    - to a and q: -a.q I + 4 z a a^T - 2 a q^T - q a^T;
+    - to q and q: a.a I - a a^T.
+    """
+    v, w = work[:9], work[9:18]
+    nodal_vectors(e, 3, v)
+    nodal_vectors(u, 3, w)
+    for i in range(3, 12):
+        for j in range(3, 12):
+            K[i, j] = 0.0
+    for p in range(3):
+        a, q, rate = _derivative(H, p, 0, v), _derivative(H, p, 3, v), _derivative(H, p, 0, w)
+        aa, aq, qq, EA = _dot(a, a), _dot(a, q), _dot(q, q), H[3, p]
+        stretch = math.sqrt(aa)
+        grows = _dot(a, rate) / stretch
+        N = EA * (stretch - h[p] + b * grows)
+        EI, z = H[3, 3 + p] / (aa * aa), aq / aa
+        one = N / stretch + EI * (2.0 * z * aq - qq)
+        square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa + EI * (4.0 * qq / aa - 12.0 * z * z)
+        damping, S = b * EA / aa, (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])
+        for i in range(3):
+            for j in range(3):
+                ss, sk, ks, kk = S[i] * S[j], S[i] * S[3 + j], S[3 + i] * S[j], S[3 + i] * S[3 + j]
+                unit = ss * one - EI * ((sk + ks) * aq - kk * aa)
+                by_aa = ss * square + EI * (4.0 * z * (sk + ks) - kk)
+                by_aq, by_qa = EI * (4.0 * z * ss - 2.0 * sk - ks), EI * (4.0 * z * ss - sk - 2.0 * ks)
+                for r in range(3):
+                    x, y, d = by_aa * a[r] + by_qa * q[r], by_aq * a[r] - EI * ss * q[r], damping * ss * a[r]
+                    for s in range(3):
+                        K[3 * i + 3 + r, 3 * j + 3 + s] += x * a[s] + y * q[s] + d * rate[s]
+                    K[3 * i + 3 + r, 3 * j + 3 + r] += unit
+    for k in range(3):
+        for j in range(3, 12):
+            K[k, j] = -K[6 + k, j]
+    for i in range(12):
+        for k in range(3):
+            K[i, k] = -K[i, 6 + k]
+    if b != 0.0:
+        add_bending_damping_tangent(e, u, b, c, B, K)

@@ -99,6 +99,8 @@ CABLES = {
     OBJECTIVE: Functions(damped_cable_force, damped_cable_tangent, cable.cable_energy),
     PAPER: Functions(paper_cable_force, paper_cable_tangent, cable.cable_energy),
 }
+_STRETCH = Functions(cable.cable_stretch_force, cable.cable_stretch_tangent, cable.cable_stretch_energy)
+STRETCH_CABLES = {ELASTIC: _STRETCH, OBJECTIVE: _STRETCH}
 BEAMS = {
     ELASTIC: Functions(beam_force, beam_tangent, ancf.beam_energy),
     OBJECTIVE: Functions(damped_beam_force, damped_beam_tangent, ancf.beam_energy),

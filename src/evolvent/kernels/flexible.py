@@ -17,6 +17,27 @@ NODE_VECTORS = (2, 4)
 FIELD, LINE, POINT = 0, 1, 2
 
 
+@inlined
+def _add_inertia(M, n, alpha, x, u, f):
+    """f += (M (x) I3) x; returns alpha u^T (M (x) I3) u, W. M : (n, n) float."""
+    power = 0.0
+    for i in range(n):
+        px = py = pz = 0.0
+        for j in range(n):
+            px += M[i, j] * x[3 * j]
+            py += M[i, j] * x[3 * j + 1]
+            pz += M[i, j] * x[3 * j + 2]
+        f[3 * i] += px
+        f[3 * i + 1] += py
+        f[3 * i + 2] += pz
+    if alpha != 0.0:
+        for i in range(n):
+            for j in range(n):
+                m = alpha * M[i, j]
+                power += m * (u[3 * i] * u[3 * j] + u[3 * i + 1] * u[3 * j + 1] + u[3 * i + 2] * u[3 * j + 2])
+    return power
+
+
 @kernel
 def add_cells(y, a, n_q, flexible, F):
     """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
@@ -35,15 +56,13 @@ def add_cells(y, a, n_q, flexible, F):
         e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
         for i in range(n):
             x[i] = a[at + i] + alpha * u[i]
-        M = flexible.M12[mass] if n == 12 else flexible.M24[mass]
-        ancf.add_mass_times(M, 1.0, x, f)
-        if alpha != 0.0:
-            by_mass += 2.0 * alpha * ancf.kinetic_energy(M, u)
         if n == 12:
+            by_mass += _add_inertia(flexible.M12[mass], 4, alpha, x, u, f)
             by_stiffness += force(
                 e, u, cells[k].beta, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, f
             )
         else:
+            by_mass += _add_inertia(flexible.M24[mass], 8, alpha, x, u, f)
             by_stiffness += force(e, u, cells[k].beta, flexible.H24[form], flexible.h24[form], flexible.B0, work, f)
     return by_mass, by_stiffness
 
@@ -138,15 +157,15 @@ def strength(push, t):
 
 
 @kernel
-def add_gravity(gravity, factor, n_q, flexible, P):
-    """Weight of all beams, times `factor`, into the loads P."""
+def add_gravity(gravity, n_q, flexible, P):
+    """Weight of all beams into the loads P."""
     beams, cells = flexible.beams, flexible.cells
     for k in range(cells.size):
         at, mass = cells[k].iv - n_q, cells[k].mass
         n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
         M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
         for i in range(n):
-            m = factor * (M[i, 0] + M[i, n // 2])
+            m = M[i, 0] + M[i, n // 2]
             for c in range(3):
                 P[at + 3 * i + c] += m * gravity[c]
 

@@ -16,7 +16,8 @@ from evolvent.kernels import cells
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.checks import not_negative, positive, unit_vector, vector
 
-FORMULATIONS = ("cable", *elements.FORMULATIONS)
+CABLES = ("cable", "cable_stretch")
+FORMULATIONS = (*CABLES, *elements.FORMULATIONS)
 DAMPINGS = (cells.OBJECTIVE, cells.PAPER)
 
 
@@ -31,7 +32,9 @@ class Beam:
         Thickness along the second, width along the third direction of the beam.
     material : elements.Material
     elements : int
-    formulation : {"cable", "assumed_strain", "elastic_line", "nu_split", "full"}
+    formulation : {"cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"}
+        Cables differ where they stretch by more than a per cent: of Green's strain (r'.r' - 1)/2 and r'', or of the
+        stretch |r'| - 1 and the curvature.
     position, direction, normal : (3,) float, m and unit vectors, inertial axes
         Root, direction of the axis and of the thickness of a beam that starts straight.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
@@ -66,7 +69,7 @@ class Beam:
     @property
     def vectors(self) -> int:
         """Vectors of a node: 2 of a cable, 4 of a beam."""
-        return 2 if self.formulation == "cable" else 4
+        return 2 if self.formulation in CABLES else 4
 
     def start(self, name: str = "beam") -> np.ndarray:
         """Coordinates at the start, (n + 1, vectors, 3)."""
@@ -127,6 +130,10 @@ class Beam:
         damped = set(range(n)) if self.damped is None else set(self.damped)
         form = mass = -1
         kinds = cells.CABLES if kind == kernels.CABLE else cells.BEAMS
+        if self.formulation == "cable_stretch":
+            kinds = cells.STRETCH_CABLES
+            if beta > 0.0 and self.damping == cells.PAPER:
+                raise InputError(f"{name}.damping is 'paper'; a cable_stretch has the objective one only")
         for i in range(n):
             if i == 0 or tapered or self.rest == "start":
                 section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
@@ -149,9 +156,11 @@ class Beam:
 
     def _constants(self, builder: Builder, length: float, section: Any, rest: np.ndarray | None) -> tuple[int, int]:
         """Places of an element's form and mass in the pools."""
-        if self.formulation == "cable":
+        if self.formulation in CABLES:
             parts = elements.cable_parts(length, section, self.material, rest=rest)
             whole = parts["membrane"] + parts["bending"]
+            if self.formulation == "cable_stretch":
+                whole = elements.cable_stretch_form(length, section, self.material, rest=rest)
             mass = builder.pooled(M12=elements.cable_mass(length, section, self.material))
             B = elements.cable_bending(length, section, self.material)
             form = builder.pooled(H12=whole.H, h12=whole.h, U12=whole.U0, bend12=parts["bending"].h, B12=B)

@@ -172,7 +172,7 @@ def solve_implicit(
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
     if newton is None:
-        newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
+        newton = 1e-8 if step is not None else min(1e-3 * tolerance, 1e-7)
     rho = spectral_radius
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)

@@ -36,6 +36,10 @@ LABELS = {
 }
 
 
+#: Velocity beside that of the strongest mode below which a mode may be no mode of the body: products of the others.
+FAINT = 1e-3
+
+
 class Input(NamedTuple):
     """A known number that is uncertain: what `shifted` changes, its key for the user, value, std, unit."""
 
@@ -288,10 +292,18 @@ def _chosen(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str],
     warnings = list(modal.warnings)
     shapes = modal.modes.mode_shapes()
     strength = np.sum((modal.modes.amplitude * modal.frequency[:, None]) ** 2, axis=1)
-    used = tuple(sorted(int(k) for k in np.argsort(-strength)[:most]))
-    why = [f"All {m} modes found in the signals are used."] if m <= most else []
+    faint = [k for k in range(m) if strength[k] < FAINT**2 * np.max(strength)]
+    used = tuple(sorted(int(k) for k in np.argsort(-strength)[:most] if k not in faint))
+    why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
+    if faint:
+        why.append(
+            f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
+            + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in faint)
+            + ". So small a mode may be what a swing that is not quite linear makes of the others."
+        )
+    m -= len(faint)
     if m > most:
-        out = [k for k in range(m) if k not in used]
+        out = [k for k in range(modal.modes.order) if k not in used and k not in faint]
         why.append(
             f"Of {m} modes found the {most} strongest by velocity are used, for the body on this stand has {most}; "
             "left out: " + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in out) + "."

@@ -191,12 +191,13 @@ def _inertia(run: xr.Dataset) -> Figure:
     for k in known:
         error, bar = 100.0 * (value[k] - true[k]) / scale[k], 196.0 * std[k] / scale[k]
         x = np.array([k, k], dtype=float)
-        lines.append(Line(x=x[:1], y=np.array([error]), marker="o", style="", label=f"I{names[k]}", color=int(k)))
+        lines.append(Line(x=x[:1], y=np.array([error]), marker="o", style="", color=int(k)))
         if np.isfinite(bar):
             lines.append(Line(x=x, y=np.array([error - bar, error + bar]), color=int(k)))
     lines.append(Line(x=np.array([-0.5, 5.5]), y=np.zeros(2), color="gray", style=":"))
     panel = Panel(
-        x_label="component: " + ", ".join(f"{k} is I{n}" for k, n in enumerate(names)),
+        x_label="moment or product of inertia",
+        x_names={k: f"I{n}" for k, n in enumerate(names)},
         y_label="identified less true, %",
         lines=lines,
         title="bars: 95 % by the signals' noise alone; products in % of the geometric mean of their moments",
