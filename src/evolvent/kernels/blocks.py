@@ -35,7 +35,7 @@ class Bordered(NamedTuple):
     order : (2, k + spare) int, rows and columns of the corner in the order of its pivots
     scale : (2, k + spare) float, factors of the corner's rows and columns
     work : (2, k + spare) float, scratch
-    column : (m,) float, scratch
+    column, loose : (m,) float, scratch
     deferred : (spare,) int, unknowns whose pivots went to the border
     counts : (4,) int, k, deferred pivots, rank of the corner, rows that the border reaches
     quality : (1,) float, smallest pivot beside the largest entry of its column
@@ -50,6 +50,7 @@ class Bordered(NamedTuple):
     scale: np.ndarray
     work: np.ndarray
     column: np.ndarray
+    loose: np.ndarray
     deferred: np.ndarray
     counts: np.ndarray
     quality: np.ndarray
@@ -72,6 +73,7 @@ def bordered(n: int, m: int, k: int, *, spare: int = 0) -> Bordered:
         scale=np.zeros((2, size)),
         work=np.zeros((2, size)),
         column=np.zeros(m),
+        loose=np.zeros(m),
         deferred=np.zeros(spare, dtype=np.int64),
         counts=np.array([k, 0, k, n * m]),
         quality=np.ones(1),
@@ -153,11 +155,14 @@ def _eliminate(matrix, i, m):
             if size > largest:
                 largest = size
                 p = r
+        vanishes = not largest > TINY_PIVOT * column[k]
+        if vanishes and matrix.counts[DEFERRED] < matrix.deferred.size:
+            p = _loose_row(matrix, i, k, m)
         pivots[k] = p
         if p != k:
             for c in range(3 * m):
                 X[k, c], X[p, c] = X[p, c], X[k, c]
-        if not largest > TINY_PIVOT * column[k]:
+        if vanishes:
             if not _defer(matrix, i, k, m):
                 return False
         elif largest < matrix.quality[0] * column[k]:
@@ -197,6 +202,41 @@ def _column_sizes(X, column, m):
 
 
 @kernel
+def _loose_row(matrix, i, k, m):
+    """Place of the row of block i to go with the vanishing pivot k: one that others imply, never one that is needed.
+
+    Notes
+    -----
+    The unknowns that move freely, v with v_k = 1 and U v = 0, are in a symmetric block also the rows' dependence.
+    """
+    X, v, column = matrix.A[i], matrix.loose, matrix.column
+    v[k] = 1.0
+    for r in range(k - 1, -1, -1):
+        s = X[r, m + k]
+        for c in range(r + 1, k):
+            s += X[r, m + c] * v[c]
+        v[r] = -s * X[r, m + r]
+    found, largest = k, -1.0
+    for p in range(k, m):
+        row = _original(matrix, i, k, p)
+        share = abs(v[row]) * math.sqrt(column[row]) if row <= k else 0.0
+        if share > largest:
+            found, largest = p, share
+    return found
+
+
+@inlined
+def _original(matrix, i, k, row):
+    """Row of block i that stood in a place before its first k interchanges."""
+    for j in range(k - 1, -1, -1):
+        if row == j:
+            row = matrix.pivots[i, j]
+        elif row == matrix.pivots[i, j]:
+            row = j
+    return row
+
+
+@kernel
 def _defer(matrix, i, k, m):
     """Raise the vanishing pivot k of block i and take its unknown to the border; returns False where that is full."""
     X, counts = matrix.A[i], matrix.counts
@@ -210,12 +250,7 @@ def _defer(matrix, i, k, m):
         return True
     d = size if size > 0.0 else 1.0
     X[k, m + k] += d
-    row = k
-    for j in range(k, -1, -1):  # undo the interchanges
-        if row == j:
-            row = matrix.pivots[i, j]
-        elif row == matrix.pivots[i, j]:
-            row = j
+    row = _original(matrix, i, k + 1, k)
     q = counts[BORDER] + counts[DEFERRED]
     matrix.B[i * m + row, q] = -d
     matrix.C[i * m + k, q] = 1.0

@@ -205,7 +205,7 @@ def solve_implicit(
     try:
         code = alpha.begin(calls, model, matrix, options, march)
         if code == alpha.REDUNDANT:
-            raise InputError(_redundant(assembly, matrix))
+            raise InputError(redundant(assembly, matrix))
         if code == alpha.DONE:
             while True:
                 slice_began = clock.perf_counter()
@@ -345,7 +345,7 @@ def _march(
     )
 
 
-def _redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
+def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
     """Which joints repeat what others say."""
     joints = assembly.model.flexible.joints
     first = int(matrix.counts[blocks.BORDER]) - joints.size

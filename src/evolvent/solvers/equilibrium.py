@@ -1,0 +1,436 @@
+"""Newton's method for equilibria, along load steps or an arc, compiled whole.
+
+A structure may turn steadily with all that carries it: coordinates then stand in axes that turn, and the accelerations
+of the turn, a = W x (W x (r - c)), load it.
+
+Notes
+-----
+Solved is r(y, la) = factor M a + F(y) + G^T la - factor P(y) = (1 - share) r0, g(y) = 0, where `share` fades out what
+the start left unbalanced, r0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import loads, rigid, touch
+from evolvent.kernels.couplings import add_entry
+from evolvent.kernels.flexible import NODE_VECTORS, is_finite
+from evolvent.kernels.rotations import cross, turn_back
+from evolvent.solvers.alpha import displace
+
+# status codes
+NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4
+#: Largest part of its size that an unknown moves in one iteration.
+LARGEST_MOVE = 0.5
+#: Below this a correction that shrinks no more is round-off of a stiff structure.
+ROUGH = 1e-5
+#: Part of the forces that may stay unbalanced where the tangent is singular, and of the largest stiffness times size.
+CONSISTENT, ROUND_OFF = 1e-7, 1e-14
+# places in Balance.tally: unknowns without pivot; iterations and factorizations so far
+LOOSE, ITERATIONS, FACTORED, N_TALLY = 0, 1, 2, 3
+# places in Balance.clock: load factor; unbalance, J, at the first and the last iteration; last correction; worst pivot;
+# largest stiffness, J, of an unknown that moves by its size
+FACTOR, FIRST, LAST, MOVE, QUALITY, STIFF, N_CLOCK = 0, 1, 2, 3, 4, 5, 6
+
+
+class Balance(NamedTuple):
+    """What the iterations work on.
+
+    Attributes
+    ----------
+    y : (ny,) float, state; a : (nv,) float, accelerations of the turn; la : (nj,) float
+    r, p : (nu,) float, unbalance, and its derivative by the factor; x, z : (nu,) float, corrections by both
+    start : (nu,) float, what the start left unbalanced
+    d, total, before : (nv,) float, an iteration's move, and those of this and of the last step
+    weight : (nv,) float, size of each velocity's coordinate
+    powers : (N_POWERS,) float
+    spin : (6,) float, rad/s and m, rate and centre of the turn
+    parameters : (k,) float, the model's own, whose loads are scaled by the factor
+    """
+
+    y: np.ndarray
+    a: np.ndarray
+    la: np.ndarray
+    r: np.ndarray
+    p: np.ndarray
+    x: np.ndarray
+    z: np.ndarray
+    start: np.ndarray
+    d: np.ndarray
+    total: np.ndarray
+    before: np.ndarray
+    weight: np.ndarray
+    powers: np.ndarray
+    spin: np.ndarray
+    parameters: np.ndarray
+    tally: np.ndarray
+    clock: np.ndarray
+
+
+# ---------------------------------------------------------------------------------------------- the steady turn
+
+
+@inlined
+def _twice(spin, x, y, z):
+    """W x (W x r)."""
+    ux, uy, uz = cross(spin[0], spin[1], spin[2], x, y, z)
+    return cross(spin[0], spin[1], spin[2], ux, uy, uz)
+
+
+@kernel
+def turning(factor, spin, y, model, a):
+    """Accelerations, times `factor`, of everything that turns with the frame: (nv,).
+
+    Notes
+    -----
+    Of a free body's rotation it is J^-1 (w x J w), so that J a is the torque that the turn asks for.
+    """
+    for i in range(a.size):
+        a[i] = 0.0
+    if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
+        return
+    n_q, beams, cells = model.info[0].nq, model.flexible.beams, model.flexible.cells
+    points, bodies = model.points, model.bodies
+    for k in range(beams.size):
+        vectors = NODE_VECTORS[beams[k].kind]
+        at = cells[beams[k].cell].iv - n_q
+        for i in range(beams[k].nodes * vectors):
+            q, held = beams[k].iq + 3 * i, 1.0 if i % vectors == 0 else 0.0
+            x, yy, z = y[q] - held * spin[3], y[q + 1] - held * spin[4], y[q + 2] - held * spin[5]
+            ax, ay, az = _twice(spin, x, yy, z)
+            a[at + 3 * i], a[at + 3 * i + 1], a[at + 3 * i + 2] = factor * ax, factor * ay, factor * az
+    for k in range(points.size):
+        q, at = points[k].iq, points[k].iv - n_q
+        ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
+        a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE:
+            continue
+        q, at, J = bodies[b].iq, bodies[b].iv - n_q, bodies[b].inertia
+        ax, ay, az = _twice(spin, y[q] - spin[3], y[q + 1] - spin[4], y[q + 2] - spin[5])
+        a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
+        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        gx, gy, gz = cross(
+            w[0], w[1], w[2],
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
+        )  # fmt: skip
+        # Cramer's rule
+        c0 = J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1], J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2]
+        c02 = J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0]
+        det = J[0, 0] * c0[0] + J[0, 1] * c0[1] + J[0, 2] * c02
+        g = (gx, gy, gz)
+        for c in range(3):
+            u, v = (c + 1) % 3, (c + 2) % 3
+            s = 0.0
+            for e in range(3):
+                m, n = (e + 1) % 3, (e + 2) % 3
+                s += g[e] * (J[m, u] * J[n, v] - J[m, v] * J[n, u])
+            a[at + 3 + c] = factor * s / det
+
+
+@kernel
+def add_turning_tangent(factor, spin, model, matrix):
+    """Add factor d(M a)/dq of the turn's accelerations to a `Bordered` matrix."""
+    if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
+        return
+    n_q, f, points, bodies = model.info[0].nq, model.flexible, model.points, model.bodies
+    place, cells, beams = f.place, f.cells, f.beams
+    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+    for k in range(cells.size):
+        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
+        M = f.M12[cells[k].mass] if n == 4 else f.M24[cells[k].mass]
+        at = cells[k].iv - n_q
+        for i in range(n):
+            for j in range(n):
+                if M[i, j] == 0.0:
+                    continue
+                for c in range(3):
+                    for e in range(3):
+                        value = spin[c] * spin[e] - (square if c == e else 0.0)
+                        add_entry(matrix, place[at + 3 * i + c], place[at + 3 * j + e], factor * M[i, j] * value)
+    for k in range(points.size):
+        at = place[points[k].iv - n_q]
+        for c in range(3):
+            for e in range(3):
+                value = spin[c] * spin[e] - (square if c == e else 0.0)
+                add_entry(matrix, at + c, at + e, factor * points[k].mass * value)
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE:
+            continue
+        at, J = place[bodies[b].iv - n_q], bodies[b].inertia
+        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        h = (
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
+        )
+        for e in range(3):
+            for c in range(3):
+                value = spin[c] * spin[e] - (square if c == e else 0.0)
+                add_entry(matrix, at + c, at + e, factor * bodies[b].mass * value)
+            # a turn by the unit vector e changes w by w x e, and the torque by (w x e) x h + w x J (w x e)
+            u = cross(w[0], w[1], w[2], 1.0 * (e == 0), 1.0 * (e == 1), 1.0 * (e == 2))
+            Ju = (
+                J[0, 0] * u[0] + J[0, 1] * u[1] + J[0, 2] * u[2],
+                J[1, 0] * u[0] + J[1, 1] * u[1] + J[1, 2] * u[2],
+                J[2, 0] * u[0] + J[2, 1] * u[1] + J[2, 2] * u[2],
+            )
+            g = cross(u[0], u[1], u[2], h[0], h[1], h[2])
+            k3 = cross(w[0], w[1], w[2], Ju[0], Ju[1], Ju[2])
+            for c in range(3):
+                add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
+
+
+# ---------------------------------------------------------------------------------------------- iterations
+
+
+@kernel
+def unbalance(calls, t, step, factor, share, model, b, r):
+    """Unbalance of the state b.y at a load factor into r : (nu,).
+
+    Parameters
+    ----------
+    step : float, 1 where friction is at work, else 0
+    """
+    for k in range(model.loads.size):
+        if model.loads[k].kind >= loads.AT_MARKER:
+            first = model.loads[k].first
+            for c in range(3):
+                model.parameters[first + c] = factor * b.parameters[first + c]
+    rigid.kinematics(t, b.y, model.bodies)
+    turning(factor, b.spin, b.y, model, b.a)
+    calls.residual[0](t, b.y, b.a, b.la, step, factor, model, r, b.powers)
+    if share != 1.0:
+        for i in range(r.size):
+            r[i] -= (1.0 - share) * b.start[i]
+
+
+@inlined
+def _work_of(r, model, b):
+    """Largest unbalanced force times the size of its coordinate, J."""
+    place, largest = model.flexible.place, 0.0
+    for i in range(b.weight.size):
+        largest = max(largest, abs(r[place[i]]) * b.weight[i])
+    return largest
+
+
+@inlined
+def _factor(calls, t, shift, factor, model, matrix, b):
+    """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns what `blocks.factor` does."""
+    calls.tangent[0](t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
+    add_turning_tangent(factor, b.spin, model, matrix)
+    n, m = matrix.A.shape[0] * matrix.A.shape[1], matrix.A.shape[1]
+    b.clock[STIFF] = 0.0
+    for i in range(b.weight.size):
+        at = model.flexible.place[i]
+        size = matrix.A[at // m, at % m, m + at % m] if at < n else matrix.E[at - n, at - n]
+        b.clock[STIFF] = max(b.clock[STIFF], abs(size) * b.weight[i] * b.weight[i])
+    found = calls.factor[0](matrix)
+    b.tally[FACTORED] += 1
+    b.tally[LOOSE] = max(found, 0)
+    b.clock[QUALITY] = matrix.quality[0]
+    return found
+
+
+@inlined
+def _move(cut, model, b):
+    """Move the state and the multipliers by `cut` times (b.d, b.x); returns the largest part of its size moved."""
+    norm = 0.0
+    for i in range(b.d.size):
+        norm = max(norm, abs(b.d[i]) / b.weight[i])
+    if norm * cut > LARGEST_MOVE:
+        cut = LARGEST_MOVE / norm
+    for i in range(b.d.size):
+        b.d[i] *= cut
+        b.total[i] += b.d[i]
+    first = b.x.size - b.la.size
+    for k in range(b.la.size):
+        b.la[k] += cut * b.x[first + k]
+    displace(b.y, b.d, model, b.y)
+    return norm
+
+
+@kernel
+def balance(calls, t, step, factor, share, tolerance, most, model, matrix, b):
+    """Newton's method at one load factor; returns the number of iterations, or a status below zero."""
+    place, last, largest = model.flexible.place, math.inf, 0.0
+    for i in range(b.total.size):
+        b.total[i] = 0.0
+    for iteration in range(most):
+        unbalance(calls, t, step, factor, share, model, b, b.r)
+        if not is_finite(b.r):
+            return NOT_FINITE
+        work = _work_of(b.r, model, b)
+        largest = max(largest, work)
+        b.clock[LAST] = work
+        if iteration == 0:
+            b.clock[FIRST] = work
+        if _factor(calls, t, 0.0, factor, model, matrix, b) < 0:
+            return SINGULAR
+        for i in range(b.r.size):
+            b.x[i] = -b.r[i]
+        calls.solve[0](matrix, b.x)
+        for i in range(b.d.size):
+            b.d[i] = b.x[place[i]]
+        norm = _move(1.0, model, b)
+        if not math.isfinite(norm):
+            return NOT_FINITE
+        b.clock[MOVE] = norm
+        b.tally[ITERATIONS] += 1
+        if norm <= tolerance or (iteration > 1 and norm < ROUGH and norm > 0.7 * last):
+            unbalance(calls, t, step, factor, share, model, b, b.r)
+            b.clock[LAST] = _work_of(b.r, model, b)
+            if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
+                return UNBALANCED
+            b.clock[FACTOR] = factor
+            return iteration + 1
+        last = norm
+    return NO_CONVERGENCE
+
+
+@inlined
+def _allowed(largest, model, b):
+    """Unbalance that round-off explains, of the largest one before, of the loads and of the stiffness, J."""
+    P = model.flexible.P
+    for i in range(b.weight.size):
+        largest = max(largest, abs(P[i]) * b.weight[i])
+    return CONSISTENT * largest + ROUND_OFF * b.clock[STIFF]
+
+
+@kernel
+def relax(calls, t, step, factor, shift, goal, most, model, matrix, b):
+    """Slide down the energy towards an equilibrium; returns the number of iterations, or a status below zero.
+
+    Notes
+    -----
+    Implicit steps of M y' = -r, whose length 1/shift grows as the unbalance falls, until it is `goal` of what it was.
+    """
+    place, last = model.flexible.place, math.inf
+    for iteration in range(most):
+        unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+        if not is_finite(b.r):
+            return NOT_FINITE
+        work = _work_of(b.r, model, b)
+        if iteration == 0:
+            b.clock[FIRST] = work
+        b.clock[LAST] = work
+        if iteration > 0:
+            if work <= goal * b.clock[FIRST]:
+                return iteration
+            shift *= min(max(work / last, 0.2), 1.5)
+        last = work
+        for _ in range(40):
+            if _factor(calls, t, shift, factor, model, matrix, b) < 0:
+                shift *= 4.0
+                continue
+            for i in range(b.r.size):
+                b.x[i] = -b.r[i]
+            calls.solve[0](matrix, b.x)
+            norm = 0.0
+            for i in range(b.d.size):
+                b.d[i] = b.x[place[i]]
+                norm = max(norm, abs(b.d[i]) / b.weight[i])
+            if norm <= 0.2:
+                break
+            shift *= 4.0
+        if not math.isfinite(_move(1.0, model, b)):
+            return NOT_FINITE
+        b.tally[ITERATIONS] += 1
+    return NO_CONVERGENCE
+
+
+@kernel
+def follow(calls, t, step, length, tolerance, most, model, matrix, b):
+    """One step of the given length along the path of equilibria; returns the number of iterations, or a status.
+
+    Notes
+    -----
+    Crisfield (1981): |total|^2 = length^2 with sizes as weights; of the two roots the one nearer to the last iterate.
+    The predictor goes on in the direction of the last step, `before`, or up where there is none.
+    """
+    place, n_v = model.flexible.place, b.d.size
+    last, largest = math.inf, 0.0
+    factor = b.clock[FACTOR]
+    for i in range(n_v):
+        b.total[i] = 0.0
+    for iteration in range(most):
+        unbalance(calls, t, step, factor + 1.0, 1.0, model, b, b.p)
+        unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+        if not is_finite(b.r):
+            return NOT_FINITE
+        b.clock[LAST] = _work_of(b.r, model, b)
+        largest = max(largest, b.clock[LAST])
+        if iteration == 0:
+            b.clock[FIRST] = b.clock[LAST]
+        if _factor(calls, t, 0.0, factor, model, matrix, b) < 0:
+            return SINGULAR
+        for i in range(b.r.size):
+            b.z[i] = b.r[i] - b.p[i]
+            b.x[i] = -b.r[i]
+        calls.solve[0](matrix, b.z)
+        calls.solve[0](matrix, b.x)
+        zz = zt = xz = tt = 0.0
+        for i in range(n_v):
+            w = 1.0 / (b.weight[i] * b.weight[i] * n_v)
+            z = b.z[place[i]]
+            t1 = b.before[i] if iteration == 0 else b.total[i]
+            s = b.x[place[i]] + (0.0 if iteration == 0 else b.total[i])
+            zz += w * z * z
+            zt += w * z * t1
+            xz += w * z * s
+            tt += w * s * s
+        if not zz > 0.0:
+            return SINGULAR
+        if iteration == 0:
+            change = math.copysign(length / math.sqrt(zz), zt if zt != 0.0 else 1.0)
+        else:
+            inside = xz * xz - zz * (tt - length * length)
+            if not inside >= 0.0:
+                return NO_CONVERGENCE
+            root = math.sqrt(inside)
+            change = (-xz + math.copysign(root, zt)) / zz
+        for i in range(b.x.size):
+            b.x[i] += change * b.z[i]
+        for i in range(n_v):
+            b.d[i] = b.x[place[i]]
+        norm = _move(1.0, model, b)
+        if not math.isfinite(norm):
+            return NOT_FINITE
+        factor += change if norm <= LARGEST_MOVE else change * LARGEST_MOVE / norm
+        b.tally[ITERATIONS] += 1
+        b.clock[MOVE] = norm
+        if iteration > 0 and (norm <= tolerance or (iteration > 2 and norm < ROUGH and norm > 0.7 * last)):
+            unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+            b.clock[LAST] = _work_of(b.r, model, b)
+            if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
+                return UNBALANCED
+            b.clock[FACTOR] = factor
+            return iteration + 1
+        last = norm
+    return NO_CONVERGENCE
+
+
+@kernel
+def probe(calls, t, step, factor, shift, model, matrix, b):
+    """Unbalance at a factor into b.r, and the factors of the tangent; returns what `blocks.factor` does."""
+    unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+    b.clock[LAST] = _work_of(b.r, model, b)
+    return _factor(calls, t, shift, factor, model, matrix, b)
+
+
+@kernel
+def accept(calls, t, model, b, energies):
+    """Make the state the start of what follows; energies (3,) of it, and of contacts and of hinges and penalties."""
+    touch.settle_contacts(b.y, model.flexible, model.bodies)
+    calls.energies[0](t, b.y, model, energies[:3])
+    energies[3] = 0.0
+    for k in range(model.flexible.cylinders.size):
+        energies[3] += model.flexible.cylinders[k].energy
+    energies[4] = b.powers[5]

@@ -1,0 +1,654 @@
+"""solve_static(): equilibria of an assembled model, by load steps or along an arc."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from evolvent import jit
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.flow import Equations, bind_equations
+from evolvent.flow.implicit import N_POWERS
+from evolvent.kernels import blocks, contact, rigid
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.solvers import equilibrium as eq
+from evolvent.solvers.implicit import check_implicit, matrix_of, redundant, sizes
+from evolvent.solvers.laws import try_laws
+
+Array = np.ndarray
+
+#: Iterations of one step, and of a slide to an equilibrium.
+MOST_ITERATIONS, MOST_SLIDES = 25, 2000
+#: Load step below which there is no going on, and the first one.
+SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
+#: What multiplies a mass so that the stiffness beside it is round-off.
+_HUGE = 1e40
+
+
+@dataclasses.dataclass
+class StaticSolution:
+    """What `solve_static` returns; it prints nothing.
+
+    Attributes
+    ----------
+    factor : (np,) float, load factors along the path
+    y : (np, ny) float, states there as the assembly's `y`; their velocities are those of a steady turn, or zero
+    la : (np, nj) float, multipliers of the joints: reactions, N (N m of directions)
+    elastic, bending, contact, coupled : (np,) float, J
+        Energies: all elastic ones, the part of bending in cables and of contact among them; hinges and penalties.
+    loads : (np, nv) float, N, generalised loads on beams and weights
+    cylinders, wrenches : as of `ImplicitSolution`, without impulses
+    spin : (6,) float, rad/s and m, rate and centre of the steady turn
+    time : float, s, at which feeds and loads stand
+    free : list of str, parts that move without any resistance at the end; the equilibrium is then one of many
+    status, message, statistics, wall_time, compile_time : as of `evolvent.solvers.Solution`
+    """
+
+    factor: Array
+    y: Array
+    la: Array
+    elastic: Array
+    bending: Array
+    contact: Array
+    coupled: Array
+    loads: Array
+    cylinders: Array
+    wrenches: Array
+    spin: Array
+    time: float
+    free: list[str]
+    status: str
+    message: str
+    statistics: dict[str, float]
+    wall_time: float
+    compile_time: float
+
+    @property
+    def success(self) -> bool:
+        """Whether the whole load is carried."""
+        return self.status == "success"
+
+
+def solve_static(
+    assembly: Assembly,
+    *,
+    y: Any = None,
+    load_steps: int | Sequence[float] | None = None,
+    arc_length: bool = False,
+    time: float = 0.0,
+    rotating: str | Sequence[float] | None = None,
+    centre: Sequence[float] | None = None,
+    tolerance: float = 1e-9,
+    most_steps: int = 1000,
+    progress: Callable[[float], None] | None = None,
+) -> StaticSolution:
+    """Find the equilibrium of an assembled model under its loads.
+
+    Gravity, pushes, forces and torques and a steady turn grow together with the load factor from 0 to 1, and what the
+    start leaves unbalanced fades out meanwhile; steps are cut where Newton's method does not converge. Where no step
+    leads on, the state slides down its energy to the next equilibrium.
+
+    Parameters
+    ----------
+    assembly : Assembly; its initial state is left as it is
+    y : (ny,) float, state to start from; the assembly's own if left out
+    load_steps : int or sequence of float, optional
+        Load factors on whose equilibria the path lands, n for 1/n, 2/n, ... 1; along an arc, the first step is 1/n.
+    arc_length : bool
+        Follow the path through limits of load and of displacement, from the equilibrium without load to where the
+        factor first reaches 1 (Crisfield 1981, cylindrical).
+    time : float, s, at which feeds stand and loads act; ramps count as over
+    rotating : str or (3,) float, optional, rad/s
+        A steady turn of everything, the ground included, about an axis: a driven body's, by its name, or a rate. Loads
+        turn with it.
+    centre : (3,) float, m, on that axis; the body's place or the origin if left out
+    tolerance : float, correction at which an iteration has converged, beside the size of the system (or 1 for slopes)
+    most_steps : int, after which the search is given up
+    progress : called with the load factor reached
+
+    Returns
+    -------
+    StaticSolution
+        One that fails keeps what it reached.
+
+    Raises
+    ------
+    InputError
+        For arguments out of range, parts without an implicit form, loads that cannot turn, redundant constraints.
+
+    Notes
+    -----
+    Dampers rest. Friction acts where the path rubs. A user's spring law has no derivative here and may not converge.
+    """
+    targets = _targets(load_steps)
+    if not (math.isfinite(tolerance) and tolerance > 0.0):
+        raise InputError(f"tolerance is {tolerance!r}; it must be above 0")
+    if not math.isfinite(time):
+        raise InputError(f"time is {time!r}; it must be a finite time, s")
+    check_implicit(assembly)
+    try_laws(assembly, time, time)
+    began = clock.perf_counter()
+    work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
+    work.warm_up()
+    compile_time = clock.perf_counter() - began
+    began = clock.perf_counter()
+    work.refuse_redundant()
+    search = _Search(work, tolerance, most_steps, progress)
+    try:
+        if arc_length:
+            search.along_an_arc(FIRST_STEP if load_steps is None else targets[0])
+        else:
+            search.by_steps(targets, whole=load_steps is None)
+    except KeyboardInterrupt:
+        search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
+    wall_time = clock.perf_counter() - began
+    jit.mark_warm("statics")
+    return search.solution(wall_time, compile_time)
+
+
+_KEPT = "what was computed is kept"
+
+
+def _targets(load_steps: int | Sequence[float] | None) -> Array:
+    """Load factors to land on, the last of them 1."""
+    if load_steps is None:
+        return np.ones(1)
+    if isinstance(load_steps, int) and not isinstance(load_steps, bool):
+        if load_steps < 1:
+            raise InputError(f"load_steps is {load_steps!r}; it must be a whole number from 1, or load factors")
+        return np.arange(1, load_steps + 1) / load_steps
+    try:
+        found = np.array(load_steps, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.ndim != 1 or not found.size or not np.all(np.diff(found, prepend=0.0) > 0.0) or found[-1] > 1.0:
+        raise InputError(f"load_steps is {load_steps!r}; it must be load factors that increase, above 0 and up to 1")
+    return found if found[-1] == 1.0 else np.append(found, 1.0)
+
+
+def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
+    """Rate and centre of a steady turn: (6,)."""
+    spin = np.zeros(6)
+    if rotating is None:
+        return spin
+    model = assembly.model
+    if isinstance(rotating, str):
+        body = model.bodies[assembly.index(rotating, "bodies")]
+        if body["motion"] != rigid.DRIVEN:
+            raise InputError(f"rotating is {rotating!r}; only a driven body's turn is given, a rate (3,) would be too")
+        spin[:3], spin[3:] = body["R0"] @ body["axis"] * body["rate"], body["x0"]
+    else:
+        spin[:3] = _vector("rotating", rotating)
+    if centre is not None:
+        spin[3:] = _vector("centre", centre)
+    axis, gravity = spin[:3], model.info["gravity"][0]
+    if not np.any(axis):
+        return spin
+    if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
+        raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
+    for name, (family, index) in assembly.names.items():
+        if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
+            own = model.bodies["R0"][index] @ model.bodies["axis"][index]
+            if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
+                raise InputError(f"the axis of {name!r} is not along that of the steady turn")
+    return spin
+
+
+def _vector(name: str, value: Any) -> Array:
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise InputError(f"{name} is {value!r}; it must be 3 finite numbers")
+    return found
+
+
+def at_rest(model: mdl.Model, time: float) -> mdl.Model:
+    """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over, nothing latched."""
+    flexible = mdl.Flexible(*(pool.copy() for pool in model.flexible))
+    families = {name: getattr(model, name).copy() for name in mdl.Model._fields if name != "flexible"}
+    copy = mdl.Model(**families, flexible=flexible)
+    rigid.kinematics(time, np.zeros(int(model.info["ny"][0])), copy.bodies)
+    driven = copy.bodies["motion"] == rigid.DRIVEN
+    copy.bodies["rate"][driven] = 0.0
+    for scratch in ("v", "w", "F"):
+        copy.bodies[scratch] = 0.0
+    flexible.pushes["ramp"] = 0.0
+    flexible.checks["gap"] = np.inf
+    flexible.checks["stick"] = 0.0
+    flexible.hinges["latched"] = 0.0
+    # what tells these apart is work over a step in time
+    flexible.cylinders["law"][flexible.cylinders["law"] == contact.CONSERVATIVE] = contact.HUNT_CROSSLEY
+    flexible.cylinders["stick_damping"] = 0.0
+    return copy
+
+
+class Work:
+    """A copy of a model at rest, and room to look for its equilibria."""
+
+    def __init__(self, assembly: Assembly, y: Any, time: float, spin: Array) -> None:
+        self.assembly, self.time = assembly, float(time)
+        self.model = model = at_rest(assembly.model, time)
+        self.n_q, self.n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+        self.n_j = model.flexible.joints.size
+        if self.n_v == 0:
+            raise InputError("nothing in the system can move")
+        self.matrix = matrix_of(model, spare=6 * model.flexible.beams.size)
+        n_u = self.matrix.B.shape[0] + int(self.matrix.counts[blocks.BORDER])
+        self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else 0.0
+        start = np.array(assembly.y if y is None else y, dtype=float)
+        if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
+            raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
+        start[self.n_q :] = 0.0
+        weight, _ = sizes(assembly)
+        unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
+        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
+        self.balance = eq.Balance(
+            y=start,
+            la=np.zeros(self.n_j),
+            weight=weight,
+            powers=np.zeros(N_POWERS),
+            spin=spin,
+            parameters=model.parameters.copy(),
+            tally=np.zeros(eq.N_TALLY, dtype=np.int64),
+            clock=np.zeros(eq.N_CLOCK),
+            **unknowns,
+            **moves,
+        )
+        self.calls: Equations = bind_equations(model, self.matrix)
+
+    def warm_up(self) -> None:
+        """Compile (or load) everything, on no iteration at all."""
+        args = self.calls, self.time, self.step
+        eq.balance(*args, 0.0, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
+        eq.relax(*args, 0.0, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
+        eq.follow(*args, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
+        self.probe(0.0)
+        eq.accept(self.calls, self.time, self.model, self.balance, np.zeros(5))
+
+    def refuse_redundant(self) -> None:
+        """Refuse constraints that others imply: the tangent with masses is singular only by them."""
+        b = self.balance
+        self.probe(0.0, 1e12)
+        if b.tally[eq.LOOSE] > 0:
+            raise InputError(redundant(self.assembly, self.matrix))
+
+    def probe(self, factor: float, shift: float = 0.0) -> int:
+        """Unbalance and factors of the tangent of the state."""
+        return int(eq.probe(self.calls, self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
+
+    def tangent(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
+        b = self.balance
+        self.calls.tangent[0](self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
+        return sparse_of(self.matrix, np.append(self.model.flexible.place, self.rows))
+
+    def turning_tangent(self) -> sparse.csr_matrix:
+        """What the accelerations of the turn add to the tangent, (nv, nv)."""
+        blocks.clear(self.matrix)
+        eq.add_turning_tangent(1.0, self.balance.spin, self.model, self.matrix)
+        return sparse_of(self.matrix, self.model.flexible.place)
+
+    @property
+    def rows(self) -> Array:
+        """Unknowns of the multipliers."""
+        return self.balance.r.size - self.n_j + np.arange(self.n_j)
+
+    def mass(self) -> sparse.csr_matrix:
+        """Mass matrix, (nv, nv)."""
+        return self._part(_HUGE, 0.0)
+
+    def damping(self) -> sparse.csr_matrix:
+        """Derivative of the forces by velocities at rest, (nv, nv)."""
+        return self._part(0.0, _HUGE)
+
+    def _part(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        found = self.tangent(c_mass, c_rate)[: self.n_v, : self.n_v] / _HUGE
+        found.data[np.abs(found.data) < 1e-25 * np.abs(found.data).max(initial=0.0)] = 0.0
+        found.data[np.abs(found.data) < 1e-28] = 0.0
+        found.eliminate_zeros()
+        return found
+
+    def free_motions(self, factor: float) -> list[str]:
+        """Which parts the tangent lets go without resistance."""
+        b = self.balance
+        if self.probe(factor) < 0 or b.tally[eq.LOOSE] == 0:
+            return []
+        count = int(b.tally[eq.LOOSE])
+        M = self.mass()
+        self.probe(factor)
+        K = self.tangent(0.0, 0.0)[: self.n_v, : self.n_v].diagonal()
+        m = M.diagonal()
+        shift = 1e-9 * float(np.median(np.abs(K[K != 0.0] / m[K != 0.0]))) if np.any(K) else 1.0
+        if self.probe(factor, shift) != 0:
+            return []
+        X = np.random.default_rng(0).standard_normal((self.n_v, count))
+        for _ in range(3):
+            for j in range(count):
+                b.x[:] = 0.0
+                b.x[self.model.flexible.place] = M @ X[:, j]
+                self.calls.solve[0](self.matrix, b.x)
+                X[:, j] = b.x[self.model.flexible.place]
+            X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
+        size = np.abs(X / b.weight[:, None]).max(axis=1)
+        found = []
+        for name, (family, index) in self.assembly.names.items():
+            where = places_of(self.model, family, index)
+            if where is not None and size[where].max(initial=0.0) > 0.05 * size.max():
+                found.append(name)
+        return found
+
+
+def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
+    """Velocities of a part that moves, as the model counts them; None of one that does not."""
+    n_q = int(model.info["nq"][0])
+    if family == "beams":
+        row = model.flexible.beams[index]
+        first = int(model.flexible.cells["iv"][row["cell"]]) - n_q
+        return slice(first, first + 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"]))
+    if family == "points":
+        first = int(model.points["iv"][index]) - n_q
+        return slice(first, first + 3)
+    if family == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN:
+        first = int(model.bodies["iv"][index]) - n_q
+        return slice(first, first + (6 if model.bodies["motion"][index] == rigid.FREE else 1))
+    return None
+
+
+def sparse_of(matrix: blocks.Bordered, order: Array) -> sparse.csr_matrix:
+    """A `Bordered` matrix (before it is factored), its unknowns in the given order."""
+    n, m, _ = matrix.A.shape
+    k, size = int(matrix.counts[blocks.BORDER]), n * m
+    row = np.broadcast_to(np.arange(size).reshape(n, m, 1), matrix.A.shape)
+    column = np.broadcast_to(((np.arange(n) - 1) * m)[:, None, None] + np.arange(3 * m), matrix.A.shape)
+    inside = (column >= 0) & (column < size) & (matrix.A != 0.0)
+    inner = sparse.coo_matrix((matrix.A[inside], (row[inside], column[inside])), shape=(size, size))
+    B, C, E = matrix.B[:, :k], matrix.C[:, :k], matrix.E[:k, :k]
+    if size == 0:
+        return sparse.csr_matrix(E)[order][:, order]
+    whole = sparse.bmat([[inner, B], [C.T, E]] if k else [[inner]], format="csr")
+    return whole[order][:, order]
+
+
+class _Search:
+    """The path so far, and how it goes on."""
+
+    def __init__(self, work: Work, tolerance: float, most: int, progress: Callable[[float], None] | None) -> None:
+        self.work, self.tolerance, self.most, self.progress = work, tolerance, most, progress
+        self.kept: list[tuple[Any, ...]] = []
+        self.status, self.message = "success", "the whole load is carried"
+        self.reached, self.steps, self.rejected, self.slides = 0.0, 0, 0, 0
+        self.worst = 1.0
+        self.free: list[str] = []
+
+    # ------------------------------------------------------------------------------------------ one step
+
+    def _balance(self, factor: float, share: float = 1.0) -> int:
+        w = self.work
+        return int(
+            eq.balance(
+                w.calls, w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance
+            )
+        )
+
+    def _state(self) -> tuple[Array, Array, Array]:
+        b = self.work.balance
+        return b.y.copy(), b.la.copy(), b.before.copy()
+
+    def _back(self, state: tuple[Array, Array, Array]) -> None:
+        b = self.work.balance
+        b.y[:], b.la[:], b.before[:] = state
+
+    def _keep(self, factor: float) -> None:
+        """Accept the state, and keep it as a point of the path."""
+        w = self.work
+        b, f = w.balance, w.model.flexible
+        energies = np.zeros(5)
+        eq.accept(w.calls, w.time, w.model, b, energies)
+        b.clock[eq.FACTOR] = self.reached = factor
+        self.worst = min(self.worst, float(b.clock[eq.QUALITY]))
+        cylinders = np.zeros((f.cylinders.size, 9))
+        for k in range(f.cylinders.size):
+            row = f.cylinders[k]
+            cylinders[k, :6], cylinders[k, 6], cylinders[k, 8] = row["F"], row["normal"], row["touching"]
+        y = b.y.copy()
+        add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
+        self.kept.append((factor, y, b.la.copy(), energies, f.P.copy(), cylinders, w.model.bodies["F"].copy()))
+        if self.progress is not None:
+            self.progress(factor)
+
+    def _slide(self, factor: float) -> bool:
+        """Slide to an equilibrium at a factor, then balance."""
+        w = self.work
+        b = w.balance
+        self.slides += 1
+        m = w.mass().diagonal()
+        w.probe(factor)
+        ratio = np.abs(b.r[w.model.flexible.place]) / (m * b.weight)
+        shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
+        for _ in range(4):
+            found = eq.relax(w.calls, w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
+            if found < 0:
+                return False
+            state = self._state()
+            if self._balance(factor) >= 0:
+                return True
+            self._back(state)
+            shift *= goal
+        return False
+
+    # ------------------------------------------------------------------------------------------ by load steps
+
+    def by_steps(self, targets: Array, *, whole: bool) -> None:
+        """Land on every target; the start's unbalance fades out on the way, or before where targets are given."""
+        w, b = self.work, self.work.balance
+        w.probe(0.0)
+        b.start[:] = b.r
+        balanced = b.clock[eq.LAST] == 0.0
+        if not whole:
+            if not self._advance(lambda s: (0.0, s), np.ones(1)):
+                return
+            balanced = True
+            b.start[:] = 0.0
+        if balanced:
+            eq.unbalance(w.calls, w.time, w.step, 0.0, 1.0, w.model, b, b.r)
+            self._keep(0.0)
+        self._advance(lambda s: (s, s), targets)
+
+    def _advance(self, at: Callable[[float], tuple[float, float]], targets: Array) -> bool:
+        """Go from 0 over the targets in steps that follow from how they converge; at(s) = (factor, share)."""
+        reached, step = 0.0, min(FIRST_STEP, float(targets[0]))
+        for target in targets:
+            while reached < target:
+                if self.steps + self.rejected >= self.most:
+                    return self._fail(at(reached)[0], f"{self.most} steps were not enough")
+                lands = reached + step >= target * (1.0 - 1e-12)
+                s = float(target) if lands else reached + step
+                state = self._state()
+                found = self._balance(*at(s))
+                if found < 0:
+                    self._back(state)
+                    self.rejected += 1
+                    step = 0.25 * (s - reached)
+                    if step >= SMALLEST_STEP:
+                        continue
+                    if not self._slide(at(1.0)[0]):
+                        self._back(state)
+                        return self._fail(at(reached)[0], self._why(found, at(s)[0]))
+                    self._keep(at(1.0)[0])
+                    self.message = f"no path of equilibria leads on from load factor {at(reached)[0]:.4g}; it slid"
+                    return self._end(at(1.0)[0])
+                self.steps += 1
+                reached = s
+                step = max(step, 0.0) * (2.0 if found <= 5 else 1.0 if found <= 9 else 0.5)
+                if at(s)[0] > 0.0 or at(s)[1] == 1.0:
+                    self._keep(at(s)[0])
+        return self._end(at(1.0)[0])
+
+    def _end(self, factor: float) -> bool:
+        """Say what is loose at the end."""
+        w = self.work
+        if w.balance.tally[eq.LOOSE] > 0:
+            count = int(w.balance.tally[eq.LOOSE])
+            self.free = w.free_motions(factor)
+            w.probe(factor)
+            if self.free:
+                self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
+        return True
+
+    # ------------------------------------------------------------------------------------------ along an arc
+
+    def along_an_arc(self, first: float) -> None:
+        """From the equilibrium without load to a factor of 1."""
+        w, b = self.work, self.work.balance
+        w.probe(0.0)
+        b.start[:] = b.r
+        if not self._advance(lambda s: (0.0, s), np.ones(1)):
+            return
+        b.start[:] = 0.0
+        self.kept.clear()
+        self._keep(0.0)
+        state = self._state()
+        if self._balance(1e-3 * first) < 0:
+            self._fail(0.0, self._why(eq.NO_CONVERGENCE, 1e-3 * first))
+            return
+        length = 1e3 * math.sqrt(float(np.mean((b.total / b.weight) ** 2)))
+        if length == 0.0:
+            self._balance(1.0)
+            self._keep(1.0)
+            return
+        self._back(state)
+        longest, shortest = 4.0 * length, 1e-6 * length
+        b.before[:] = 0.0
+        while True:
+            if self.steps + self.rejected >= self.most:
+                self._fail(self.reached, f"{self.most} steps along the arc were not enough")
+                return
+            state, factor = self._state(), self.reached
+            found = eq.follow(w.calls, w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
+            sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
+            if found < 0 or sharp:
+                self._back(state)
+                b.clock[eq.FACTOR] = factor
+                self.rejected += 1
+                length *= 0.5 if sharp else 0.25
+                if length < shortest:
+                    self._fail(factor, self._why(int(found), factor))
+                    return
+                continue
+            self.steps += 1
+            now = float(b.clock[eq.FACTOR])
+            if factor < 1.0 <= now:
+                b.before[:] = b.total
+                if self._balance(1.0) < 0:
+                    self._fail(factor, self._why(eq.NO_CONVERGENCE, 1.0))
+                    return
+                self.steps += 1
+                self._keep(1.0)
+                self._end(1.0)
+                return
+            b.before[:] = b.total
+            self._keep(now)
+            length = min(length * min(2.0, max(0.5, math.sqrt(4.0 / max(found, 1)))), longest)
+
+    def _cosine(self, before: Array) -> float:
+        b = self.work.balance
+        p, q = b.total / b.weight, before / b.weight
+        size = math.sqrt((p @ p) * (q @ q))
+        return float(p @ q) / size if size > 0.0 else 1.0
+
+    # ------------------------------------------------------------------------------------------ the end
+
+    def _why(self, code: int, factor: float) -> str:
+        """Why a step failed, in words."""
+        w, b = self.work, self.work.balance
+        found = w.probe(self.reached)
+        if found > 0:
+            free = w.free_motions(self.reached)
+            if free:
+                self.free = free
+                return f"nothing holds {_names(free)} against {_motions(found)}"
+        if code == eq.NOT_FINITE:
+            return f"the state stopped being finite at load factor {factor:.6g}"
+        if code in (eq.SINGULAR, eq.UNBALANCED) or b.clock[eq.QUALITY] < 1e-11:
+            return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
+        return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
+
+    def _fail(self, factor: float, why: str) -> bool:
+        self.reached = factor
+        self.status, self.message = "failed", why
+        return False
+
+    def solution(self, wall_time: float, compile_time: float) -> StaticSolution:
+        """Everything that was kept."""
+        w = self.work
+        columns = list(zip(*self.kept, strict=True)) if self.kept else [()] * 7
+        energies = np.array(columns[3]).reshape(-1, 5)
+        n_p, f = len(self.kept), w.model.flexible
+        shapes = ((n_p,), (n_p, w.balance.y.size), (n_p, w.n_j))
+        factor, y, la = (np.array(c, dtype=float).reshape(s) for c, s in zip(columns[:3], shapes, strict=True))
+        return StaticSolution(
+            factor=factor,
+            y=y,
+            la=la,
+            elastic=energies[:, 1],
+            bending=energies[:, 2],
+            contact=energies[:, 3],
+            coupled=energies[:, 4],
+            loads=np.array(columns[4]).reshape(n_p, w.n_v),
+            cylinders=np.array(columns[5]).reshape(n_p, f.cylinders.size, 9),
+            wrenches=np.array(columns[6]).reshape(n_p, w.model.bodies.size, 6),
+            spin=w.balance.spin,
+            time=w.time,
+            free=self.free,
+            status=self.status,
+            message=self.message,
+            statistics={
+                "steps": self.steps,
+                "rejected_steps": self.rejected,
+                "iterations": int(w.balance.tally[eq.ITERATIONS]),
+                "factorizations": int(w.balance.tally[eq.FACTORED]),
+                "slides": self.slides,
+                "smallest_pivot": self.worst,
+            },
+            wall_time=wall_time,
+            compile_time=compile_time,
+        )
+
+
+def _names(names: list[str]) -> str:
+    return " and ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")
+
+
+def _motions(count: int) -> str:
+    return "one motion" if count == 1 else f"{count} motions"
+
+
+def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
+    """Velocities of a steady turn into a state."""
+    w, c = spin[:3], spin[3:]
+    if not np.any(w):
+        return
+    for row in model.flexible.beams:
+        vectors, n = NODE_VECTORS[row["kind"]], int(row["nodes"])
+        e = y[row["iq"] : row["iq"] + 3 * vectors * n].reshape(n, vectors, 3).copy()
+        e[:, 0] -= c
+        first = int(model.flexible.cells["iv"][row["cell"]])
+        y[first : first + e.size] = np.cross(w, e).ravel()
+    for row in model.points:
+        y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
+    for row in model.bodies:
+        if row["motion"] == rigid.FREE:
+            y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
+            y[row["iv"] + 3 :][:3] = row["R"].T @ w
+        elif row["motion"] == rigid.SPIN:
+            y[row["iv"]] = (row["R"] @ row["axis"]) @ w
