@@ -118,6 +118,7 @@ class Flexible(NamedTuple):
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
     bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
     B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
+    masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -143,6 +144,7 @@ class Flexible(NamedTuple):
     bend12: Array
     B12: Array
     B0: Array
+    masses: Array
     place: Array
     F: Array
     P: Array
