@@ -119,6 +119,7 @@ class Flexible(NamedTuple):
     bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
     B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
     G : (nv,) float, weight
+    masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -145,6 +146,7 @@ class Flexible(NamedTuple):
     B12: Array
     B0: Array
     G: Array
+    masses: Array
     place: Array
     F: Array
     P: Array

@@ -12,8 +12,9 @@ from evolvent.flow import implicit
 from evolvent.flow.events import apply_event, event_values
 from evolvent.flow.inventory import inventory
 from evolvent.flow.observations import Observations, empty_observations, fill_observations
+from evolvent.flow.penalties import whole_inventory, whole_project
 from evolvent.flow.projection import project
-from evolvent.flow.rhs import rhs
+from evolvent.flow.rhs import flexible_rhs, rhs
 from evolvent.kernels import blocks
 from evolvent.model import N_INVENTORY, Model
 
@@ -45,13 +46,20 @@ def pointer(signature: Any) -> Any:
 def bind_rates(model: Model) -> tuple[Any, Any, Any]:
     """Compile (or load) right-hand side, inventory and events of `model`, each in a 1-tuple."""
     kind = signatures(model)
-    return (jit.bind(rhs, kind.rhs),), (jit.bind(inventory, kind.inventory),), (jit.bind(event_values, kind.events),)
+    rates, sums = (flexible_rhs, whole_inventory) if is_flexible(model) else (rhs, inventory)
+    return (jit.bind(rates, kind.rhs),), (jit.bind(sums, kind.inventory),), (jit.bind(event_values, kind.events),)
+
+
+def is_flexible(model: Model) -> bool:
+    """Whether a model has beams, or joints between other parts."""
+    return bool(model.flexible.beams.size or model.flexible.joints.size)
 
 
 def bind_corrections(model: Model) -> tuple[Any, Any]:
     """Compile (or load) what changes a state between steps: apply_event and project, each in a 1-tuple."""
     kind = signatures(model)
-    return (jit.bind(apply_event, kind.apply),), (jit.bind(project, kind.project),)
+    correct = whole_project if is_flexible(model) else project
+    return (jit.bind(apply_event, kind.apply),), (jit.bind(correct, kind.project),)
 
 
 class Equations(NamedTuple):
