@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from evolvent import units
 from evolvent.cases import Section
 from evolvent.errors import InputError, nearest
-from evolvent.systems._wrapped_rib import reference
+from evolvent.systems.wrapped_rib import reference
 
 if TYPE_CHECKING:
     from evolvent.elements import Material
@@ -64,7 +64,9 @@ class Rib(Section):
     root_stiffness: TurnStiffness = Field(0.0, description="of a spring in the hinge, at rest in the start direction")
     root_damping: TurnDamping = Field(0.0, description="of a damper in the hinge")
     start_angle: units.Angle = Field(
-        0.0, description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg"
+        0.0,
+        description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg, at which "
+        "a carried tip starts whatever is given",
     )
 
     @model_validator(mode="after")
@@ -390,6 +392,11 @@ class Case(Section):
         if self.start == "auto":
             return "straight" if self.phase == "wind" else "wound"
         return self.start
+
+    @property
+    def first_direction(self) -> float:
+        """Of a rib that starts straight, rad from outwards: a carried tip begins its involute on the tangent."""
+        return 0.5 * math.pi if self.drive is not None and self.drive.kind == "tip" else self.rib.start_angle
 
     @property
     def strip(self) -> reference.Strip:
