@@ -82,12 +82,12 @@ def _system(case: Case, begin: Start) -> System:
                 radius=case.hub.radius,
                 half_length=0.5 * case.hub.height,
                 law=contact.law,
-                stiffness=contact.stiffness,
+                stiffness=begin.stiffness,
                 exponent=contact.exponent,
                 damping=contact.damping if contact.law == "paper" else contact.dissipation,
                 points=contact.points,
                 friction=contact.friction,
-                stick_stiffness=STICK * contact.stiffness,
+                stick_stiffness=STICK * begin.stiffness,
             ),
             f"contact-{k}",
         )
@@ -254,7 +254,7 @@ def run(
 
 def _at_start(solution: ImplicitSolution, assembly: Assembly, samples: np.ndarray) -> ImplicitSolution:
     """A solution that holds its start alone."""
-    found = {"t": samples[:1], "y": assembly.y[None].copy()}
+    found: dict[str, Any] = {"t": samples[:1], "y": assembly.y[None].copy()}
     for name in ("acceleration", "la", "ledger", "cylinders", "wrenches"):
         values = getattr(solution, name)
         found[name] = np.zeros((1, *values.shape[1:]))

@@ -33,12 +33,14 @@ class Start(NamedTuple):
     rates : the same, m/s and 1/s
     hub : HubState
     directions : (ribs,) float, rad, of the roots' hinges at rest, from outwards
+    stiffness : float, N/m^n, of the contact
     """
 
     nodes: np.ndarray
     rates: np.ndarray
     hub: HubState
     directions: np.ndarray
+    stiffness: float
 
 
 def at_rest(angle: float = 0.0) -> HubState:
@@ -64,7 +66,7 @@ def start(case: Case) -> Start:
     direction = case.first_direction if case.begins == "straight" else 0.5 * np.pi
     nodes = np.stack([_turned(one, angle) for angle in turns])
     assert nodes.shape[:2] == (count, n + 1)
-    return Start(nodes, np.zeros_like(nodes), at_rest(), np.full(count, direction))
+    return Start(nodes, np.zeros_like(nodes), at_rest(), np.full(count, direction), case.contact_stiffness)
 
 
 def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
@@ -140,7 +142,7 @@ def _from_run(case: Case) -> Start:
     run = results.open(case.start)
     if run.attrs["system"] != case.system:
         raise InputError(f"start is {case.start!r}, a run of {run.attrs['system']}; it must be one of {case.system}")
-    for name in ("end_coordinates", "end_velocities", "end_hub"):
+    for name in ("end_coordinates", "end_velocities", "end_hub", "hinge_rest"):
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
     before = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
@@ -153,7 +155,7 @@ def _from_run(case: Case) -> Start:
             raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
     k = 2 if before.rib.formulation == "cable" else 4
     shape = (before.rib.count, before.rib.elements + 1, k, 3)
-    if run.end_coordinates.shape != shape or run.end_velocities.shape != shape or run.end_hub.shape != (14,):
+    if run.end_coordinates.shape != shape or run.end_velocities.shape != shape or run.end_hub.shape != (14,) or run.hinge_rest.shape != shape[:1]:
         raise InputError(f"start is {case.start!r}, whose last state has another shape than its case")
     h = run.end_hub.values
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
@@ -166,7 +168,10 @@ def _from_run(case: Case) -> Start:
     if case.hub.motion == "fixed":
         hub = dataclasses.replace(hub, velocity=np.zeros(3), rate=np.zeros(3))
     nodes, rates = np.stack([r[0] for r in refined]), np.stack([r[1] for r in refined])
-    return Start(nodes, rates, hub, run.hinge_rest.values if "hinge_rest" in run else np.zeros(case.rib.count))
+    stiffness = case.contact_stiffness
+    if case.contact.stiffness == "auto":  # what pressed on the hub before still does
+        stiffness = max(stiffness, before.contact_stiffness)
+    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness)
 
 
 def _check_upright(case: Case, hub: HubState) -> None:
@@ -194,7 +199,7 @@ def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) ->
         if nodes.shape[1] == wanted == 4:
             vectors += [(1.0 - xi)[:, None] * e[cell, i] + xi[:, None] * e[cell + 1, i] for i in (2, 3)]
         found.append(vectors)
-    (place, slope, *directors), (speed, turning, *_) = found
+    (_, slope, *directors), (_, turning, *_) = found
     if wanted == 4 and not directors:
         e1 = slope / np.linalg.norm(slope, axis=1)[:, None]
         z = R[:, 2] - (e1 @ R[:, 2])[:, None] * e1
@@ -231,7 +236,7 @@ def hermite(
             (6.0 - 12.0 * xi) / length**2,
             (6.0 * xi - 2.0) / length,
         )
-    total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))  # type: ignore[assignment]
+    total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
     return total
 
 
