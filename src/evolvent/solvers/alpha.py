@@ -449,9 +449,9 @@ def advance(calls, model, matrix, options, march, budget):
             tally[REJECTED] += 1
             clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        book(t1, h, model, march)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
+        book(t1, h, model, march)
         clock[TIME] = t1
         tally[STEPS] += 1
         if lands or tally[STEPS] % EACH == 0 or model.flexible.cylinders.size > 0:
