@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from evolvent import animation, cases, plots, results
-from evolvent.systems import _wrapped_rib as system
-from evolvent.systems._wrapped_rib.show import running_mean
+from evolvent.systems import wrapped_rib as system
+from evolvent.systems.wrapped_rib.show import running_mean
 from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
 
 RUNS = {"wind": WIND, "hold": HOLD, "deploy": DEPLOY}

@@ -34,7 +34,7 @@ def add_flexible_forces(t, y, model, dy):
         dissipated += by_mass + by_stiffness
         gravity = model.info[0].gravity
         if gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0:
-            flexible.add_gravity(gravity, 1.0, n_q, f, P)
+            flexible.add_gravity(gravity, n_q, f, P)
         flexible.add_pushes(t, y, n_q, f, 1.0, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]

@@ -11,9 +11,9 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Number, Panel, Scene
-from evolvent.systems._wrapped_rib import reference
-from evolvent.systems._wrapped_rib.advice import locking
-from evolvent.systems._wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.advice import locking
+from evolvent.systems.wrapped_rib.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
