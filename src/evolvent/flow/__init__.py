@@ -84,6 +84,21 @@ def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
     )
 
 
+def bind_linear_solver(model: Model, matrix: blocks.Bordered) -> None:
+    """Compile (or load) the tangent and its solution alone: half of what `bind_equations` compiles."""
+    m, x, A = typeof(model), f8[::1], typeof(matrix)
+    jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A))
+    jit.bind(blocks.factor, types.int64(A))
+    jit.bind(blocks.solve, void(A, x))
+
+
+def equation_types(model: Model, matrix: blocks.Bordered) -> Any:
+    """Type of what `bind_equations` returns, known before any of it is compiled."""
+    m, x, A = typeof(model), f8[::1], typeof(matrix)
+    kinds = void(f8, x, x, x, f8, f8, m, x, x), void(f8, x, x, f8, f8, f8, m, A), void(f8, x, m, x)
+    return types.NamedTuple([pointer(kind) for kind in (*kinds, types.int64(A), void(A, x))], Equations)
+
+
 def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:
     """Evaluate all quantities at the samples of a run.
 

@@ -9,16 +9,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numba import int64, typeof
 
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
-from evolvent.flow import bind_equations
+from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, couplings, rigid
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
 
 #: Share of the work put in that a run may gain before it has failed.
@@ -169,6 +170,7 @@ def solve_implicit(
     if not (math.isfinite(tolerance) and tolerance > 0.0):
         raise InputError(f"solver.tolerance is {tolerance!r}; it must be above 0")
     check_implicit(assembly)
+    aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
     check_start(assembly, float(times[0]))
     model = assembly.model
@@ -193,6 +195,11 @@ def solve_implicit(
     options[alpha.SPAN] = first if step is not None else 10.0 * first
     march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
+    if aside is not None:
+        kinds = [typeof(a) for a in (model, matrix, options, march)]
+        alpha.advance.compile((equation_types(model, matrix), *kinds, int64))
+        alpha.begin.compile((equation_types(model, matrix), *kinds))
+        aside.wait()
     calls = bind_equations(model, matrix)
     alpha.advance(calls, model, matrix, options, march, 0)
     alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
