@@ -214,8 +214,8 @@ def test_hinges(body: str, damping: float, rng: np.random.Generator) -> None:
     for node, zero in (("cable", (0.0, -0.8, 0.6)), ("beam", None)):
         system.add(
             parts.Hinge(
-                body=body, beam=(node, "root"), axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping, rest=0.3,
-                low=-0.2, high=1.0, stop=300.0, latch=0.5, latch_stiffness=700.0, latch_damping=0.2 * damping,
+                body=body, beam=(node, "root"), axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping,
+                rest=0.3, low=-0.2, high=1.0, stop=300.0, latch=0.5, latch_stiffness=700.0, latch_damping=0.2 * damping,
             )
         )  # fmt: skip
     equations = disturbed(system.assemble(), rng)

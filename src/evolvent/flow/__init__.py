@@ -60,6 +60,7 @@ class Equations(NamedTuple):
     residual: Any
     tangent: Any
     energies: Any
+    keep_momentum: Any
     factor: Any
     solve: Any
 
@@ -71,6 +72,7 @@ def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
         residual=(jit.bind(implicit.residual, void(f8, x, x, x, f8, f8, m, x, x)),),
         tangent=(jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A)),),
         energies=(jit.bind(implicit.energies, void(f8, x, m, x)),),
+        keep_momentum=(jit.bind(implicit.keep_momentum, void(f8, f8, x, x, m, x, x)),),
         factor=(jit.bind(blocks.factor, types.int64(A)),),
         solve=(jit.bind(blocks.solve, void(A, x)),),
     )

@@ -370,8 +370,8 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
 
     Notes
     -----
-    With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, where H = d2(angle)/du2 and
-    r is the slope's rate as seen from the body.
+    With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
+    is the slope's rate as seen from the body.
     """
     hinges, place = flexible.hinges, flexible.place
     K = flexible.K12
@@ -439,8 +439,8 @@ def add_relative(matrix, bodies, place, n_q, index, local, is_place, J, K, f, ro
 
     Notes
     -----
-    A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement du
-    changes by R^T f x R^T du - local x R^T K du.
+    A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
+    du changes by R^T f x R^T du - local x R^T K du.
     """
     motion, R = bodies[index].motion, bodies[index].R
     at = place[bodies[index].iv - n_q]
