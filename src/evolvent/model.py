@@ -61,8 +61,9 @@ RECORDS: dict[str, np.dtype] = {
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
-    # flexible beams: cells are their elements; a node's coordinates stand together, node after node
-    "beams": _record("kind iq iv nodes cell cells block", "alpha length"),
+    # flexible beams: cells are their elements; a node's coordinates stand together, node after node; paper: 1 where
+    # the damping is the paper's, which a turn of the whole feels
+    "beams": _record("kind iq iv nodes cell cells block paper", "alpha length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
     "cells": _record("beam iq iv form mass force tangent energy", "length beta"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of

@@ -107,7 +107,7 @@ def run(assembly: Assembly, samples: Any, **options: Any) -> ImplicitSolution:
 
 
 def coordinates(assembly: Assembly, y: Array, name: str) -> Array:
-    """Coordinates of a part at all samples: a beam's (nt, nodes, vectors, 3), a point's (nt, 3), a body's as stored."""
+    """Coordinates of a part at all samples: (nt, nodes, vectors, 3) of a beam, (nt, 3) of a point, or a body's."""
     family, index = assembly.names[name]
     model = assembly.model
     if family == "beams":

@@ -68,35 +68,48 @@ class Equations(NamedTuple):
     residual: Any
     tangent: Any
     energies: Any
+    keep_momentum: Any
     factor: Any
     solve: Any
 
 
-def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
-    """Compile (or load) what implicit solvers call."""
+def _equation_signatures(model: Model, matrix: blocks.Bordered) -> Equations:
     m, x, A = typeof(model), f8[::1], typeof(matrix)
     return Equations(
-        residual=(jit.bind(implicit.residual, void(f8, x, x, x, f8, f8, m, x, x)),),
-        tangent=(jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A)),),
-        energies=(jit.bind(implicit.energies, void(f8, x, m, x)),),
-        factor=(jit.bind(blocks.factor, types.int64(A)),),
-        solve=(jit.bind(blocks.solve, void(A, x)),),
+        residual=void(f8, x, x, x, f8, f8, m, x, x),
+        tangent=void(f8, x, x, f8, f8, f8, m, A),
+        energies=void(f8, x, m, x),
+        keep_momentum=void(f8, f8, x, x, m, x, x),
+        factor=types.int64(A),
+        solve=void(A, x),
     )
+
+
+def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
+    """Compile (or load) what implicit solvers call."""
+    functions = Equations(
+        residual=implicit.residual,
+        tangent=implicit.tangent,
+        energies=implicit.energies,
+        keep_momentum=implicit.keep_momentum,
+        factor=blocks.factor,
+        solve=blocks.solve,
+    )
+    kinds = _equation_signatures(model, matrix)
+    return Equations(*((jit.bind(function, kind),) for function, kind in zip(functions, kinds, strict=True)))
 
 
 def bind_linear_solver(model: Model, matrix: blocks.Bordered) -> None:
     """Compile (or load) the tangent and its solution alone: half of what `bind_equations` compiles."""
-    m, x, A = typeof(model), f8[::1], typeof(matrix)
-    jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A))
-    jit.bind(blocks.factor, types.int64(A))
-    jit.bind(blocks.solve, void(A, x))
+    kinds = _equation_signatures(model, matrix)
+    jit.bind(implicit.tangent, kinds.tangent)
+    jit.bind(blocks.factor, kinds.factor)
+    jit.bind(blocks.solve, kinds.solve)
 
 
 def equation_types(model: Model, matrix: blocks.Bordered) -> Any:
     """Type of what `bind_equations` returns, known before any of it is compiled."""
-    m, x, A = typeof(model), f8[::1], typeof(matrix)
-    kinds = void(f8, x, x, x, f8, f8, m, x, x), void(f8, x, x, f8, f8, f8, m, A), void(f8, x, m, x)
-    return types.NamedTuple([pointer(kind) for kind in (*kinds, types.int64(A), void(A, x))], Equations)
+    return types.NamedTuple([pointer(kind) for kind in _equation_signatures(model, matrix)], Equations)
 
 
 def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:

@@ -370,8 +370,8 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
 
     Notes
     -----
-    With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, where H = d2(angle)/du2
-    and r is the slope's rate as seen from the body.
+    With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
+    is the slope's rate as seen from the body.
     """
     hinges, place = flexible.hinges, flexible.place
     K = flexible.K12

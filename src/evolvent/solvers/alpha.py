@@ -23,8 +23,9 @@ import numpy as np
 
 from evolvent.flow import implicit as eq
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import rigid, touch
+from evolvent.kernels import couplings, rigid, touch
 from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.rotations import cross
 
 # status codes of the loop
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
@@ -59,6 +60,7 @@ class March(NamedTuple):
     v1 : (3, nv) float, algorithmic accelerations a, accelerations v', loads; 0 in `v0` for the start
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
     weight : (nu,) float, size of each unknown that counts as 1
+    kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and starts anew
     out_* : what is kept at the samples
@@ -82,6 +84,7 @@ class March(NamedTuple):
     ledger: np.ndarray
     ledger0: np.ndarray
     impulse: np.ndarray
+    kept: np.ndarray
     samples: np.ndarray
     stops: np.ndarray
     out_y: np.ndarray
@@ -174,11 +177,11 @@ def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model.bodies)
             for k in range(n_j):
-                eq.couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
+                couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
                 march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
             d = -d
         for k in range(n_j):
-            if joints[k].stiffness > 0.0 or not eq.couplings.holds(t, joints, k):
+            if joints[k].stiffness > 0.0 or not couplings.holds(t, joints, k):
                 march.x[first + k] = -scale * march.r[first + k]
             else:
                 march.x[first + k] *= -scale / c_mass
@@ -257,7 +260,7 @@ def start_accelerations(calls, model, matrix, options, march):
         for b in range(bodies.size):
             if bodies[b].motion == rigid.FREE:
                 q, at = bodies[b].iv + 3, bodies[b].iv + 3 - n_q
-                x, yy, z = eq.cross(y[q], y[q + 1], y[q + 2], A[at], A[at + 1], A[at + 2])
+                x, yy, z = cross(y[q], y[q + 1], y[q + 2], A[at], A[at + 1], A[at + 2])
                 J[at] += x / 12.0
                 J[at + 1] += yy / 12.0
                 J[at + 2] += z / 12.0
@@ -390,7 +393,7 @@ def _drives(t, h, model, march):
     work = 0.0
     joints = model.flexible.joints
     for k in range(joints.size):
-        if joints[k].path != 0 and eq.couplings.holds(t, joints, k):
+        if joints[k].path != 0 and couplings.holds(t, joints, k):
             work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
     return work
 
@@ -402,9 +405,9 @@ def paths(t, h, model, march):
     for k in range(joints.size):
         march.gaps[k] = 0.0
         if joints[k].path != 0:
-            eq.couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
             now = joints[k].gap
-            eq.couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
             march.gaps[k] = joints[k].gap - now
 
 
@@ -454,6 +457,7 @@ def begin(calls, model, matrix, options, march):
     touch.settle_contacts(march.y, model.flexible, model.bodies)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
+    calls.keep_momentum[0](t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
     fill_energies(calls, t, model, march)
     march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
     march.ledger[PEAK] = march.ledger[START]
@@ -526,6 +530,7 @@ def advance(calls, model, matrix, options, march, budget):
             _back(model, march)
             clock[EVENT] = h * part
             continue
+        calls.keep_momentum[0](t_end, h, march.y, model.flexible.P, model, march.spare, march.kept)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
         book(t_end, h, model, march)
@@ -581,6 +586,7 @@ def _anew(calls, t, h, model, matrix, options, march):
     march.clock[TIME] = t
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
+    calls.keep_momentum[0](t + 1e-9 * h, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
     fill_energies(calls, t, model, march)
     ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
     return status

@@ -341,6 +341,7 @@ def _march(
         ledger=np.zeros(alpha.N_LEDGER),
         ledger0=np.zeros(alpha.N_LEDGER),
         impulse=np.zeros(n_c),
+        kept=np.full(12, np.nan),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((n_t, assembly.y.size)),
