@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
 
 from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
@@ -40,7 +41,10 @@ def across(found, axis: int, name: str = "beam", threshold: float = 0.9) -> np.n
 def test_bending_frequencies_of_a_beam(formulation, count, ends):
     joints, wanted = FORMS[ends]
     found = modes(beam(formulation, count, joints, section=BAR), count=16)
-    w = found.frequency[across(found, 1)] / UNIT
+    if formulation == "assumed_strain":
+        w = found.frequency[across(found, 1)] / UNIT
+    else:  # equally stiff in both planes
+        w = found.frequency[found.frequency > 0.0][::2] / UNIT
     w = w[w > 0.0][: len(wanted)]
     assert_allclose(w, wanted, rtol=5e-3 if formulation == "assumed_strain" else 1e-4)
     if ends == "free":
@@ -96,16 +100,33 @@ def test_a_string_is_tuned_by_its_tension():
     assert_allclose(found.frequency, wanted, rtol=3e-3)
 
 
+def pressed(part: float) -> float:
+    """First frequency of a cantilever (length, EI and rho A are 1) under a part of Euler's load, a dead one.
+
+    EI w,4 + P w,2 = omega^2 w; w = w,1 = 0 at one end, w,2 = w,3 + P w,1 = 0 at the other.
+    """
+    P = 0.25 * np.pi**2 * part
+
+    def missing(omega: float) -> float:
+        a, c = np.sqrt(np.array([-0.5, 0.5]) * P + np.sqrt(0.25 * P * P + omega * omega))
+        # w = cosh ax - cos cx, and sinh ax - (a/c) sin cx
+        first = [a * np.sinh(a) + c * np.sin(c), a * np.cosh(a) - a * np.cos(c)]
+        second = [a * a * np.cosh(a) + c * c * np.cos(c), a * a * np.sinh(a) + a * c * np.sin(c)]
+        third = [a**3 * np.sinh(a) - c**3 * np.sin(c), a**3 * np.cosh(a) + a * c * c * np.cos(c)]
+        return second[0] * (third[1] + P * first[1]) - second[1] * (third[0] + P * first[0])
+
+    return brentq(missing, 0.01, 3.6)
+
+
 def test_pressed_beams_slow_down_and_buckle_at_the_load_of_euler():
-    euler = 0.25 * np.pi**2 * EI
     section = Rectangle(thickness=1e-3, width=2e-2)
-    at_rest, half, beyond = (
-        modes(beam("cable", 16, section=section, more=tip_force(-part * euler, 0.0, 0.0)), count=1).square[0]
-        for part in (0.0, 0.5, 1.001)
-    )
-    assert_allclose(half / at_rest, 0.5, atol=0.01)  # nearly linear in the load
-    assert abs(beyond) < 2e-3 * at_rest
-    assert beyond < 0.0
+    unit = EI / (STEEL.density * 2e-5)
+    squares = []
+    for part in (0.0, 0.5, 0.999, 1.001):
+        a = beam("cable", 16, section=section, more=tip_force(-0.25 * np.pi**2 * EI * part, 0.0, 0.0))
+        squares.append(modes(a, count=1).square[0] / unit)
+    assert_allclose(squares[:2], [pressed(1e-9) ** 2, pressed(0.5) ** 2], rtol=1e-4)
+    assert squares[2] > 0.0 > squares[3]
 
 
 # ------------------------------------------------------------------------------------------------ bodies and points
@@ -137,7 +158,7 @@ def test_two_bodies_on_a_spring_swing_against_each_other():
         system.add(parts.RigidBody(motion="free", mass=mass, inertia=0.1, position=(x, 0.0, 0.0)), name)
     system.add(parts.Spring(a="light", b="heavy", stiffness=300.0))
     found = modes(system.assemble(), count=12)
-    assert np.sum(found.frequency == 0.0) == 11
+    assert np.abs(found.square[:-1]).max() < 1e-6  # no tension holds them sideways
     assert_allclose(found.frequency[-1], np.sqrt(300.0 * (1 / 2.0 + 1 / 5.0)), rtol=1e-9)
     light, heavy = found.of("light")[-1], found.of("heavy")[-1]
     assert_allclose(2.0 * light[:3], -5.0 * heavy[:3], atol=1e-9)
@@ -158,9 +179,9 @@ def test_a_mass_on_dampers_decays():
     assert_allclose(modes(a).frequency, 5.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
-def test_damping_of_a_beam_is_that_of_its_parts(formulation):
-    alpha, beta = 0.5, 1e-3
+@pytest.mark.parametrize(("formulation", "beta"), [("cable", 0.0), ("assumed_strain", 1e-3)])
+def test_damping_of_a_beam_is_that_of_its_parts(formulation, beta):
+    alpha = 0.5
     a = beam(formulation, 12, section=BAR, mass_damping=alpha, stiffness_damping=beta)
     still, found = modes(a, count=3), modes(a, count=3, damped=True)
     assert_allclose(found.decay_rate, 0.5 * (alpha + beta * still.square), rtol=1e-4)
@@ -239,10 +260,14 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     system.add(parts.Spring(a=(1.0, 1.0, 0.5), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
     system.add(parts.FieldTorque(beam="cable", torque=0.05))
     system.add(parts.Force(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
-    system.add(parts.Cylinder(body="hub", beams=["cable"], radius=0.3, centre=(0.9, -0.29, 0.0), stiffness=50.0))
+    system.add(parts.Cylinder(body="hub", beams=["cable"], radius=0.3, centre=(0.9, -0.31, 0.0), stiffness=50.0))
     a = system.assemble()
     spin = spin_of(a, (0.0, 0.0, 0.7), (0.1, 0.2, 0.0)) if turns else np.zeros(6)
-    y = a.y.copy()
+    n_q, y = int(a.model.info["nq"][0]), a.y.copy()
+    y[:n_q] += 0.02 * rng.standard_normal(n_q)
+    cable = a.model.flexible.beams["iq"][0]
+    y[cable + 13] -= 0.05  # its tip dips into the cylinder
+    y[3:7] /= np.linalg.norm(y[3:7])
     work = Work(a, y, 0.0, spin)
     b, model = work.balance, work.model
     b.la[:] = rng.standard_normal(work.n_j)
