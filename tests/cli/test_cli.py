@@ -282,7 +282,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
 
 
-@pytest.mark.parametrize("name", ["compose_by_hand", "heliogyro_python"])
+@pytest.mark.parametrize("name", ["compose_by_hand", "heliogyro_python", "rib_modes"])
 def test_examples_run(name):
     path = pathlib.Path(__file__).parents[2] / "examples" / f"{name}.py"
     done = subprocess.run([sys.executable, "-W", "ignore", str(path)], capture_output=True, text=True, check=True)

@@ -145,13 +145,13 @@ class Joint:
                 return held
             e2, e3 = _across(e1)
             if b.node[0] == flexible.BEAM:
-                across_y = _slope(builder, b, 2)
-                e2 = across_y.u / np.linalg.norm(across_y.u)
-                e3 = np.cross(e1, e2)
+                # its section: were the axis held, only the shear of half an element would pass moments on
+                y, z = _slope(builder, b, 2), _slope(builder, b, 3)
+                e3 = np.cross(e1, y.u) / np.linalg.norm(np.cross(e1, y.u))
                 return [
-                    (_on_body(builder, body, e2), along),
-                    (_on_body(builder, body, e3), along),
-                    (_on_body(builder, body, e3), across_y),
+                    (_on_body(builder, body, e1), y),
+                    (_on_body(builder, body, e1), z),
+                    (_on_body(builder, body, e3), y),
                 ]
             return [(_on_body(builder, body, e2), along), (_on_body(builder, body, e3), along)]
         f2, f3 = _across(axis)

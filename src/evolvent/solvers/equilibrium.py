@@ -27,7 +27,7 @@ from evolvent.solvers.alpha import displace
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4
 #: Largest part of its size that an unknown moves in one iteration.
 LARGEST_MOVE = 0.5
-#: Below this a correction that shrinks no more is round-off of a stiff structure.
+#: Below this a correction that shrinks no more may be round-off of a stiff structure.
 ROUGH = 1e-5
 #: Part of the forces that may stay unbalanced where the tangent is singular, and of the largest stiffness times size.
 CONSISTENT, ROUND_OFF = 1e-7, 1e-14
@@ -284,7 +284,7 @@ def balance(calls, t, step, factor, share, tolerance, most, model, matrix, b):
             return NOT_FINITE
         b.clock[MOVE] = norm
         b.tally[ITERATIONS] += 1
-        if norm <= tolerance or (iteration > 1 and norm < ROUGH and norm > 0.7 * last):
+        if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.clock[STIFF]):
             unbalance(calls, t, step, factor, share, model, b, b.r)
             b.clock[LAST] = _work_of(b.r, model, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
@@ -406,7 +406,8 @@ def follow(calls, t, step, length, tolerance, most, model, matrix, b):
         factor += change if norm <= LARGEST_MOVE else change * LARGEST_MOVE / norm
         b.tally[ITERATIONS] += 1
         b.clock[MOVE] = norm
-        if iteration > 0 and (norm <= tolerance or (iteration > 2 and norm < ROUGH and norm > 0.7 * last)):
+        rough = norm < ROUGH and norm > 0.5 * last and b.clock[LAST] <= ROUND_OFF * b.clock[STIFF]
+        if iteration > 0 and (norm <= tolerance or rough):
             unbalance(calls, t, step, factor, 1.0, model, b, b.r)
             b.clock[LAST] = _work_of(b.r, model, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):

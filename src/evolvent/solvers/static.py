@@ -86,7 +86,7 @@ def solve_static(
     time: float = 0.0,
     rotating: str | Sequence[float] | None = None,
     centre: Sequence[float] | None = None,
-    tolerance: float = 1e-9,
+    tolerance: float = 1e-10,
     most_steps: int = 1000,
     progress: Callable[[float], None] | None = None,
 ) -> StaticSolution:
@@ -497,10 +497,11 @@ class _Search:
     def _end(self, factor: float) -> bool:
         """Say what is loose at the end."""
         w = self.work
-        if w.balance.tally[eq.LOOSE] > 0:
-            count = int(w.balance.tally[eq.LOOSE])
+        if factor < 1.0:
+            return True
+        count = w.probe(factor)
+        if count > 0:
             self.free = w.free_motions(factor)
-            w.probe(factor)
             if self.free:
                 self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
         return True
