@@ -8,7 +8,7 @@ import numpy as np
 from numba import f8, i8, typeof, types, void
 
 from evolvent import jit
-from evolvent.flow import implicit
+from evolvent.flow import implicit, implicit_thread
 from evolvent.flow.events import apply_event, event_values
 from evolvent.flow.inventory import inventory
 from evolvent.flow.observations import Observations, empty_observations, fill_observations
@@ -75,10 +75,14 @@ class Equations(NamedTuple):
 def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
     """Compile (or load) what implicit solvers call."""
     m, x, A = typeof(model), f8[::1], typeof(matrix)
+    residual, tangent, energies = implicit.residual, implicit.tangent, implicit.energies
+    if model.threads.size:
+        residual, tangent = implicit_thread.residual_with_threads, implicit_thread.tangent_with_threads
+        energies = implicit_thread.energies_with_threads
     return Equations(
-        residual=(jit.bind(implicit.residual, void(f8, x, x, x, f8, f8, m, x, x)),),
-        tangent=(jit.bind(implicit.tangent, void(f8, x, x, f8, f8, f8, m, A)),),
-        energies=(jit.bind(implicit.energies, void(f8, x, m, x)),),
+        residual=(jit.bind(residual, void(f8, x, x, x, f8, f8, m, x, x)),),
+        tangent=(jit.bind(tangent, void(f8, x, x, f8, f8, f8, m, A)),),
+        energies=(jit.bind(energies, void(f8, x, m, x)),),
         factor=(jit.bind(blocks.factor, types.int64(A)),),
         solve=(jit.bind(blocks.solve, void(A, x)),),
     )

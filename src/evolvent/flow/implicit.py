@@ -12,8 +12,17 @@ from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_p
 from evolvent.kernels.rotations import cross, turn_back
 
 #: What `residual` writes into `powers`: powers dissipated (W), power of loads at markers (W), energies of hinges and
-#: penalties (J), and what the beams' loads are left out of.
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, N_POWERS = 0, 1, 2, 3, 4, 5, 6
+#: penalties (J), power of spools (W), and what the beams' loads are left out of.
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, SPOOLS, N_POWERS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+)
 
 
 @kernel

@@ -27,14 +27,14 @@ from evolvent.kernels import rigid, touch
 from evolvent.kernels.flexible import is_finite
 
 # status codes of the loop
-BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
+BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 # places in March.tally
 STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
 # places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence
 TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, TRUE_STEP = range(7)
 # places in March.ledger: what causes have taken, what came in, energy now and at the start
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
-KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15
+KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
 # places in Scheme.options
 ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN = range(11)
 #: Iterations of Newton's method before a step is given up.
@@ -96,6 +96,10 @@ def displace(y0, dq, model, y):
         q, size = beams[k].iq, beams[k].nodes * 3 * (2 if beams[k].kind == 0 else 4)
         at = _velocity(model, k) - n_q
         for i in range(size):
+            y[q + i] = y0[q + i] + dq[at + i]
+    for k in range(model.threads.size):
+        q, at = model.threads[k].iq, model.threads[k].iv - n_q
+        for i in range(3 * model.threads[k].n):
             y[q + i] = y0[q + i] + dq[at + i]
     for k in range(points.size):
         q, at = points[k].iq, points[k].iv - n_q
@@ -232,7 +236,7 @@ def step_of(calls, t1, h, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW:
+        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
             found = factor_at(calls, t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -299,6 +303,9 @@ def book(calls, t, h, model, march):
     drives = _drives(t, h, model, march)
     ledger[DRIVES] += drives
     known += drives
+    spools = 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
+    ledger[SPOOLS] += spools
+    known += spools
     slip, damped = touch.settle_contacts(march.y, f, model.bodies)
     ledger[BY_FRICTION] += slip
     ledger[BY_CONTACT] += damped
@@ -447,7 +454,7 @@ def advance(calls, model, matrix, options, march, budget):
         gained = book(calls, t1, h, model, march)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
-        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]))
+        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS]))
         clock[TIME] = t1
         tally[STEPS] += 1
         clock[LARGEST] += gained
@@ -470,6 +477,8 @@ def advance(calls, model, matrix, options, march, budget):
             tally[SAMPLE] += 1
         if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
             tally[STOP] += 1
+            if model.threads.size > 0:
+                return AT_STOP
             clock[TIME] = t1 * (1.0 + 1e-11)
             status = start_accelerations(calls, model, matrix, options, march)
             clock[TIME] = t1
