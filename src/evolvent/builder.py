@@ -200,7 +200,7 @@ class Builder:
             scratch=np.zeros((3, 3)),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, families["threads"]),
             **families,
         )
         if np.any(self.gravity):
@@ -215,7 +215,7 @@ class Builder:
         times += [row[key] for row in self.rows["pushes"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
+    def _flexible(self, families: dict[str, Array], threads: Array) -> mdl.Flexible:
         """Beams and what belongs to them; unknowns are ordered in blocks of one node each, then bodies and points."""
         n_v = len(self.v)
         beams = families["beams"]
@@ -228,6 +228,11 @@ class Builder:
                 at = row["iv"] - len(self.q) + own * (block - row["block"])
                 place[at : at + own] = size * block + np.arange(own)
                 block += 1
+        for row in threads:  # from the root outwards: blocks are eliminated from the last on
+            for i in range(row["n"] - 1, -1, -1):
+                at = row["iv"] - len(self.q) + 3 * i
+                place[at : at + 3] = size * block + np.arange(3)
+                block += 1
         rest = np.flatnonzero(place < 0)
         place[rest] = size * block + np.arange(rest.size)
         pools = {
@@ -238,6 +243,8 @@ class Builder:
             place=place,
             B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
+            switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),
+            strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             masses=_factor_masses(beams, families["cells"], pools),
             F=np.zeros(n_v),
             P=np.zeros(n_v),

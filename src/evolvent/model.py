@@ -121,6 +121,9 @@ class Flexible(NamedTuple):
     B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
     G : (nv,) float, weight
     masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
+    switches : (ns,) int, those of the state that an implicit method has reached
+    strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
+        residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -148,6 +151,8 @@ class Flexible(NamedTuple):
     B0: Array
     G: Array
     masses: Array
+    switches: Array
+    strands: Array
     place: Array
     F: Array
     P: Array

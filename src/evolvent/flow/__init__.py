@@ -8,7 +8,7 @@ import numpy as np
 from numba import f8, i8, typeof, types, void
 
 from evolvent import jit
-from evolvent.flow import implicit
+from evolvent.flow import implicit, implicit_thread
 from evolvent.flow.events import apply_event, event_values
 from evolvent.flow.inventory import inventory
 from evolvent.flow.observations import Observations, empty_observations, fill_observations
@@ -87,10 +87,14 @@ def _equation_signatures(model: Model, matrix: blocks.Bordered) -> Equations:
 
 def bind_equations(model: Model, matrix: blocks.Bordered) -> Equations:
     """Compile (or load) what implicit solvers call."""
+    residual, tangent, energies = implicit.residual, implicit.tangent, implicit.energies
+    if model.threads.size:
+        residual, tangent = implicit_thread.residual_with_threads, implicit_thread.tangent_with_threads
+        energies = implicit_thread.energies_with_threads
     functions = Equations(
-        residual=implicit.residual,
-        tangent=implicit.tangent,
-        energies=implicit.energies,
+        residual=residual,
+        tangent=tangent,
+        energies=energies,
         keep_momentum=implicit.keep_momentum,
         factor=blocks.factor,
         solve=blocks.solve,

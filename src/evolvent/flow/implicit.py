@@ -12,8 +12,8 @@ from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_p
 from evolvent.kernels.rotations import cross, turn_back
 
 #: What `residual` writes into `powers`: powers dissipated (W), power of loads at markers (W), energies of hinges and
-#: penalties (J), and the power of what turns driven bodies (W).
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, N_POWERS = range(8)
+#: penalties (J), the power of what turns driven bodies and that of spools (W).
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, N_POWERS = range(9)
 
 
 @kernel

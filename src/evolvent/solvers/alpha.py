@@ -28,7 +28,7 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 
 # status codes of the loop
-BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
+BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 # places in March.tally
 STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
 # places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence;
@@ -37,7 +37,7 @@ STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START
 TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, NET, LAST, EVENT, N_CLOCK = range(10)
 # places in March.ledger: what causes have taken, what came in, energy now and at the start
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
-KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15
+KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
 # places in Scheme.options
 ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN = range(11)
 #: Iterations of Newton's method before a step is given up.
@@ -104,6 +104,10 @@ def displace(y0, dq, model, y):
         q, size = beams[k].iq, beams[k].nodes * 3 * (2 if beams[k].kind == 0 else 4)
         at = _velocity(model, k) - n_q
         for i in range(size):
+            y[q + i] = y0[q + i] + dq[at + i]
+    for k in range(model.threads.size):
+        q, at = model.threads[k].iq, model.threads[k].iv - n_q
+        for i in range(3 * model.threads[k].n):
             y[q + i] = y0[q + i] + dq[at + i]
     for k in range(points.size):
         q, at = points[k].iq, points[k].iv - n_q
@@ -307,7 +311,7 @@ def step_of(calls, t1, h, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW:
+        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
             found = factor_at(calls, t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -367,6 +371,7 @@ def book(t, h, model, march):
         which = (eq.MASS_DAMPING, eq.STIFFNESS_DAMPING, eq.SPRINGS, eq.JOINTS)[pair]
         ledger[cause] += 0.5 * h * (p[which] + p0[which])
     ledger[DRIVES] += _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
+    ledger[SPOOLS] += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
     slip, damped = touch.settle_contacts(march.y, f, model.bodies)
     ledger[BY_FRICTION] += slip
     ledger[BY_CONTACT] += damped
@@ -381,7 +386,7 @@ def gain(calls, t, model, march):
     fill_energies(calls, t, model, march)
     energy = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
     ledger[PEAK] = max(ledger[PEAK], energy)
-    gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES]
+    gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES] - ledger[SPOOLS]
     for cause in range(BY_MASS, BY_SPRINGS + 1):
         gained += ledger[cause]
     return gained
@@ -546,7 +551,7 @@ def advance(calls, model, matrix, options, march, budget):
         changed = 0.0
         for i in (KINETIC, ELASTIC, COUPLED):
             changed += ledger[i] - march.ledger0[i]
-        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]))
+        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS]))
         if clock[LARGEST] > options[GAIN] * scale + abs(changed):
             if lands and t1 >= march.samples[tally[SAMPLE]]:
                 keep(tally[SAMPLE], model, march)
@@ -566,6 +571,8 @@ def advance(calls, model, matrix, options, march, budget):
             tally[SAMPLE] += 1
         if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
             tally[STOP] += 1
+            if model.threads.size > 0:
+                return AT_STOP
             latched = True
             if adaptive:
                 clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))

@@ -21,6 +21,7 @@ from evolvent.kernels import thread
 from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import try_laws
+from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
@@ -312,8 +313,5 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
             "or a law jumps; look at the last samples, or loosen the tolerance"
         )
     if code == ex.NO_THREAD:
-        return (
-            f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
-            "already wound; stop the feed in time, end the run earlier, or let the thread go"
-        )
+        return reason_of_outrun(reached)
     return f"{loop.tally[ex.EVENTS]} events by t = {reached:.6g} s: there one fires again and again"

@@ -17,10 +17,11 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
-from evolvent.kernels import blocks, couplings, rigid
+from evolvent.kernels import blocks, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
+from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
@@ -43,7 +44,8 @@ class ImplicitSolution:
     cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
         sum of normal forces (N), its impulse (N s), points that touch
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes
-    status, message, statistics, wall_time, compile_time : as of `evolvent.solvers.Solution`
+    status, message, statistics, wall_time, compile_time, s, event_times, event_kinds : as of
+        `evolvent.solvers.Solution`
     """
 
     t: np.ndarray
@@ -58,6 +60,9 @@ class ImplicitSolution:
     statistics: dict[str, float]
     wall_time: float
     compile_time: float
+    s: np.ndarray
+    event_times: np.ndarray
+    event_kinds: np.ndarray
 
     @property
     def success(self) -> bool:
@@ -75,7 +80,8 @@ def gained(ledger: np.ndarray) -> np.ndarray:
     a = alpha
     energy = ledger[..., a.KINETIC] + ledger[..., a.ELASTIC] + ledger[..., a.COUPLED]
     lost = ledger[..., a.BY_MASS : a.BY_SPRINGS + 1].sum(axis=-1)
-    return energy - ledger[..., a.START] - ledger[..., a.LOADS] - ledger[..., a.DRIVES] + lost
+    work = ledger[..., a.LOADS] + ledger[..., a.DRIVES] + ledger[..., a.SPOOLS]
+    return energy - ledger[..., a.START] - work + lost
 
 
 def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
@@ -84,6 +90,8 @@ def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
     m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
     n = int(beams["nodes"].sum())
     rest = int(model.info["nv"][0]) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
+    nodes = int(model.threads["n"].sum())
+    n, rest = n + nodes, rest - 3 * nodes
     return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare)
 
 
@@ -105,6 +113,10 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
         cell = flexible.cells[beam["cell"]]
         pool = flexible.M12 if beam["kind"] == 0 else flexible.M24
         masses.append(2.0 * pool[cell["mass"]][0, 0])
+    for row in model.threads:
+        linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
+        places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
+    masses += model.nodes["mass"].tolist()
     for point in model.points:
         linear.append(point["iv"] - n_q)
         places.append(assembly.y[point["iq"] :][:3])
@@ -178,6 +190,8 @@ def solve_implicit(
     matrix = matrix_of(model)
     if newton is None:
         newton = 1e-8 if step is not None else min(1e-3 * tolerance, 1e-7)
+        if model.threads.size:  # whose springs are so stiff that little lengths are large forces
+            newton = 1e-13
     rho = spectral_radius
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)
@@ -200,6 +214,8 @@ def solve_implicit(
         alpha.advance.compile((equation_types(model, matrix), *kinds, int64))
         alpha.begin.compile((equation_types(model, matrix), *kinds))
         aside.wait()
+    model.flexible.switches[:] = assembly.s
+    releases = Releases(model) if model.threads.size else None
     calls = bind_equations(model, matrix)
     alpha.advance(calls, model, matrix, options, march, 0)
     alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
@@ -209,27 +225,43 @@ def solve_implicit(
     march = _march(assembly, times, first, weight, matrix)
     status, message = "success", "the run reached its end"
     budget = 20
+    kept_s = np.zeros((times.size, assembly.s.size), dtype=np.int64)
+    outrun = False
     try:
+        if releases is not None:
+            outrun = releases.fire(times[0], march.y) < 0
         code = alpha.begin(calls, model, matrix, options, march)
         if code == alpha.REDUNDANT:
             raise InputError(redundant(assembly, matrix))
         if code == alpha.DONE:
             while True:
                 slice_began = clock.perf_counter()
+                first_sample = int(march.tally[alpha.SAMPLE])
+                if first_sample == 1:
+                    kept_s[0] = model.flexible.switches
                 code = alpha.advance(calls, model, matrix, options, march, budget)
+                kept_s[first_sample : int(march.tally[alpha.SAMPLE])] = model.flexible.switches
                 spent = clock.perf_counter() - slice_began
-                if code != alpha.BUDGET:
+                if code == alpha.AT_STOP and releases is not None:
+                    outrun = releases.resume(calls, march) < 0
+                elif code != alpha.BUDGET:
+                    break
+                if outrun:
                     break
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
                 if progress is not None:
                     progress(float(march.clock[alpha.TIME]))
-        if code != alpha.DONE:
+        if outrun:
+            status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
+        elif code != alpha.DONE:
             status, message = "failed", _reason(code, march, step, options)
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
     wall_time = clock.perf_counter() - began
     kept = int(march.tally[alpha.SAMPLE])
+    if releases is not None:
+        book_accounts(model, march.out_y, march.out_ledger)
     steps = int(march.tally[alpha.STEPS])
     statistics = {
         "steps": steps,
@@ -255,13 +287,27 @@ def solve_implicit(
         statistics=statistics,
         wall_time=wall_time,
         compile_time=compile_time,
+        s=kept_s[:kept],
+        event_times=np.array(releases.times if releases is not None else [], dtype=float),
+        event_kinds=np.array(releases.kinds if releases is not None else [], dtype=np.int64),
     )
 
 
 def check_implicit(assembly: Assembly) -> None:
     """Refuse parts that have no implicit form, by name."""
-    model = assembly.model
-    for family in ("threads", "links", "guides"):
+    model, owners = assembly.model, {found: name for name, found in assembly.names.items()}
+    for p, row in enumerate(model.threads):
+        if row["kind"] != thread.SPRINGS:
+            raise InputError(
+                f"{owners['threads', p]!r} has segments of fixed length, which generalized-alpha does not know; "
+                "take segments 'springs', or dopri5"
+            )
+        if row["feed"] == feed.FREE:
+            raise InputError(
+                f"{owners['threads', p]!r} is on a free spool, which generalized-alpha does not know yet; take a feed "
+                "that prescribes the spool's angle, or rk4, heun or dopri5"
+            )
+    for family in ("links", "guides", "events"):
         if getattr(model, family).size:
             names = [name for name, (found, _) in assembly.names.items() if found == family]
             raise InputError(
@@ -310,6 +356,7 @@ def _march(
         pushes["start"] + pushes["ramp"],
         pushes["end"],
         model.breaks,
+        release_times(assembly, times[0], times[-1]),
     ]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
