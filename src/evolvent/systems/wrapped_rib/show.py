@@ -104,9 +104,12 @@ def _wound(run: xr.Dataset, strip: reference.Strip) -> Number:
 
 def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
     """When the tip is fastest, beside the light string; its speed then grows with the mesh, as l^(-1/2)."""
-    peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
-    found = [Number(label="largest tip speed, one sample", value=f"{peak} (the time converges, the speed does not)")]
-    string = _string(case)
+    if "tip_speed_peak" in run:
+        peak = f"{float(run.tip_speed_peak[0]):.4g} m/s at {float(run.tip_speed_peak_time[0]):.5g} s"
+    else:
+        peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
+    found = [Number(label="largest tip speed", value=f"{peak} (the time converges, the speed does not)")]
+    string = comparable_string(case)
     if string is not None and math.isfinite(string.end_time):
         found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
     return found
@@ -172,7 +175,7 @@ def _momentum_numbers(run: xr.Dataset, *, free: bool) -> list[Number]:
     return [*found, drift("linear_momentum", "kg m/s", slice(0, 3))] if free else found
 
 
-def _string(case: Case) -> reference.Winding | None:
+def comparable_string(case: Case) -> reference.Winding | None:
     """The light string under the case's drive, if it has one that is comparable."""
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
@@ -266,7 +269,7 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
     speed = [Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=b) for b in range(run.sizes["rib"])]
     radius = [Line(x=time, y=run.tip_radius.values[:, b], color=b) for b in range(run.sizes["rib"])]
     turns = [Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=b) for b in range(run.sizes["rib"])]
-    string = _string(case) if case.phase == "wind" else None
+    string = comparable_string(case) if case.phase == "wind" else None
     if string is not None:
         kept = string.time <= time[-1]
         at = string.time[kept]
@@ -353,7 +356,8 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
         label = f"{time[k]:.4g} s"
         curvature.append(Line(x=arc, y=R * run.curvature.values[k, 0], label=label, color=color, width=1.2))
         tension.append(Line(x=arc, y=run.tension.values[k, 0], color=color, width=1.2))
-        pressure.append(Line(x=arc, y=_pressure(run, k), color=color, width=1.2))
+        at, values = _pressure(run, k)
+        pressure.append(Line(x=at, y=values, color=color, width=1.2))
     if case.phase == "hold" and case.drive is not None and case.drive.torque is not None:
         T, strip = case.drive.torque, case.strip
         curvature.append(_dashed(x=arc, y=np.ones_like(arc), label="closed form"))
@@ -370,13 +374,15 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
     return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
 
 
-def _pressure(run: xr.Dataset, k: int) -> np.ndarray:
-    """Normal force on the hub per length of the first rib, N/m; without samples of it, tension times curvature."""
+def _pressure(run: xr.Dataset, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places along the first rib and the normal force on the hub per length there, N/m; tension times curvature
+    where the run does not hold it.
+    """
     if "contact_pressure" in run:
-        values: np.ndarray = run.contact_pressure.values[k, 0]
-        return values
-    product: np.ndarray = run.tension.values[k, 0] * run.curvature.values[k, 0]
-    return product
+        values = run.contact_pressure.values[k, 0]
+        length = run.arc.values[-1] / values.size
+        return length * (np.arange(values.size) + 0.5), values
+    return run.arc.values, run.tension.values[k, 0] * run.curvature.values[k, 0]
 
 
 def _energy_figure(run: xr.Dataset) -> Figure:
