@@ -209,8 +209,10 @@ def _check(case: Case) -> None:
 
 
 def _samples(case: Case) -> np.ndarray:
-    """Times of the samples."""
+    """Times of the samples; no fixed step is cut short for one."""
     every, end = case.output.every, case.duration
+    if case.solver.step != "auto":
+        every = max(every, float(case.solver.step))
     count = end / every
     values = count * case.rib.count * (case.rib.elements + 1) * 24
     if values > MOST_VALUES:
@@ -261,7 +263,7 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
     The last bit of a rib whips onto the hub within some ms.
     """
-    string = comparable_string(case)
+    string = comparable_string(case) if case.solver.step == "auto" else None
     if string is None or not math.isfinite(string.end_time):
         return samples, np.ones(samples.size, dtype=bool)
     low, high = (share * string.end_time for share in WHIP)
@@ -403,7 +405,9 @@ def _results(
         **_pressed(case, begin, motion, R),
         "hub_torque": variable(time, torque, "N m", "torque of the ribs on the hub about its axis"),
         "hub_angle": variable(time, motion.angle, "rad", "angle of the hub about its axis"),
-        "curvature": variable(points, _joined(_curvature(motion, R, length, ends)), "m-1", "turn per length without stress"),
+        "curvature": variable(
+            points, _joined(_curvature(motion, R, length, ends)), "m-1", "turn per length without stress"
+        ),
         "tension": variable(points, tension, "N", "force along the rib, positive where it pulls"),
         **_account(case, assembly, solution, motion),
         "end_coordinates": variable(

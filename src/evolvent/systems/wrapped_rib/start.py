@@ -153,7 +153,12 @@ def _from_run(case: Case) -> Start:
             raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
     k = 2 if before.rib.formulation == "cable" else 4
     shape = (before.rib.count, before.rib.elements + 1, k, 3)
-    if run.end_coordinates.shape != shape or run.end_velocities.shape != shape or run.end_hub.shape != (14,) or run.hinge_rest.shape != shape[:1]:
+    if (
+        run.end_coordinates.shape != shape
+        or run.end_velocities.shape != shape
+        or run.end_hub.shape != (14,)
+        or run.hinge_rest.shape != shape[:1]
+    ):
         raise InputError(f"start is {case.start!r}, whose last state has another shape than its case")
     h = run.end_hub.values
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
