@@ -234,8 +234,8 @@ class Contact(Section):
     )
     stiffness: ContactStiffness = Field(
         "auto",
-        description="K, of each check point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of the "
-        "hub's radius at most, a bit of it that springs open and falls back by 1e-3",
+        description="K, of each check point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
+        "the hub's radius at most, a bit of it that springs open and falls back by 1e-3",
     )
     exponent: Exponent = Field(1.0, description="n")
     damping: units.DampingOrZero = Field(1e3, description="c, of law paper")

@@ -360,7 +360,8 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
         pressure.append(Line(x=at, y=values, color=color, width=1.2))
     if case.phase == "hold" and case.drive is not None and case.drive.torque is not None:
         T, strip = case.drive.torque, case.strip
-        curvature.append(_dashed(x=arc, y=np.ones_like(arc), label="closed form"))
+        stretched = 1.0 + reference.wound_tension(strip, T, arc) / strip.axial_stiffness
+        curvature.append(_dashed(x=arc, y=stretched, label="closed form"))
         tension.append(_dashed(x=arc, y=reference.wound_tension(strip, T, arc)))
         pressure.append(_dashed(x=arc, y=reference.wound_pressure(strip, T, arc)))
     panels = [
@@ -375,9 +376,7 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
 
 
 def _pressure(run: xr.Dataset, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the first rib and the normal force on the hub per length there, N/m; tension times curvature
-    where the run does not hold it.
-    """
+    """Places along the first rib and the force on the hub per length there, N/m; tension times curvature if need be."""
     if "contact_pressure" in run:
         values = run.contact_pressure.values[k, 0]
         length = run.arc.values[-1] / values.size
@@ -388,31 +387,33 @@ def _pressure(run: xr.Dataset, k: int) -> tuple[np.ndarray, np.ndarray]:
 def _energy_figure(run: xr.Dataset) -> Figure:
     """Energies, what takes them, and how well the account closes."""
     time = run.time.values
+    largest = max(float(run.energy_kinetic.max()), float(run.energy_elastic.max()), float(run.work_external.max()))
+    scale, unit = (1e3, "mJ") if largest > 1e-4 else (1e6, "µJ")
 
     def lines(*names: tuple[str, int], log: bool) -> list[Line]:
         found = []
         for name, color in names:
-            values = 1e3 * run[f"energy_{name}"].values
+            values = scale * run[f"energy_{name}"].values
             y = np.where(values > 0.0, values, np.nan) if log else values
             if np.any(values):
                 found.append(Line(x=time, y=y, label=name, color=color, width=1.2))
         return found
 
     whole = lines(("kinetic", 1), ("elastic", 6), log=False)
-    whole.append(Line(x=time, y=1e3 * run.work_external.values, label="work from outside", color=0))
-    panels = [Panel(x_label="", y_label="energy, mJ", lines=whole)]
+    whole.append(Line(x=time, y=scale * run.work_external.values, label="work from outside", color=0))
+    panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=whole)]
     stored = lines(("membrane", 2), ("bending", 3), ("contact", 4), log=True)
     if stored:
-        panels.append(Panel(x_label="", y_label="energy stored, mJ", lines=stored, log=True))
+        panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
     taken = []
     for k, name in enumerate(run.cause.values):
         values = run.energy_dissipated.values[:, k]
         if np.any(values):
-            taken.append(Line(x=time, y=1e3 * values, label=str(name), color=k + 1, width=1.2))
+            taken.append(Line(x=time, y=scale * values, label=str(name), color=k + 1, width=1.2))
     balance = np.abs(run.energy_balance.values)
     defect = [Line(x=time, y=np.where(balance > 0.0, balance, np.nan), width=1.0)]
     if taken:
-        panels.append(Panel(x_label="", y_label="taken, mJ", lines=taken))
+        panels.append(Panel(x_label="", y_label=f"taken, {unit}", lines=taken))
     if np.any(balance > 0.0):
         panels.append(Panel(x_label="", y_label="relative defect", lines=defect, title="what it lacks", log=True))
     panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")

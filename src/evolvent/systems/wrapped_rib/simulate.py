@@ -379,9 +379,9 @@ def _results(
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
     arc = length / per * np.arange(rib.elements * per + 1)
     ends = np.arange(per + 1) / per
-    strain = _strain(motion.nodes, length, ends)
+    strain = _strain(motion.nodes, length, per)
     thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
-    tension = rib.young_modulus * rib.width * thickness * _joined(strain)
+    tension = rib.young_modulus * rib.width * thickness * strain
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]
@@ -447,18 +447,23 @@ def _results(
     return dataset
 
 
-def _strain(nodes: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
-    """Strain of the axis at xi : (nt, ribs, elements, k), without what the elements' cubics add to a bent shape.
+def _strain(nodes: np.ndarray, length: float, per: int) -> np.ndarray:
+    """Strain of the axis at `per` points of each element and the tip : (nt, ribs, elements per + 1).
 
     Notes
     -----
-    Mean and slope of Green's strain (r,x . r,x - 1)/2 over Gauss's three points, at which the elements take it.
+    Means of Green's strain (r,x . r,x - 1)/2 over the elements, by the rule with which they take it, and straight lines
+    between the elements' middles: what varies within an element is mostly what its cubic adds to a bent shape.
     """
     at, weight = np.polynomial.legendre.leggauss(3)
     slope = _along(nodes, length, 0.5 * (1.0 + at), 1)
-    green = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0)
-    mean, tilt = green @ (0.5 * weight), green @ (1.5 * weight * at)
-    found: np.ndarray = mean[..., None] + tilt[..., None] * (2.0 * xi - 1.0)
+    mean = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0) @ (0.5 * weight)
+    if mean.shape[-1] == 1:
+        return np.repeat(mean, per + 1, axis=-1)
+    place = np.arange(mean.shape[-1] * per + 1) / per - 0.5
+    left = np.clip(place.astype(int), 0, mean.shape[-1] - 2)
+    share = place - left
+    found: np.ndarray = mean[..., left] * (1.0 - share) + mean[..., left + 1] * share
     return found
 
 
@@ -489,7 +494,7 @@ def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[s
 
 
 def _curvature(motion: _Motion, R: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
-    """Turn about the hub's axis per length without stress, 1/m, positive in the winding sense; at xi as `_strain`.
+    """Turn about the hub's axis per length without stress at xi : (nt, ribs, elements, k), 1/m, positive as it winds.
 
     Notes
     -----
@@ -623,7 +628,7 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
     found = []
     most = float(np.abs(strain).max())
     if most > advice.STRAIN_WARNED:
-        k = int(np.argmax(np.abs(strain).max(axis=(1, 2, 3))))
+        k = int(np.argmax(np.abs(strain).max(axis=(1, 2))))
         found.append(
             f"the rib was strained by up to {100.0 * most:.3g} %, at t = {run.time.values[k]:.6g} s, beyond what "
             f"linear elasticity and most sections bear"
