@@ -547,12 +547,14 @@ def advance(calls, model, matrix, options, march, budget):
             net = gain(calls, t_end, model, march)
             clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
             clock[NET] = net
-        # while energy still comes out of nothing, as from rest, the account is as inexact as the step is long
+        # a run from rest has no energy to compare with at first: while energy grows from nothing its account is as
+        # inexact as the step is long, and motion below Newton's tolerance has none at all
         changed = 0.0
         for i in (KINETIC, ELASTIC, COUPLED):
             changed += ledger[i] - march.ledger0[i]
+        unseen = options[MASS] * n_v * (options[NEWTON] * march.weight[0] / h) ** 2
         scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS]))
-        if clock[LARGEST] > options[GAIN] * scale + abs(changed):
+        if clock[LARGEST] > options[GAIN] * scale + abs(changed) + unseen:
             if lands and t1 >= march.samples[tally[SAMPLE]]:
                 keep(tally[SAMPLE], model, march)
                 tally[SAMPLE] += 1

@@ -259,7 +259,7 @@ class Solver(Section):
     step: units.DurationOrAuto = Field(
         "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (rk4)"
     )
-    tolerance: units.Tolerance = Field(1e-4, description="relative error of an adaptive step")
+    tolerance: units.Tolerance = Field(3e-4, description="relative error of an adaptive step")
     spectral_radius: units.Fraction = Field(
         0.3, description="of generalized-alpha at high frequencies: 1 keeps them, 0 damps them at once"
     )

@@ -13,7 +13,7 @@ from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.show import CAUSES
+from evolvent.systems.wrapped_rib.show import CAUSES, comparable_string
 from evolvent.systems.wrapped_rib.start import Start, hermite, rotation, start
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
 LEAST_RAMP = 0.1
 #: Share of the energy that the method itself may take, or add, before a run tells.
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
+#: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
+WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
 #: Stiffness of what sticks on the hub, of that of the contact.
 STICK = 0.1
 
@@ -58,7 +60,7 @@ def _system(case: Case, begin: Start) -> System:
         k = b + 1
         turn = 2.0 * np.pi * b / case.rib.count
         outwards = np.array([math.cos(turn), math.sin(turn), 0.0])
-        root = tuple(case.hub.radius * outwards)
+        root = tuple(R.T @ (begin.nodes[b, 0, 0] - begin.hub.position))
         system.add(_beam(case, begin.nodes[b], begin.rates[b]), f"rib-{k}")
         joint = parts.Joint(a=("hub", root), b=(f"rib-{k}", "root"), kind=case.rib.root, axis=tuple(R[:, 2]))
         system.add(joint, f"root-{k}")
@@ -207,8 +209,10 @@ def _check(case: Case) -> None:
 
 
 def _samples(case: Case) -> np.ndarray:
-    """Times of the samples."""
+    """Times of the samples; no fixed step is cut short for one."""
     every, end = case.output.every, case.duration
+    if case.solver.step != "auto":
+        every = max(every, float(case.solver.step))
     count = end / every
     values = count * case.rib.count * (case.rib.elements + 1) * 24
     if values > MOST_VALUES:
@@ -239,9 +243,10 @@ def run(
     begin = start(case)
     assembly = _system(case, begin).assemble()
     solver = case.solver
+    every, kept = _with_whip(case, samples)
     solution = solve_implicit(
         assembly,
-        samples=samples,
+        samples=every,
         step=None if solver.step == "auto" else float(solver.step),
         tolerance=solver.tolerance,
         spectral_radius=solver.spectral_radius,
@@ -249,7 +254,44 @@ def run(
     )
     if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
         solution = _at_start(solution, assembly, samples)
-    return _results(case, begin, assembly, solution)
+    peaks = _peaks(case, _motion(case, begin, assembly, solution), solution.t)
+    return _results(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
+
+
+def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the samples with those between them at which the tip's speed is looked at; which of them are kept.
+
+    The last bit of a rib whips onto the hub within some ms.
+    """
+    string = comparable_string(case) if case.solver.step == "auto" else None
+    if string is None or not math.isfinite(string.end_time):
+        return samples, np.ones(samples.size, dtype=bool)
+    low, high = (share * string.end_time for share in WHIP)
+    between = np.linspace(low, high, WHIP_SAMPLES)
+    between = between[between < samples[-1]]
+    nearest = np.abs(samples[np.clip(np.searchsorted(samples, between), 1, None) - 1] - between)
+    nearest = np.minimum(nearest, np.abs(samples[np.searchsorted(samples, between)] - between))
+    times = np.concatenate([samples, between[nearest > 1e-9 * samples[-1]]])
+    order = np.argsort(times)
+    return times[order], order < samples.size
+
+
+def _thinned(solution: ImplicitSolution, kept: np.ndarray) -> ImplicitSolution:
+    """The samples that are kept, and the last one."""
+    chosen = kept.copy()
+    chosen[-1] = True
+    found: dict[str, Any] = {
+        name: getattr(solution, name)[chosen]
+        for name in ("t", "y", "acceleration", "la", "ledger", "cylinders", "wrenches")
+    }
+    return dataclasses.replace(solution, **found)
+
+
+def _peaks(case: Case, motion: _Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Largest speed of each tip (m/s), and when (s)."""
+    speed = np.linalg.norm(motion.rates[:, :, -1, 0], axis=-1)
+    at = np.argmax(speed, axis=0)
+    return speed[at, np.arange(case.rib.count)], time[at]
 
 
 def _at_start(solution: ImplicitSolution, assembly: Assembly, samples: np.ndarray) -> ImplicitSolution:
@@ -321,7 +363,9 @@ def _joined(values: np.ndarray) -> np.ndarray:
     return found
 
 
-def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution) -> xr.Dataset:
+def _results(
+    case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution, peaks: tuple[np.ndarray, np.ndarray]
+) -> xr.Dataset:
     """The run as a Dataset."""
     import xarray as xr
 
@@ -334,9 +378,10 @@ def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSol
     inner = _along(motion.nodes, length, xi)
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
     arc = length / per * np.arange(rib.elements * per + 1)
-    strain = _strain(motion.nodes, length, np.arange(per + 1) / per)
+    ends = np.arange(per + 1) / per
+    strain = _strain(motion.nodes, length, per)
     thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
-    tension = rib.young_modulus * rib.width * thickness * _joined(strain)
+    tension = rib.young_modulus * rib.width * thickness * strain
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]
@@ -348,6 +393,8 @@ def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSol
     data = {
         "position": variable((*points, "axis"), position, "m", "position of the rib's axis, inertial axes"),
         "tip_speed": variable(ribs, speed, "m s-1", "speed of the tip in inertial space"),
+        "tip_speed_peak": variable(("rib",), peaks[0], "m s-1", "largest speed of the tip, between samples too"),
+        "tip_speed_peak_time": variable(("rib",), peaks[1], "s", "when the tip had it"),
         "tip_radius": variable(
             ribs, np.hypot(own[..., 0], own[..., 1]), "m", "distance of the tip from the hub's axis"
         ),
@@ -355,9 +402,12 @@ def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSol
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_impulse": variable(ribs, touched[..., 7], "N s", "integral of the normal forces since the start"),
+        **_pressed(case, begin, motion, R),
         "hub_torque": variable(time, torque, "N m", "torque of the ribs on the hub about its axis"),
         "hub_angle": variable(time, motion.angle, "rad", "angle of the hub about its axis"),
-        "curvature": variable(points, _curvature(motion, R, length, per), "m-1", "curvature, positive as on the hub"),
+        "curvature": variable(
+            points, _joined(_curvature(motion, R, length, ends)), "m-1", "turn per length without stress"
+        ),
         "tension": variable(points, tension, "N", "force along the rib, positive where it pulls"),
         **_account(case, assembly, solution, motion),
         "end_coordinates": variable(
@@ -384,6 +434,7 @@ def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSol
         {
             "time": variable(time, solution.t, "s", "time"),
             "arc": variable(("point",), arc, "m", "length along the rib from its root, without stress"),
+            "element": variable(("element",), np.arange(1, rib.elements + 1), "1", "element, 1 at the root"),
             "rib": variable(("rib",), np.arange(1, rib.count + 1), "1", "rib"),
             "axis": ("axis", ["x", "y", "z"]),
             "cause": ("cause", list(CAUSES)),
@@ -396,27 +447,67 @@ def _results(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSol
     return dataset
 
 
-def _strain(nodes: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
-    """Strain of the axis at xi : (nt, ribs, elements, k), without what the elements' cubics add to a bent shape.
+def _strain(nodes: np.ndarray, length: float, per: int) -> np.ndarray:
+    """Strain of the axis at `per` points of each element and the tip : (nt, ribs, elements per + 1).
 
     Notes
     -----
-    Mean and slope of Green's strain (r,x . r,x - 1)/2 over Gauss's three points, at which the elements take it.
+    Means of Green's strain (r,x . r,x - 1)/2 over the elements, by the rule with which they take it, and straight lines
+    between the elements' middles: what varies within an element is mostly what its cubic adds to a bent shape.
     """
     at, weight = np.polynomial.legendre.leggauss(3)
     slope = _along(nodes, length, 0.5 * (1.0 + at), 1)
-    green = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0)
-    mean, tilt = green @ (0.5 * weight), green @ (1.5 * weight * at)
-    found: np.ndarray = mean[..., None] + tilt[..., None] * (2.0 * xi - 1.0)
+    mean = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0) @ (0.5 * weight)
+    if mean.shape[-1] == 1:
+        return np.repeat(mean, per + 1, axis=-1)
+    place = np.arange(mean.shape[-1] * per + 1) / per - 0.5
+    left = np.clip(place.astype(int), 0, mean.shape[-1] - 2)
+    share = place - left
+    found: np.ndarray = mean[..., left] * (1.0 - share) + mean[..., left + 1] * share
     return found
 
 
-def _curvature(motion: _Motion, R: np.ndarray, length: float, per: int) -> np.ndarray:
-    """Curvature about the hub's axis, 1/m, positive in the winding sense."""
-    xi = np.arange(per + 1) / per
-    slope, bend = _along(motion.nodes, length, xi, 1), _along(motion.nodes, length, xi, 2)
+def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[str, xr.Variable]:
+    """Force of the contact per length of each element, and the least gap of its check points."""
+    from evolvent.results import variable
+
+    contact, length = case.contact, case.rib.element_length
+    xi = np.arange(1, contact.points + 1) / contact.points
+    at = _along(motion.nodes, length, xi) - motion.x[:, None, None, None]
+    moves = _along(motion.rates, length, xi) - motion.v[:, None, None, None]
+    own = np.einsum("tji,tbnkj->tbnki", R, at)
+    rates = np.einsum("tji,tbnkj->tbnki", R, moves)  # about its axis the hub's turn changes no gap; its tilt is slow
+    distance = np.hypot(own[..., 0], own[..., 1])
+    gap = np.where(np.abs(own[..., 2]) <= 0.5 * case.hub.height, distance - case.hub.radius, np.inf)
+    rate = (own[..., 0] * rates[..., 0] + own[..., 1] * rates[..., 1]) / np.maximum(distance, 1e-300)
+    deep = np.maximum(-gap, 0.0)
+    force = begin.stiffness * deep**contact.exponent
+    if contact.law == "paper":
+        force = np.where(deep > 0.0, force - contact.damping * rate, 0.0)
+    else:
+        force = np.maximum(force * (1.0 - contact.dissipation * rate), 0.0)
+    dims = ("time", "rib", "element")
+    return {
+        "contact_pressure": variable(dims, force.sum(axis=-1) / length, "N m-1", "normal force on the hub per length"),
+        "contact_gap": variable(dims, gap.min(axis=-1), "m", "least distance of the element's check points to the hub"),
+    }
+
+
+def _curvature(motion: _Motion, R: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
+    """Turn about the hub's axis per length without stress at xi : (nt, ribs, elements, k), 1/m, positive as it winds.
+
+    Notes
+    -----
+    The straight line through Gauss's two points, at which an element's cubic is nearest to the shape that it stands
+    for.
+    """
+    at, _ = np.polynomial.legendre.leggauss(2)
+    slope, bend = _along(motion.nodes, length, 0.5 * (1.0 + at), 1), _along(motion.nodes, length, 0.5 * (1.0 + at), 2)
     across = np.einsum("tbnki,ti->tbnk", np.cross(slope, bend), R[:, :, 2])
-    return _joined(across / np.linalg.norm(slope, axis=-1) ** 3)
+    turn = across / np.einsum("...i,...i->...", slope, slope)
+    mean, tilt = turn.mean(axis=-1), 0.5 * (turn[..., 1] - turn[..., 0]) / at[1]
+    found: np.ndarray = mean[..., None] + tilt[..., None] * (2.0 * xi - 1.0)
+    return found
 
 
 def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
@@ -537,7 +628,7 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
     found = []
     most = float(np.abs(strain).max())
     if most > advice.STRAIN_WARNED:
-        k = int(np.argmax(np.abs(strain).max(axis=(1, 2, 3))))
+        k = int(np.argmax(np.abs(strain).max(axis=(1, 2))))
         found.append(
             f"the rib was strained by up to {100.0 * most:.3g} %, at t = {run.time.values[k]:.6g} s, beyond what "
             f"linear elasticity and most sections bear"

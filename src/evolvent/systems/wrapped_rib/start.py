@@ -125,9 +125,7 @@ def _wound(case: Case) -> np.ndarray:
     radius = 0.5 * chord / math.sin(0.5 * low)
     at = low * np.arange(rib.elements + 1)
     c, s, zero = np.cos(at), np.sin(at), np.zeros(at.size)
-    # the root stands on the hub's surface, where its joint is
     places = radius * np.stack([c, s, zero], axis=1)
-    places[0] = [R, 0.0, 0.0]
     slopes = slope * np.stack([-s, c, zero], axis=1)
     across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
     return _vectors(case, places, slopes, across, along)
