@@ -43,11 +43,11 @@ def test_the_tip_is_fastest_when_it_should_be(alpha, time, end):
     string = reference.string_winding(case_of(run).strip, 0.2, alpha)
     wrap = np.interp(before.time, string.time, string.wrap)
     assert before.wrap_angle.values[:, 0] == pytest.approx(wrap, abs=0.3)
-    assert np.interp(0.9 * time, run.time, run.tip_speed.values[:, 0]) == pytest.approx(
-        np.interp(0.9 * time, string.time, string.tip_speed), rel=0.06
+    assert np.interp(0.8 * time, run.time, run.tip_speed.values[:, 0]) == pytest.approx(
+        np.interp(0.8 * time, string.time, string.tip_speed), rel=0.06
     )
-    work = np.interp(0.9 * time, string.time, string.work)
-    assert np.interp(0.9 * time, run.time, run.work_external) == pytest.approx(work, rel=0.03)
+    work = np.interp(0.8 * time, string.time, string.work)
+    assert np.interp(0.8 * time, run.time, run.work_external) == pytest.approx(work, rel=0.03)
 
 
 def test_a_turning_hub_winds_a_rib_that_is_held_back():
@@ -124,7 +124,7 @@ def test_a_rib_held_on_the_hub_has_the_closed_forms_forces():
 
 def test_friction_bears_a_part_of_the_torque():
     """Of a taut band the tension falls by exp(-mu phi) where it slips; with enough friction the root bears nothing."""
-    changes = {"rib.elements": 40, "hold.time": 12, "contact.friction": 0.5}
+    changes = {"rib.elements": 40, "hold.time": 12, "contact.friction": 0.5, "solver.step": 0.01}
     run = evolvent.run("wrapped-rib-hold", changes)
     assert float(run.tension[-1, 0, 0]) < 0.1
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=0.01)
@@ -161,12 +161,12 @@ def test_deployment_follows_the_closed_form():
 
 
 def test_ribs_on_a_free_hub_keep_the_momenta_and_mirror_one_another():
-    changes = {"rib.count": 2, "rib.elements": 20, "solver.duration": 20, "output.every": 1, "solver.tolerance": 1e-8}
+    changes = {"rib.count": 2, "rib.elements": 20, "solver.duration": 20, "output.every": 1, "solver.tolerance": 1e-6}
     run = evolvent.run("wrapped-rib-deploy", FREE | changes)
     spin = 5.0 * np.abs(np.gradient(run.hub_angle.values, run.time.values)).max()
     assert spin > 1e-5
     H, P = run.angular_momentum.values, run.linear_momentum.values
-    assert np.abs(H - H[0]).max() < 1e-8 * spin
+    assert np.abs(H - H[0]).max() < 1e-9 * spin
     assert np.abs(P - P[0]).max() < 1e-12 * spin
     position = run.position.sel(time=slice(0, 10)).values
     assert position[:, 0, :, :2] == pytest.approx(-position[:, 1, :, :2], abs=1e-8)
