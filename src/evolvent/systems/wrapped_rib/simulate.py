@@ -381,7 +381,7 @@ def _results(
     ends = np.arange(per + 1) / per
     strain = _strain(motion.nodes, length, per)
     thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
-    tension = rib.young_modulus * rib.width * thickness * strain
+    tension = rib.young_modulus * rib.width * thickness * strain * np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]

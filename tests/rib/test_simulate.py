@@ -1,0 +1,301 @@
+"""Runs of the wrapped rib against its closed forms, and against what must stay the same whatever the motion."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import evolvent
+from evolvent import cases, plots, results
+from evolvent.cli import commands
+from evolvent.errors import InputError, RunFailed
+from evolvent.systems import wrapped_rib as system
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.start import start
+
+FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}
+
+
+def case_of(run):
+    return cases.load(cases.parse_yaml(run.attrs["case"], "case"))
+
+
+def wound(run):
+    """Length on the hub at the end, of the rib's."""
+    case = case_of(run)
+    return float(run.wrap_angle[-1, 0]) * case.hub.radius / case.rib.length
+
+
+# ------------------------------------------------------------------------------------------------ winding
+
+
+@pytest.mark.parametrize(("alpha", "time", "end"), [(0.0, 28.39, 30), (0.2, 66.81, 70), (0.5, 146.07, 150)])
+def test_the_tip_is_fastest_when_it_should_be(alpha, time, end):
+    """rib.md, 6: 40 elements; 20 give the same times within 1 %."""
+    run = evolvent.run("wrapped-rib", {"damping.alpha": alpha, "rib.elements": 20, "solver.duration": end})
+    assert float(run.tip_speed_peak_time[0]) == pytest.approx(time, rel=0.01)
+    assert float(run.energy_balance.max()) < 1e-3
+    before = run.sel(time=slice(0.0, 0.8 * time))
+    assert float(before.energy_balance.min()) > -1e-3
+    # until then it is a light string on an involute
+    string = reference.string_winding(case_of(run).strip, 0.2, alpha)
+    wrap = np.interp(before.time, string.time, string.wrap)
+    assert before.wrap_angle.values[:, 0] == pytest.approx(wrap, abs=0.3)
+    assert np.interp(0.8 * time, run.time, run.tip_speed.values[:, 0]) == pytest.approx(
+        np.interp(0.8 * time, string.time, string.tip_speed), rel=0.06
+    )
+    work = np.interp(0.8 * time, string.time, string.work)
+    assert np.interp(0.8 * time, run.time, run.work_external) == pytest.approx(work, rel=0.03)
+
+
+def test_a_turning_hub_winds_a_rib_that_is_held_back():
+    drive = {"kind": "hub", "rate": 0.4, "torque": 0.05, "ramp": 2}
+    changes = {"rib.elements": 20, "rib.length": 6, "solver.duration": 40, "drive": drive, "hub.motion": "driven"}
+    run = evolvent.run("wrapped-rib", changes)
+    assert np.degrees(float(run.hub_angle[-1])) == pytest.approx(-np.degrees(0.4 * 39.0), rel=1e-6)
+    assert wound(run) == pytest.approx(1.0, abs=0.01)
+    # the hub's drive works against the torque that holds the rib, and the torque on the hub is that torque
+    assert float(run.hub_torque[-20:].mean()) == pytest.approx(0.05, rel=0.1)
+    assert float(run.work_external[-1]) > 0.0
+    assert float(run.energy_balance.max()) < 1e-3
+
+
+def test_a_carried_tip_winds_the_rib_tautly():
+    drive = {"kind": "tip", "rate": 0.4, "ramp": 2, "stretch": 2e-3}
+    changes = {"rib.elements": 20, "rib.length": 6, "solver.duration": 32, "drive": drive, "damping.alpha": 1}
+    run = evolvent.run("wrapped-rib", changes)
+    assert wound(run) == pytest.approx(1.002, abs=2e-3)
+    assert run.tension.values[-1].mean() == pytest.approx(45.0 * 2e-3, rel=0.05)
+    # pressed on the hub by tension over radius
+    assert float(run.contact_force[-1, 0]) == pytest.approx(45.0 * 2e-3 * 6.0 / 0.6, rel=0.06)
+    strip = case_of(run).strip
+    stored = reference.bending_energy(strip) + 0.5 * 45.0 * 2e-3**2 * 6.0
+    assert float(run.energy_elastic[-1]) == pytest.approx(stored, rel=0.1)
+
+
+def test_the_papers_mesh_is_locked_and_says_so():
+    changes = {"rib.formulation": "full", "rib.elements": 10, "solver.duration": 5}
+    run = evolvent.run("wrapped-rib", changes)
+    assert "2.35e+06 times as stiff as the rib" in run.attrs["warning"]
+    assert {n.label: n.value for n in system.numbers(run)}[
+        "bending stiffness of the mesh, over the rib's"
+    ] == "2.351e+06"
+
+
+@pytest.mark.parametrize(("step", "words"), [(0.5, "smaller solver.step"), (0.25, "a law without jump")])
+def test_the_papers_law_at_its_step_fails_and_says_why(step, words):
+    changes = {"contact.law": "paper", "contact.stiffness": 1e6, "solver.step": step, "solver.duration": 60}
+    changes |= {"rib.formulation": "full", "rib.elements": 10}
+    with pytest.raises(RunFailed) as failed:
+        evolvent.run("wrapped-rib", changes)
+    assert f"no solution of the step of {step:g} s" in str(failed.value)
+    assert words in str(failed.value)
+    run = failed.value.run
+    assert run.sizes["time"] > 10
+    assert run.time.values == pytest.approx(step * np.arange(run.sizes["time"]))
+    assert "jumps at the touch" in run.attrs["warning"]
+
+
+# ------------------------------------------------------------------------------------------------ holding
+
+
+def test_a_rib_held_on_the_hub_has_the_closed_forms_forces():
+    """rib.md, 7."""
+    run = evolvent.run("wrapped-rib-hold", {"rib.elements": 60, "hold.time": 40})
+    strip, arc = case_of(run).strip, run.arc.values
+    assert float(run.contact_force[-1, 0]) == pytest.approx(reference.wound_contact_force(strip, 0.2), rel=0.01)
+    inside = (arc > 1.2) & (arc < 10.8)
+    curvature = 0.6 * run.curvature.values[-1, 0, inside]
+    assert curvature.mean() == pytest.approx(1.004, abs=0.002)
+    assert curvature.std() < 0.002
+    tension = reference.wound_tension(strip, 0.2, arc)
+    assert run.tension.values[-1, 0] == pytest.approx(tension, abs=0.01 * tension[0])
+    middle = 0.2 * (np.arange(60) + 0.5)
+    pressure = run.contact_pressure.values[-1, 0]
+    held = np.interp(middle, arc, run.tension.values[-1, 0] * run.curvature.values[-1, 0])
+    assert pressure[6:54] == pytest.approx(held[6:54], abs=0.005 * held[0])
+    assert pressure.sum() * 0.2 == pytest.approx(float(run.contact_force[-1, 0]), rel=1e-9)
+    assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-6)
+    assert float(run.energy_membrane[-1]) == pytest.approx(reference.membrane_energy(strip, 0.2), rel=0.02)
+    assert float(np.abs(run.energy_balance).max()) < 1e-3
+
+
+def test_friction_bears_a_part_of_the_torque():
+    """Of a taut band the tension falls by exp(-mu phi) where it slips; with enough friction the root bears nothing."""
+    changes = {"rib.elements": 40, "hold.time": 12, "contact.friction": 0.5, "solver.step": 0.01}
+    run = evolvent.run("wrapped-rib-hold", changes)
+    assert float(run.tension[-1, 0, 0]) < 0.1
+    assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=0.01)
+
+
+@pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
+def test_the_wound_start_has_the_bending_energy_of_its_mesh(formulation):
+    changes = {"rib.formulation": formulation, "rib.elements": 40, "solver.duration": "1 ms"}
+    run = evolvent.run("wrapped-rib-deploy", changes)
+    case = case_of(run)
+    ratio = bending_stiffness_ratio(case)
+    energy = float(run.energy_elastic[0])
+    assert energy == pytest.approx(ratio * reference.bending_energy(case.strip), rel=1e-3)
+    assert float(run.energy_bending[0]) == pytest.approx(energy, rel=0.05)
+    assert float(run.energy_contact[0]) < 1e-9 * energy
+    assert float(run.wrap_angle[0, 0]) == pytest.approx(20.0, rel=1e-3)
+
+
+# ------------------------------------------------------------------------------------------------ deployment
+
+
+def test_deployment_follows_the_closed_form():
+    """rib.md, 8: within 1 %, with less than 2 % of the energy lost."""
+    run = evolvent.run("wrapped-rib-deploy", {"solver.duration": 8000, "output.every": 50})
+    strip = case_of(run).strip
+    for time in (1000.0, 4000.0, 8000.0):
+        closed = reference.deployed_tip_radius(strip, time)
+        assert float(run.tip_radius.sel(time=time)[0]) == pytest.approx(closed, rel=0.01), time
+    energy = (run.energy_kinetic + run.energy_elastic + run.energy_contact).values
+    assert energy[-1] == pytest.approx(energy[0], rel=0.02)
+    assert energy.max() < 1.001 * energy[0]
+    late = run.tip_speed.values[run.time.values > 2000.0, 0]
+    assert late.mean() == pytest.approx(reference.deployment_speed(strip), rel=0.03)
+
+
+def test_ribs_on_a_free_hub_keep_the_momenta_and_mirror_one_another():
+    changes = {"rib.count": 2, "rib.elements": 20, "solver.duration": 20, "output.every": 1, "solver.tolerance": 1e-6}
+    run = evolvent.run("wrapped-rib-deploy", FREE | changes)
+    spin = 5.0 * np.abs(np.gradient(run.hub_angle.values, run.time.values)).max()
+    assert spin > 1e-5
+    H, P = run.angular_momentum.values, run.linear_momentum.values
+    assert np.abs(H - H[0]).max() < 1e-9 * spin
+    assert np.abs(P - P[0]).max() < 1e-12 * spin
+    position = run.position.sel(time=slice(0, 10)).values
+    assert position[:, 0, :, :2] == pytest.approx(-position[:, 1, :, :2], abs=1e-8)
+    assert np.abs(position[..., 2]).max() < 1e-12
+
+
+def test_one_rib_pushes_its_free_hub_away():
+    changes = {"rib.elements": 20, "solver.duration": 100, "solver.tolerance": 1e-5}
+    run = evolvent.run("wrapped-rib-deploy", FREE | changes)
+    P = run.linear_momentum.values
+    assert np.abs(P).max() < 1e-14
+    assert np.abs(run.hub_position.values[-1]).max() > 1e-5
+    assert np.degrees(float(run.hub_angle[-1])) > 0.01
+    assert system.scene(run).origin[-1] == pytest.approx(run.hub_position.values[-1])
+
+
+# ------------------------------------------------------------------------------------------------ from one to the next
+
+
+@pytest.fixture(scope="module")
+def held(tmp_path_factory):
+    path = tmp_path_factory.mktemp("held") / "held.nc"
+    run = evolvent.run("wrapped-rib-hold", {"rib.elements": 30, "hold.time": 15})
+    results.save(run, path)
+    return str(path), run
+
+
+def test_a_run_goes_on_from_anothers_end(held):
+    path, before = held
+    again = evolvent.run("wrapped-rib-hold", {"start": path, "rib.elements": 60, "hold.time": 2, "drive.ramp": 0})
+    assert float(again.energy_membrane[0]) == pytest.approx(float(before.energy_membrane[-1]), rel=5e-3)
+    assert float(again.contact_force[-1, 0]) == pytest.approx(float(before.contact_force[-1, 0]), rel=0.02)
+    assert float(again.energy_kinetic.max()) < 1e-3 * float(again.energy_membrane[0])
+
+
+@pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
+def test_what_is_wound_springs_open(held, formulation):
+    """The stretch that the torque left is 870 times the bending, and snaps first."""
+    path, before = held
+    changes = {"start": path, "rib.elements": 30, "rib.formulation": formulation, "solver.duration": 2}
+    run = evolvent.run("wrapped-rib-deploy", changes | {"output.every": 0.1})
+    assert float(run.energy_membrane[0]) == pytest.approx(float(before.energy_membrane[-1]), rel=0.02)
+    assert float(run.energy_kinetic.max()) > 0.5 * float(run.energy_membrane[0])
+    assert wound(run) < 0.95
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rib.length": 11}, ["rib.length is 11", "has 12"]),
+        ({"rib.count": 2}, ["rib.count is 2", "has 1"]),
+        ({"hub.radius": 0.5}, ["hub.radius is 0.5", "has 0.6"]),
+        ({"start": "absent.nc"}, ["cannot read 'absent.nc'"]),
+    ],
+)
+def test_a_run_that_does_not_fit_is_no_start(held, changes, words):
+    with pytest.raises(InputError) as refused:
+        system.plan(cases.load("wrapped-rib-deploy", {"start": held[0]} | changes))
+    assert all(word in str(refused.value) for word in words), str(refused.value)
+
+
+# ------------------------------------------------------------------------------------------------ the rest
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"rib.tip_thickness": "0.2 mm"},
+        {"rib.root": "clamp", "rib.start_angle": "90 deg"},
+        {"rib.root_stiffness": 0.01, "rib.root_damping": 0.01, "rib.count": 3},
+        {"contact.law": "conservative"},
+        {"damping.beta": 0.01, "damping.elements": "first", "damping.alpha": 0},
+        {"hub.motion": "spin", "hub.inertia": 5},
+        {"rib.formulation": "elastic_line", "rib.elements": 10},
+        {"rib.formulation": "nu_split", "rib.elements": 10},
+    ],
+)
+def test_every_kind_of_rib_runs(changes):
+    run = evolvent.run("wrapped-rib", {"rib.elements": 12, "solver.duration": 3} | changes)
+    assert run.attrs["status"] == "success"
+    assert abs(float(run.energy_balance[-1])) < 0.01
+    for name, sizes in system.layout(case_of(run)).items():
+        assert list(run.variables[name].sizes) == list(sizes), name
+    assert all(np.all(np.isfinite(run[name].values)) for name in run.data_vars)
+
+
+def test_the_parts_of_a_system_have_names():
+    case = cases.load("wrapped-rib", {"rib.count": 2, "rib.elements": 10})
+    assembly = system.build(case).assemble()
+    assert {"hub", "rib-1", "rib-2", "root-2", "contact-1", "drive-2"} <= set(assembly.names)
+    begin = start(case)
+    assert begin.nodes[1, 0, 0] == pytest.approx([-0.6, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"solver.method": "rk4"}, "which does not know ribs yet"),
+        ({"contact.self": True}, "turns do not touch each other yet"),
+        ({"damping.elements": "first"}, "damping.alpha acts on the whole rib"),
+        ({"output.every": "1 us"}, "too many"),
+        ({"solver.step": "1 us"}, "too many|more than 1e+08"),
+        ({"drive": {"kind": "tip", "rate": 1, "ramp": 200}}, "drive.ramp is 200 s"),
+        ({"rib.thickness": 0}, "rib.thickness is 0"),
+        ({"rib.poisson": 0.5}, "rib.poisson is 0.5"),
+        ({"hub.radius": 0}, "hub.radius is 0"),
+        ({"rib.start_angle": "120 deg"}, "starts inside the hub"),
+        ({"solver.spectral_radius": 1.5}, "solver.spectral_radius is 1.5"),
+        ({"drive.torque": 20}, "tears it"),
+    ],
+)
+def test_what_cannot_run_is_refused_in_a_line(changes, words):
+    sets = [item for key, value in changes.items() for item in ("--set", f"{key}={json.dumps(value)}")]
+    found = CliRunner().invoke(commands, ["run", "wrapped-rib", "--no-figures", *sets])
+    assert isinstance(found.exception, InputError)
+    message = str(found.exception)
+    assert any(word in message for word in words.split("|")), message
+    assert "\n" not in message
+
+
+def test_laws_have_no_place():
+    with pytest.raises(InputError, match="places no law"):
+        system.run(cases.load("wrapped-rib"), laws={"force": None})
+
+
+def test_a_run_is_kept_shown_and_drawn(tmp_path):
+    run = evolvent.run("wrapped-rib", {"rib.elements": 10, "solver.duration": 25})
+    results.save(run, tmp_path / "run.nc")
+    again = results.open(tmp_path / "run.nc")
+    assert system.numbers(again) == system.numbers(run)
+    assert len(plots.draw(system.figures(again), tmp_path)) >= 6
+    assert system.scene(again) is not None
