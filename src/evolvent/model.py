@@ -81,11 +81,12 @@ RECORDS: dict[str, np.dtype] = {
         "angle rate torque latched before",
         axis=_3, zero=_3,
     ),
-    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last
+    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; share: of their
+    # forces in the equations of a step's end
     "cylinders": _record(
         "body law first last",
         "centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
-        "F normal energy power touching",
+        "F normal energy power touching share",
         centre=_3, axis=_3, F=_6,
     ),
     # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its

@@ -108,9 +108,9 @@ def together(system: System, joint: parts.Joint) -> parts.Joint:
     a, b = _place(builder, joint.a), _place(builder, joint.b)
     fields = {f: getattr(joint, f) for f in ("kind", "axis", "stiffness", "damping")}
     if b.on == 0:
-        pose = builder.poses[b.index]
+        pose = builder.poses[b.body]
         return parts.Joint(a=joint.a, b=(joint.b[0], pose.R.T @ (a.u - pose.x)), **fields)
-    pose = builder.poses[a.index]
+    pose = builder.poses[a.body]
     return parts.Joint(a=(joint.a[0], pose.R.T @ (b.u - pose.x)), b=joint.b, **fields)
 
 

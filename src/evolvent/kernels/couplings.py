@@ -18,8 +18,6 @@ PLACE, DIRECTION, DISTANCE, ANGLE = 0, 1, 2, 3
 ON_BODY, ON_COORDINATES = 0, 1
 # how a feed moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
-#: A coupling that ends at a time is held before it by at least this part of it.
-_ON_TIME = 1e-12
 
 
 # ---------------------------------------------------------------------------------------------- sides
@@ -153,8 +151,8 @@ def add_turning(matrix, bodies, place, n_q, index, local, fx, fy, fz):
 
 @inlined
 def holds(t, joints, k):
-    """Whether joint k holds in a step that ends at time t."""
-    return t <= joints[k].until * (1.0 + _ON_TIME)
+    """Whether joint k holds at time t."""
+    return t <= joints[k].until
 
 
 @kernel

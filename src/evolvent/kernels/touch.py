@@ -27,8 +27,10 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
 
     Notes
     -----
-    Of a cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy;
-    power that normal damping takes; touching, the number of check points that overlap it.
+    Forces of the law CONSERVATIVE are means over the step, not those of its end: `share` of them stands in the
+    equations (see `evolvent.solvers.alpha`), nothing where no step leads there. Of a cylinder: F, force and torque on
+    its body at the body's origin; normal, the sum of the normal forces; energy; power that normal damping takes;
+    touching, the number of check points that overlap it.
     """
     cylinders, checks = flexible.cylinders, flexible.checks
     for k in range(cylinders.size):
@@ -41,6 +43,9 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
         radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
         stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
         mu = cylinders[k].friction
+        share = cylinders[k].share
+        if law == contact.CONSERVATIVE and step == 0.0:
+            share = 0.0
         for i in range(6):
             G[i] = 0.0
         normal = energy = power = touching = 0.0
@@ -70,7 +75,11 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
+            if law == contact.CONSERVATIVE:
+                rate = (gap - before) / step if step > 0.0 and math.isfinite(before) else 0.0
             force, d_gap, d_rate = contact.normal_force(law, gap, rate, before, stiffness, exponent, damping)
+            if law == contact.CONSERVATIVE and step > 0.0:  # its rate follows the gap
+                d_gap, d_rate = d_gap + d_rate / step, 0.0
             checks[i].force, checks[i].d_gap, checks[i].d_rate, checks[i].distance = force, d_gap, d_rate, distance
             n, f, t = checks[i].n, checks[i].f, checks[i].t
             n[0], n[1], n[2] = nx, ny, nz
@@ -106,13 +115,13 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
                 power -= checks[i].damper1 * rate
             normal += force
             for j in range(4):
-                at, s = checks[i].iv[j] - n_q, checks[i].S[j]
+                at, s = checks[i].iv[j] - n_q, checks[i].S[j] * share
                 F[at] -= s * fx
                 F[at + 1] -= s * fy
                 F[at + 2] -= s * fz
             rigid.add_wrench(G, dx, dy, dz, -fx, -fy, -fz)
         for i in range(6):
-            bodies[body].F[i] += G[i]
+            bodies[body].F[i] += share * G[i]
         cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
         cylinders[k].touching = touching
 
@@ -155,7 +164,7 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                     change = normal * n[b] + d_rate * turned[b]
                     K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
             for p in range(4):
-                row, sp = place[checks[i].iv[p] - n_q], checks[i].S[p]
+                row, sp = place[checks[i].iv[p] - n_q], checks[i].S[p] * cylinders[k].share
                 bp = row // m
                 r0 = row - bp * m
                 for q in range(4):
@@ -170,7 +179,11 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
             q = flexible.e[2]
             q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
             body_columns(bodies, place, n_q, body, q, True, J)
-            f = (-checks[i].f[0], -checks[i].f[1], -checks[i].f[2])
+            s = cylinders[k].share
+            f = (-s * checks[i].f[0], -s * checks[i].f[1], -s * checks[i].f[2])
+            for a in range(3):
+                for b in range(3):
+                    K[a, b] *= s
             for p in range(4):
                 row = place[checks[i].iv[p] - n_q]
                 add_relative(matrix, bodies, place, n_q, body, q, True, J, K, f, row, checks[i].S[p])
@@ -189,7 +202,10 @@ def settle_contacts(y, flexible, bodies):
             gap, gap1 = checks[i].gap, checks[i].gap1
             slip += checks[i].slip
             if math.isfinite(gap) and math.isfinite(gap1):
-                damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
+                if cylinders[k].law == contact.CONSERVATIVE:
+                    damped -= checks[i].damper1 * (gap1 - gap)
+                else:
+                    damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
             checks[i].gap, checks[i].damper = gap1, checks[i].damper1
             if mu > 0.0:
                 x, yy, z = _point(y, checks[i].iq, checks[i].S)
@@ -198,6 +214,39 @@ def settle_contacts(y, flexible, bodies):
                 for c in range(3):
                     u[c] = u1[c] if checks[i].force > 0.0 else 0.0
     return slip, damped
+
+
+@kernel
+def step_forces(n_q, flexible, bodies, F):
+    """Forces of cylinders with the law CONSERVATIVE, pushing ones, as of the last `add_contacts`; returns whether any.
+
+    F : (nv,) float, output
+    """
+    cylinders, checks, found = flexible.cylinders, flexible.checks, False
+    for i in range(F.size):
+        F[i] = 0.0
+    for k in range(cylinders.size):
+        if cylinders[k].law != contact.CONSERVATIVE:
+            continue
+        for i in range(cylinders[k].first, cylinders[k].last):
+            if checks[i].force > 0.0:
+                found = True
+                for j in range(4):
+                    at, s = checks[i].iv[j] - n_q, checks[i].S[j]
+                    for c in range(3):
+                        F[at + c] += s * checks[i].f[c]
+        body, G = cylinders[k].body, cylinders[k].F
+        motion, at, n = bodies[body].motion, bodies[body].iv - n_q, bodies[body].axis
+        x, y, z = turn_back(bodies[body].R, G[3], G[4], G[5])
+        if motion == rigid.SPIN:
+            F[at] += n[0] * x + n[1] * y + n[2] * z
+        elif motion == rigid.FREE:
+            for c in range(3):
+                F[at + c] += G[c]
+            F[at + 3] += x
+            F[at + 4] += y
+            F[at + 5] += z
+    return found
 
 
 @kernel

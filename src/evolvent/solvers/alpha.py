@@ -12,6 +12,10 @@ alpha_m = (2 rho - 1)/(rho + 1), alpha_f = rho/(rho + 1), beta = 1/(1 + rho)^2, 
     (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) v1' + alpha_f v0'
     dq = h v0 + h^2 ((1/2 - beta) a0 + beta a1),   v1 = v0 + h ((1 - gamma) a0 + gamma a1)
     M v1' + F(t1, q1, v1) + G^T la1 = 0,           g(t1, q1) = 0
+
+Contact forces f that are means over the step (the law CONSERVATIVE) add h^2 w/2 to dq and h w to v1, M w = f. With a1
+and v1' replaced by those that the same dq has without w, they stand in the equations with the share
+(1 - alpha_m)/(2 beta (1 - alpha_f)), and v1, a1 and v1' are set right after Newton's method.
 """
 
 from __future__ import annotations
@@ -29,8 +33,8 @@ from evolvent.kernels.rotations import cross
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
-# places in March.tally
-STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
+# places in March.tally; OVER: looks in a row at which the account has gained too much
+STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, NO_START = range(10)
 # places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence;
 # NET: what the account has gained since the start, LARGEST: since its lowest; LAST: step that the algorithmic
 # accelerations belong to; EVENT: the next step's limit, where a latch lies
@@ -39,7 +43,7 @@ TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, NET, LAST, EVENT, N_CLOCK = range(10
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
 # places in Scheme.options
-ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN = range(11)
+ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(13)
 #: Iterations of Newton's method before a step is given up.
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
@@ -57,7 +61,8 @@ class March(NamedTuple):
     Attributes
     ----------
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
-    v1 : (3, nv) float, algorithmic accelerations a, accelerations v', loads; 0 in `v0` for the start
+    v1 : (4, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
+        over the step; those of its start in `v0`
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
@@ -210,10 +215,10 @@ def start_accelerations(calls, model, matrix, options, march):
 
     Notes
     -----
-    Multipliers are of second order from the first step on where the method starts as it goes on (Arnold, Bruls, Cardona
-    2015): with a0 = v'(t0 + (alpha_m - alpha_f) h), and velocities that part from the constraints by what a step's
-    position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the rotation
-    vector of a free body. Where a step does not resolve v'', both are left out.
+    Multipliers are of second order from the first step on where the method starts as it goes on (Arnold, Bruls &
+    Cardona, 2015): with a0 = v'(t0 + (alpha_m - alpha_f) h), and velocities that part from the constraints by what a
+    step's position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the
+    rotation vector of a free body. Where a step does not resolve v'', both are left out.
     """
     n_q, n_v, t, h = model.info[0].nq, model.info[0].nv, march.clock[TIME], march.clock[STEP]
     y, la, A, bodies = march.y, march.la, march.v1[1], model.bodies
@@ -480,14 +485,15 @@ def advance(calls, model, matrix, options, march, budget):
     clock, tally, ledger = march.clock, march.tally, march.ledger
     n_v, n_j, n_t = march.dq.size, march.la.size, march.samples.size
     adaptive = options[TOLERANCE] > 0.0
+    near = 10.0 * options[SMALLEST]  # times closer than this are one
     for _ in range(budget):
         t = clock[TIME]
         if tally[SAMPLE] == n_t:
             return DONE
         target = march.samples[tally[SAMPLE]]
-        stops = tally[STOP] < march.stops.size and march.stops[tally[STOP]] <= target
+        stops = tally[STOP] < march.stops.size and march.stops[tally[STOP]] <= target + near
         if stops:
-            target = march.stops[tally[STOP]]
+            target = min(target, march.stops[tally[STOP]])
         h = min(clock[STEP], clock[EVENT])
         left = target - t
         lands = h >= left * (1.0 - 1e-9)
@@ -497,7 +503,7 @@ def advance(calls, model, matrix, options, march, budget):
             h = 0.5 * left
         for i in range(march.y.size):
             march.y0[i] = march.y[i]
-        for j in range(3):
+        for j in range(4):
             for i in range(n_v):
                 march.v0[j, i] = march.v1[j, i]
         for i in range(n_v):  # algorithmic accelerations lie off the true ones in proportion to the step
@@ -510,17 +516,21 @@ def advance(calls, model, matrix, options, march, budget):
             march.ledger0[i] = ledger[i]
         paths(t, h, model, march)
         t1 = target if lands else t + h
-        t_end = t1 - 1e-9 * h if lands and stops else t1  # what begins or ends at a stop has not done so yet
+        # what begins or ends at a stop has not done so yet
+        t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
         found = step_of(calls, t_end, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or lands:
                 # contacts and reactions of the state that the last correction led to
                 calls.residual[0](t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+                if not _mean_forces(calls, t_end, h, model, matrix, options, march):
+                    found = SINGULAR
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
                 for i in range(n_v):
-                    error = max(error, c * abs(march.v1[0, i] - march.v0[0, i]) / march.weight[i])
+                    d = abs(march.v1[0, i] - march.v0[0, i]) + abs(march.v1[3, i] - march.v0[3, i])
+                    error = max(error, c * d / march.weight[i])
                 error /= options[TOLERANCE]
         if found <= 0 or error > 1.0:
             if not adaptive or h <= options[SMALLEST]:
@@ -547,15 +557,11 @@ def advance(calls, model, matrix, options, march, budget):
             net = gain(calls, t_end, model, march)
             clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
             clock[NET] = net
-        # a run from rest has no energy to compare with at first: while energy grows from nothing its account is as
-        # inexact as the step is long, and motion below Newton's tolerance has none at all
-        changed = 0.0
-        for i in (KINETIC, ELASTIC, COUPLED):
-            changed += ledger[i] - march.ledger0[i]
-        unseen = options[MASS] * n_v * (options[NEWTON] * march.weight[0] / h) ** 2
-        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS]))
-        if clock[LARGEST] > options[GAIN] * scale + abs(changed) + unseen:
-            if lands and t1 >= march.samples[tally[SAMPLE]]:
+            scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS])) + options[FLOOR]
+            tally[OVER] = tally[OVER] + 1 if clock[LARGEST] > options[GAIN] * scale else 0
+        # a few steps from rest gain as much as there is, and then less and less beside it
+        if tally[OVER] >= 20 or (tally[OVER] >= 2 and t1 >= march.samples[n_t - 1] - near):
+            if lands and t1 >= march.samples[tally[SAMPLE]] - near:
                 keep(tally[SAMPLE], model, march)
                 tally[SAMPLE] += 1
             return GAINED
@@ -568,10 +574,10 @@ def advance(calls, model, matrix, options, march, budget):
             elif not lands:
                 clock[STEP] = h
         latched = _latch(model)
-        if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]]:
+        if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]] - near:
             keep(tally[SAMPLE], model, march)
             tally[SAMPLE] += 1
-        if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
+        if stops and lands:
             tally[STOP] += 1
             if model.threads.size > 0:
                 return AT_STOP
@@ -586,16 +592,47 @@ def advance(calls, model, matrix, options, march, budget):
 
 
 @kernel
+def _mean_forces(calls, t, h, model, matrix, options, march):
+    """Set right the velocities and accelerations of a step with contact forces that are means over it."""
+    n_q, n_v, w = model.info[0].nq, model.info[0].nv, march.v1[3]
+    cylinders, some = model.flexible.cylinders, False
+    for i in range(n_v):
+        w[i] = 0.0
+    for k in range(cylinders.size):
+        some = some or (cylinders[k].share != 1.0 and cylinders[k].normal > 0.0)
+    if not some or not touch.step_forces(n_q, model.flexible, model.bodies, w):
+        return True
+    for i in range(march.x.size):
+        march.x[i] = 0.0
+    for i in range(n_v):
+        march.x[model.flexible.place[i]] = w[i]
+    c_mass = _short(options)
+    march.tally[FRESH] = 1
+    if factor_at(calls, t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
+        return False
+    calls.solve[0](matrix, march.x)
+    beta, gamma = options[BETA], options[GAMMA]
+    share = (1.0 - options[ALPHA_M]) / (2.0 * beta * (1.0 - options[ALPHA_F]))
+    for i in range(n_v):
+        w[i] = c_mass * march.x[model.flexible.place[i]]
+        march.y[n_q + i] += h * w[i] * (1.0 - gamma / (2.0 * beta))
+        march.v1[0, i] -= w[i] / (2.0 * beta)
+        march.v1[1, i] -= share * w[i]
+    return True
+
+
+@kernel
 def _anew(calls, t, h, model, matrix, options, march):
-    """Start anew at time t, where loads or joints change at once; energy that a joint lets go counts as lost in it."""
+    """Start anew just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
     ledger = march.ledger
     before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
-    march.clock[TIME] = t + 1e-9 * h
+    after = t + max(1e-9 * h, 20.0 * options[SMALLEST])
+    march.clock[TIME] = after
     status = start_accelerations(calls, model, matrix, options, march)
     march.clock[TIME] = t
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
-    calls.keep_momentum[0](t + 1e-9 * h, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
+    calls.keep_momentum[0](after, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
     fill_energies(calls, t, model, march)
     ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
     return status
@@ -618,7 +655,7 @@ def _back(model, march):
     """Back to the start of a step that is given up."""
     for i in range(march.y.size):
         march.y[i] = march.y0[i]
-    for j in range(3):
+    for j in range(4):
         for i in range(march.dq.size):
             march.v1[j, i] = march.v0[j, i]
     for i in range(march.la.size):

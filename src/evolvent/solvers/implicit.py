@@ -17,7 +17,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
-from evolvent.kernels import blocks, couplings, feed, rigid, thread
+from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
@@ -195,7 +195,7 @@ def solve_implicit(
     rho = spectral_radius
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)
-    options = np.zeros(11)
+    options = np.zeros(alpha.N_OPTIONS)
     options[alpha.ALPHA_M] = (2.0 * rho - 1.0) / (rho + 1.0)
     options[alpha.ALPHA_F] = rho / (rho + 1.0)
     options[alpha.BETA] = 1.0 / (1.0 + rho) ** 2
@@ -206,7 +206,11 @@ def solve_implicit(
     options[alpha.LONGEST] = longest
     options[alpha.GAIN] = largest_gain
     options[alpha.MASS] = mass
+    options[alpha.FLOOR] = _floor(assembly, mass, weight)
     options[alpha.SPAN] = first if step is not None else 10.0 * first
+    share = (1.0 - options[alpha.ALPHA_M]) / (2.0 * options[alpha.BETA] * (1.0 - options[alpha.ALPHA_F]))
+    cylinders = model.flexible.cylinders
+    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, share, 1.0)
     march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
     if aside is not None:
@@ -316,6 +320,17 @@ def check_implicit(assembly: Assembly) -> None:
             )
 
 
+def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
+    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
+    flexible, info = assembly.model.flexible, assembly.model.info[0]
+    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
+    strained = sum(
+        abs(float((flexible.U12 if flexible.beams["kind"][cell["beam"]] == 0 else flexible.U24)[cell["form"]]))
+        for cell in flexible.cells
+    )
+    return 1e-9 * (lifted + strained)
+
+
 def check_start(assembly: Assembly, t: float) -> None:
     """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
@@ -373,8 +388,8 @@ def _march(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
         spare=assembly.y.copy(),
-        v1=np.zeros((3, n_v)),
-        v0=np.zeros((3, n_v)),
+        v1=np.zeros((4, n_v)),
+        v0=np.zeros((4, n_v)),
         la=np.zeros(n_j),
         la0=np.zeros(n_j),
         dq=np.zeros(n_v),

@@ -1,0 +1,184 @@
+"""Free crafts with ribs: momenta, energy, mirror symmetry, and an account that closes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import System, elements, parts
+from evolvent.builder import Assembly
+from evolvent.solvers import alpha
+from implicit.rigs import coordinates, momenta, run
+
+Array = np.ndarray
+STRIP = elements.Rectangle(thickness=0.01, width=0.03)
+SOFT = elements.Material(E=1e7, nu=0.3, density=1500.0)
+
+
+def craft(
+    *,
+    ribs: int = 2,
+    formulation: str = "cable",
+    touching: bool = False,
+    noise: float = 0.1,
+    spin: float = 1.0,
+    inward: float = 0.0,
+    wobble: float = 0.3,
+    kind: str = "clamp",
+    rng: np.random.Generator | None = None,
+    mirrored: bool = False,
+    **cylinder: Any,
+) -> Assembly:
+    """A free hub that spins with ribs joined to it, straight out or along its rim, every node with a random velocity.
+
+    Ribs turn about their roots by `inward` more than the hub, towards its rim.
+    """
+    system = System()
+    w, v = np.array([wobble, 0.0, spin]), np.array([0.1, 0.2, 0.0]) * (not mirrored)
+    hub = parts.RigidBody(mass=20.0, inertia=(2.0, 2.5, 3.0), velocity=v, angular_velocity=w)
+    system.add(hub, "hub")
+    noises: list[Array] = []
+    for k in range(ribs):
+        angle = 2.0 * np.pi * k / ribs
+        out = np.array([np.cos(angle), np.sin(angle), 0.0])
+        d = out if not touching else np.array([-out[1], out[0], 0.0]) + 0.05 * out
+        d /= np.linalg.norm(d)
+        n = np.array([-d[1], d[0], 0.0])
+        vectors = 2 if formulation == "cable" else 4
+        nodes = np.zeros((5, vectors, 3))
+        nodes[:, 0] = 0.5 * out + np.outer(np.linspace(0.0, 2.0, 5), d)
+        nodes[:, 1] = d
+        if vectors == 4:
+            nodes[:, 2], nodes[:, 3] = n, np.cross(d, n)
+        rates = np.cross(w, nodes)
+        rates[:, 0] += v
+        rates += inward * np.cross([0.0, 0.0, 1.0], nodes - np.eye(vectors)[0][:, None] * nodes[0, 0])
+        if rng is not None:
+            extra = noise * rng.standard_normal(rates.shape)
+            if mirrored and k == 1:
+                extra = noises[0] * np.array([-1.0, -1.0, 1.0])  # half a turn about the axis
+            extra[0] = 0.0
+            noises.append(extra)
+            rates += extra
+        rib = f"rib{k}"
+        system.add(
+            parts.Beam(
+                length=2.0, section=STRIP, material=SOFT, elements=4, formulation=formulation, nodes=nodes, rates=rates
+            ),
+            rib,
+        )  # fmt: skip
+        system.add(parts.Joint(a=("hub", tuple(0.5 * out)), b=(rib, "root"), kind=kind))
+    if touching:
+        fields: dict[str, Any] = {"stiffness": 1e4, "damping": 0.1, "skip": 1, "friction": 0.2} | cylinder
+        system.add(parts.Cylinder(body="hub", beams=[f"rib{k}" for k in range(ribs)], radius=0.5, **fields), "rim")
+    return system.assemble()
+
+
+@pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
+@pytest.mark.parametrize("options", [{"step": 2e-3}, {"tolerance": 1e-4}])
+@pytest.mark.parametrize("ribs", [2, 3])
+def test_momenta_of_a_free_craft(
+    formulation: str, options: dict[str, float], ribs: int, rng: np.random.Generator
+) -> None:
+    kind = "clamp" if ribs == 2 else "hinge"
+    assembly = craft(ribs=ribs, formulation=formulation, kind=kind, rng=rng)
+    found = momenta(assembly, run(assembly, np.linspace(0.0, 1.0, 6), **options))
+    for part in (found[:, :3], found[:, 3:]):
+        assert np.abs(part - part[0]).max() < 1e-9 * np.linalg.norm(part[0])
+
+
+@pytest.mark.parametrize("options", [{"step": 1e-3}, {"tolerance": 1e-4}])
+def test_momenta_with_contact(options: dict[str, float], rng: np.random.Generator) -> None:
+    """Ribs wind onto the hub that they spin."""
+    assembly = craft(ribs=3, touching=True, kind="point", spin=-0.5, inward=2.0, rng=rng)
+    solution = run(assembly, np.linspace(0.0, 2.0, 21), **options)
+    assert solution.cylinders[:, 0, 8].max() >= 3
+    assert np.abs(solution.cylinders[:, 0, 6]).max() > 1.0
+    found = momenta(assembly, solution)
+    for part in (found[:, :3], found[:, 3:]):
+        assert np.abs(part - part[0]).max() < 1e-9 * np.linalg.norm(part[0])
+
+
+def test_momentum_through_release(rng: np.random.Generator) -> None:
+    """A rib that is let go takes its share along."""
+    system = System()
+    w = np.array([0.0, 0.0, 2.0])
+    system.add(parts.RigidBody(mass=5.0, inertia=1.0, angular_velocity=w), "hub")
+    nodes = np.zeros((5, 2, 3))
+    nodes[:, 0, 0] = 0.5 + np.linspace(0.0, 2.0, 5)
+    nodes[:, 1, 0] = 1.0
+    rib = parts.Beam(length=2.0, section=STRIP, material=SOFT, elements=4, nodes=nodes, rates=np.cross(w, nodes))
+    system.add(rib, "rib")
+    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp", until=0.3))
+    assembly = system.assemble()
+    solution = run(assembly, np.linspace(0.0, 1.0, 11), step=1e-3)
+    found = momenta(assembly, solution)
+    assert np.abs(found - found[0]).max() < 1e-9 * np.linalg.norm(found[0])
+    apart = coordinates(assembly, solution.y, "rib")[-1, 0, 0] - coordinates(assembly, solution.y, "hub")[-1, :3]
+    assert np.linalg.norm(apart) > 1.0
+    assert np.abs(solution.la[solution.t > 0.3001]).max() == 0.0
+
+
+def test_loads_turn_an_isolated_craft_by_their_torque() -> None:
+    """Angular momentum that is kept beside a load is what the load brings in: T t for a torque spread over a rib."""
+    system = System()
+    system.add(parts.RigidBody(mass=5.0, inertia=1.0), "hub")
+    system.add(parts.Beam(length=2.0, section=STRIP, material=SOFT, elements=4, position=(0.5, 0.0, 0.0)), "rib")
+    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"))
+    system.add(parts.FieldTorque(beam="rib", torque=0.2, end=0.5))
+    assembly = system.assemble()
+    solution = run(assembly, [0.0, 0.25, 0.5, 0.75, 1.0], step=1e-3, spectral_radius=0.9)
+    assert np.abs(momenta(assembly, solution)[:, 5] - 0.2 * np.minimum(solution.t, 0.5)).max() < 1e-6
+
+
+def test_energy_without_numerical_damping_is_bounded(rng: np.random.Generator) -> None:
+    assembly = craft(rng=rng)
+    solution = run(assembly, np.linspace(0.0, 10.0, 101), step=1e-3, spectral_radius=1.0)
+    energy = solution.ledger[:, alpha.KINETIC] + solution.ledger[:, alpha.ELASTIC]
+    first, last = energy[:51], energy[50:]
+    assert np.abs(energy / energy[0] - 1.0).max() < 2e-3
+    assert abs(last.mean() / first.mean() - 1.0) < 3e-4
+
+
+def test_mirrored_ribs_stay_mirrored(rng: np.random.Generator) -> None:
+    """Two ribs that half a turn about the axis brings onto each other, contact and friction included."""
+    assembly = craft(touching=True, kind="point", spin=-0.5, inward=2.0, wobble=0.0, rng=rng, mirrored=True)
+    solution = run(assembly, np.linspace(0.0, 1.5, 16), step=1e-3)
+    assert solution.cylinders[:, 0, 8].max() >= 2
+    one, other = (coordinates(assembly, solution.y, name) for name in ("rib0", "rib1"))
+    assert np.abs(one * np.array([-1.0, -1.0, 1.0]) - other).max() < 1e-9
+
+
+def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
+    """Damping of every cause, loads and gravity at once: what is left over falls by four."""
+    worst = []
+    for h in (4e-4, 2e-4, 1e-4):
+        system = System(gravity=(0.0, -9.81, 0.0))
+        inertia = (0.05, 0.06, 0.07)
+        system.add(parts.RigidBody(motion="spin", inertia=inertia, rate=2.0), "hub")
+        nodes = np.zeros((5, 2, 3))
+        nodes[:, 0, 0] = 0.3 + np.linspace(0.0, 1.0, 5)
+        nodes[:, 1, 0] = 1.0
+        rates = np.cross([0.0, 0.0, 2.0], nodes)
+        beam = parts.Beam(
+            length=1.0, section=STRIP, material=SOFT, elements=4, nodes=nodes, rates=rates, mass_damping=0.5,
+            stiffness_damping=1e-3,
+        )  # fmt: skip
+        system.add(beam, "rib")
+        system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b=("rib", "root")))
+        system.add(
+            parts.Hinge(body="hub", beam=("rib", "root"), stiffness=3.0, damping=0.02, low=-0.3, high=0.3, stop=9.0)
+        )
+        system.add(parts.Point(mass=0.2, position=(1.3, 0.5, 0.0)), "bob")
+        system.add(parts.Spring(a="bob", b=("hub", (0.0, 0.3, 0.0)), stiffness=40.0, damping=0.3))
+        system.add(parts.PointLoad(node=("rib", "tip"), force=(0.0, 0.3, 0.1), start=0.1, end=0.4))
+        system.add(parts.FieldTorque(beam="rib", torque=0.1, ramp=0.2))
+        solution = run(system.assemble(), np.linspace(0.0, 0.6, 7), step=h, spectral_radius=0.9, newton=1e-12)
+        assert (
+            solution.ledger[-1, [alpha.BY_MASS, alpha.BY_STIFFNESS, alpha.BY_JOINTS, alpha.BY_SPRINGS]] > 1e-4
+        ).all()
+        worst.append(float(np.abs(solution.gained).max()))
+    assert worst[-1] < 1e-3
+    assert np.abs(np.log2(np.array(worst[:-1]) / worst[1:]) - 2.0).max() < 0.25

@@ -1,0 +1,214 @@
+"""Beams and cables against cylinders: bounces, pressing, the capstan, sticking, and ends that are told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from evolvent import InputError, System, elements, parts
+from evolvent.builder import Assembly
+from evolvent.solvers import alpha
+from evolvent.solvers.implicit import ImplicitSolution, solve_implicit
+from implicit.rigs import coordinates, momenta, run
+
+Array = np.ndarray
+K, SPEED, HIGH = 1e4, 1.0, 0.05
+
+
+def bar(law: str, damping: float) -> Assembly:
+    """A stiff bar of 1 kg that falls end on onto a cylinder, without gravity."""
+    nodes, rates = np.zeros((2, 2, 3)), np.zeros((2, 2, 3))
+    nodes[:, 0, 1], nodes[:, 1, 1] = (1.1 + HIGH, 1.0 + HIGH), -1.0
+    rates[:, 0, 1] = -SPEED
+    system = System()
+    section, material = elements.Rectangle(thickness=0.1, width=0.1), elements.Material(E=1e12, nu=0.0, density=1000.0)
+    beam = parts.Beam(length=0.1, section=section, material=material, elements=1, nodes=nodes, rates=rates)
+    system.add(beam, "bar")
+    system.add(
+        parts.Cylinder(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
+    )
+    return system.assemble()
+
+
+def restitution(assembly: Assembly, solution: ImplicitSolution) -> float:
+    found = momenta(assembly, solution)[:, 1]
+    return float(-found[-1] / found[0])
+
+
+def hunt_crossley(d: float) -> float:
+    """Restitution by the equation of motion x'' = -K x (1 + d x')."""
+
+    def out(t: float, s: Array) -> float:
+        return s[0]
+
+    out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
+    found = solve_ivp(
+        lambda t, s: [s[1], -K * s[0] * max(1.0 + d * s[1], 0.0)], (0.0, 1.0), [0.0, SPEED], "DOP853", events=out,
+        rtol=1e-12, atol=1e-14,
+    )  # fmt: skip
+    return float(-found.y_events[0][0][1])
+
+
+ZETA = 20.0 / (2.0 * math.sqrt(K))
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "expected"),
+    [
+        ("hunt-crossley", 0.0, 1.0),
+        ("hunt-crossley", 0.5, hunt_crossley(0.5)),
+        ("paper", 20.0, math.exp(-ZETA * math.pi / math.sqrt(1.0 - ZETA**2))),
+        ("conservative", 0.0, 1.0),
+        ("conservative", 0.5, hunt_crossley(0.5)),
+    ],
+)
+def test_restitution(law: str, damping: float, expected: float) -> None:
+    assembly = bar(law, damping)
+    solution = run(assembly, [0.0, 0.04, 0.15], tolerance=1e-9 if law == "paper" else 1e-8)
+    assert restitution(assembly, solution) == pytest.approx(expected, abs=1e-4)
+    before = 0.5 * SPEED**2
+    assert solution.ledger[-1, alpha.BY_CONTACT] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
+
+
+@pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
+def test_the_conservative_law_gains_nothing(step: float) -> None:
+    """Six steps in contact, and as good as exact."""
+    assembly = bar("conservative", 0.0)
+    solution = run(assembly, [0.0, 0.04, 0.5], step=step)
+    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-6)
+    assert solution.gained.max() < 1e-6
+
+
+@pytest.mark.parametrize("law", ["hunt-crossley", "conservative", "paper"])
+@pytest.mark.parametrize("step", [0.01, 0.05, 0.1])
+def test_steps_far_too_large_for_the_contact_fail_and_say_so(law: str, step: float) -> None:
+    solution = solve_implicit(bar(law, 0.0), samples=np.arange(0.0, 1.01, 0.05), step=step)
+    kept = solution.gained
+    assert solution.status == "failed"
+    assert "step" in solution.message
+    assert "t = " in solution.message
+    assert 2 <= kept.size == len(solution.y)
+
+
+def test_a_beam_pressed_on_a_cylinder() -> None:
+    """It lies on as far as the moment reaches EI/R, which F does at the arm EI/(R F) from its end."""
+    R, F, thickness = 5.0, 0.25, 0.01
+    material = elements.Material(E=6e7, nu=0.0, density=1000.0)
+    section = elements.Rectangle(thickness=thickness, width=0.1)
+    EI = 6e7 * 0.1 * thickness**3 / 12.0
+    system = System()
+    beam = parts.Beam(
+        length=1.0, section=section, material=material, elements=40, position=(0.0, R, 0.0), mass_damping=10.0
+    )
+    system.add(beam, "beam")
+    system.add(parts.Joint(a=(0.0, R, 0.0), b=("beam", "root"), kind="clamp"))
+    system.add(parts.Cylinder(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
+    system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, -F, 0.0), ramp=0.5))
+    assembly = system.assemble()
+    solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
+    checks = assembly.model.flexible.checks
+    y = solution.y[-1]
+    places = np.array([sum(c["S"][j] * y[c["iq"][j] : c["iq"][j] + 3] for j in range(4)) for c in checks])
+    force = checks["force"]
+    last = places[force > 0.0][-1, 0]
+    near = places[:, 0] > last - 0.1  # the end's reaction is spread by what gives way
+    end = float(force[near] @ places[near, 0] / force[near].sum())
+    tip = coordinates(assembly, y, "beam")[-1, 0]
+    on = math.asin(end / R) * R  # along the beam
+    nodes = coordinates(assembly, y, "beam")[: int(0.8 * 40 * on), 1]
+    angles = np.unwrap(np.arctan2(nodes[:, 1], nodes[:, 0]))
+    curvature = -np.polyfit(np.arange(angles.size) / 40.0, angles, 1)[0]
+    assert force[near].sum() == pytest.approx(F, rel=0.03)
+    assert curvature == pytest.approx(1.0 / R, rel=0.01)
+    assert F * (tip[0] - end) == pytest.approx(EI / R, rel=0.01)
+
+
+MU, BETA, RADIUS, TAIL = 0.3, 0.5 * math.pi, 0.1, 0.1
+
+
+def capstan(*, turning: float = 0.0, pull: float | None = None, speed: float = 0.0) -> Assembly:
+    """A thin cable round a quarter of a cylinder: 1 N along -y at its root; held, pulled or carried along -x."""
+    n = 48
+    length = BETA * RADIUS + 2.0 * TAIL
+    nodes, s = np.zeros((n + 1, 2, 3)), np.linspace(0.0, length, n + 1)
+    for k in range(n + 1):
+        a = min(max((s[k] - TAIL) / RADIUS, 0.0), BETA)
+        past = s[k] - TAIL - a * RADIUS
+        nodes[k, 1, :2] = -math.sin(a), math.cos(a)
+        nodes[k, 0, :2] = RADIUS * np.array([math.cos(a), math.sin(a)]) + past * nodes[k, 1, :2]
+    system = System()
+    if turning:
+        system.add(parts.RigidBody(motion="driven", rate=turning), "drum")
+    section = elements.Rectangle(thickness=5e-4, width=1e-2)
+    material = elements.Material(E=1e8, nu=0.0, density=1000.0)
+    beam = parts.Beam(length=length, section=section, material=material, elements=n, nodes=nodes, mass_damping=20.0)
+    system.add(beam, "cable")
+    system.add(
+        parts.Cylinder(
+            body="drum" if turning else "ground", beams=["cable"], radius=RADIUS, stiffness=1e5, damping=1.0, points=2,
+            friction=MU, stick_stiffness=1e4, stick_damping=1.0,
+        )
+    )  # fmt: skip
+    system.add(parts.PointLoad(node=("cable", "root"), force=(0.0, -1.0, 0.0), ramp=0.05))
+    if pull is not None:
+        system.add(parts.PointLoad(node=("cable", "tip"), force=(-pull, 0.0, 0.0), ramp=0.05))
+    else:
+        feed = parts.RampFeed(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantFeed(rate=0.0)
+        system.add(parts.Carry(what=("cable", "tip"), feed=feed, direction=(-1.0, 0.0, 0.0)), "hand")
+    return system.assemble()
+
+
+def test_capstan_pulled() -> None:
+    """Force ratio e^(mu beta); pulled so slowly that nothing else counts."""
+    solution = run(capstan(speed=0.01), [0.0, 0.1, 0.5, 0.8], tolerance=1e-5)
+    assert np.abs(solution.la[2:, 0]) == pytest.approx(math.exp(MU * BETA), rel=0.01)
+    assert solution.ledger[-1, alpha.BY_FRICTION] > 0.0
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_a_turning_drum_drags_the_cable(way: float) -> None:
+    """The held end bears e^(mu beta) of the load where the drum turns away from it, else its inverse."""
+    solution = run(capstan(turning=0.5 * way), [0.0, 0.5, 0.8], tolerance=1e-5)
+    assert np.abs(solution.la[1:, 0]) == pytest.approx(math.exp(-way * MU * BETA), rel=0.01)
+
+
+def test_what_sticks_does_not_creep() -> None:
+    assembly = capstan(pull=1.2)
+    solution = run(assembly, [0.0, 1.0, 2.0, 10.0], tolerance=1e-5)
+    places = coordinates(assembly, solution.y, "cable")[:, :, 0]
+    assert np.abs(places[3] - places[2]).max() < 1e-7
+    assert np.abs(places[3] - places[0])[:, :2].max() < 0.01
+
+
+# ------------------------------------------------------------------------------------------------ ends
+
+
+@pytest.mark.parametrize("rho", [-0.1, 1.1, math.nan])
+def test_a_spectral_radius_out_of_range_is_refused(rho: float) -> None:
+    with pytest.raises(InputError, match="spectral_radius"):
+        solve_implicit(bar("paper", 0.0), samples=[0.0, 1.0], spectral_radius=rho)
+
+
+def test_an_interrupt_keeps_the_samples() -> None:
+    def stop(t: float) -> None:
+        raise KeyboardInterrupt
+
+    solution = solve_implicit(bar("paper", 0.0), samples=np.linspace(0.0, 100.0, 100001), step=1e-3, progress=stop)
+    assert solution.status == "interrupted"
+    assert 1 <= solution.t.size < 100001
+    assert solution.t.size == len(solution.y) == len(solution.ledger)
+    assert solution.t[-1] <= float(solution.message.split("t = ")[1].split(" s")[0]) + 1e-6
+
+
+def test_adaptive_runs_land_on_samples_and_times() -> None:
+    """States at samples are those of a run without the others."""
+    few = run(bar("hunt-crossley", 0.5), [0.0, 0.3], tolerance=1e-7)
+    many = run(
+        bar("hunt-crossley", 0.5), [0.0, *np.sort(np.random.default_rng(3).uniform(0.0, 0.3, 50)), 0.3], tolerance=1e-7
+    )
+    assert np.abs(many.y[-1, :12] - few.y[-1, :12]).max() < 1e-4
+    free = many.t < HIGH / SPEED
+    assert np.abs(many.y[free, 1] - (1.1 + HIGH - SPEED * many.t[free])).max() < 1e-9
