@@ -191,7 +191,7 @@ class Builder:
         info["gravity"] = self.gravity
         model = mdl.Model(
             info=info,
-            breaks=np.array(sorted(self.breaks), dtype=float),
+            breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
             parameters=np.array(self.values, dtype=float),
             rows=rows,
             pairs=pairs,
@@ -200,7 +200,7 @@ class Builder:
             scratch=np.zeros((3, 3)),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, families["threads"]),
             **families,
         )
         if np.any(self.gravity):
@@ -209,7 +209,13 @@ class Builder:
         _check_constraints(assembly)
         return assembly
 
-    def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
+    def _ends(self) -> set[float]:
+        """Times at which joints let go and pushes start or end."""
+        times = [row["until"] for row in self.rows["joints"]]
+        times += [row[key] for row in self.rows["pushes"] for key in ("start", "end")]
+        return {float(t) for t in times if np.isfinite(t)}
+
+    def _flexible(self, families: dict[str, Array], threads: Array) -> mdl.Flexible:
         """Beams and what belongs to them; unknowns are ordered in blocks of one node each, then bodies and points."""
         n_v = len(self.v)
         beams = families["beams"]
@@ -222,6 +228,11 @@ class Builder:
                 at = row["iv"] - len(self.q) + own * (block - row["block"])
                 place[at : at + own] = size * block + np.arange(own)
                 block += 1
+        for row in threads:  # from the root outwards: blocks are eliminated from the last on
+            for i in range(row["n"] - 1, -1, -1):
+                at = row["iv"] - len(self.q) + 3 * i
+                place[at : at + 3] = size * block + np.arange(3)
+                block += 1
         rest = np.flatnonzero(place < 0)
         place[rest] = size * block + np.arange(rest.size)
         pools = {
@@ -232,6 +243,9 @@ class Builder:
             place=place,
             B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
+            switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),
+            strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
+            masses=_factor_masses(beams, families["cells"], pools),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),
@@ -320,6 +334,28 @@ class Builder:
             for field, value in zip(("kind", "index", "body", "point"), entries[entry], strict=True):
                 rows[field][k] = value
         return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
+
+
+def _factor_masses(beams: Array, cells: Array, pools: dict[str, Array]) -> Array:
+    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
+    found = [np.zeros((0, 8))]
+    if beams.size:
+        import scipy.linalg
+    for beam in beams:
+        k = flexible.NODE_VECTORS[beam["kind"]]
+        pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
+        band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
+        for c in range(beam["cells"]):
+            M = pool[cells["mass"][beam["cell"] + c]]
+            for j in range(2 * k):
+                band[: 2 * k - j, k * c + j] += M[j:, j]
+        L = scipy.linalg.cholesky_banded(band, lower=True)
+        rows = np.zeros((n, 8))
+        rows[:, 0] = 1.0 / L[0] ** 2
+        for i in range(1, w + 1):
+            rows[i:, i] = L[i, : n - i] / L[0, : n - i]
+        found.append(rows)
+    return np.concatenate(found)
 
 
 def _off(axis: Array, vector: Array) -> bool:

@@ -61,8 +61,9 @@ RECORDS: dict[str, np.dtype] = {
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
-    # flexible beams: cells are their elements; a node's coordinates stand together, node after node
-    "beams": _record("kind iq iv nodes cell cells block", "alpha length"),
+    # flexible beams: cells are their elements; a node's coordinates stand together, node after node; paper: 1 where
+    # the damping is the paper's, which a turn of the whole feels
+    "beams": _record("kind iq iv nodes cell cells block paper", "alpha length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
     "cells": _record("beam iq iv form mass force tangent energy", "length beta"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
@@ -77,7 +78,7 @@ RECORDS: dict[str, np.dtype] = {
     "hinges": _record(
         "body iq iv",
         "axis zero stiffness damping rest low high stop latch latch_stiffness latch_damping side",
-        "angle rate torque latched",
+        "angle rate torque latched before",
         axis=_3, zero=_3,
     ),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last
@@ -119,6 +120,10 @@ class Flexible(NamedTuple):
     bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
     B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
     G : (nv,) float, weight
+    masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
+    switches : (ns,) int, those of the state that an implicit method has reached
+    strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
+        residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -145,6 +150,9 @@ class Flexible(NamedTuple):
     B12: Array
     B0: Array
     G: Array
+    masses: Array
+    switches: Array
+    strands: Array
     place: Array
     F: Array
     P: Array

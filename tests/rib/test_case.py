@@ -7,8 +7,8 @@ import pytest
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.systems._wrapped_rib.advice import locking, warnings
-from evolvent.systems._wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib.advice import locking, warnings
+from evolvent.systems.wrapped_rib.case import Case
 
 DRIVE = {"kind": "torque", "torque": "0.2 N m"}
 WIND = {"system": "wrapped-rib", "phase": "wind", "drive": DRIVE}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent.systems._wrapped_rib import reference
-from evolvent.systems._wrapped_rib.reference import Strip
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.reference import Strip
 
 #: Yi et al. (2017): 12 m x 30 mm x 0.3 mm, 1600 kg/m3, 5 MPa, hub of 1.2 m.
 PAPER = Strip(

@@ -1,7 +1,7 @@
 """The equations of motion as implicit solvers need them: M a + F(t, y, la) = 0 with constraints, and their tangent.
 
-Unknowns stand in the order of `Flexible.place`, then one multiplier for each joint (a penalty's is no unknown: its
-equation is la = 0).
+Unknowns stand in the order of `Flexible.place`, then one multiplier for each joint. A penalty is a constraint with a
+compliance, gap + (damping rate - la)/stiffness = 0, so that it couples whatever it joins through the border.
 """
 
 import math
@@ -12,8 +12,8 @@ from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_p
 from evolvent.kernels.rotations import cross, turn_back
 
 #: What `residual` writes into `powers`: powers dissipated (W), power of loads at markers (W), energies of hinges and
-#: penalties (J), and what the beams' loads are left out of.
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, N_POWERS = 0, 1, 2, 3, 4, 5, 6
+#: penalties (J), the power of what turns driven bodies and that of spools (W).
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, N_POWERS = range(9)
 
 
 @kernel
@@ -25,7 +25,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     y : (ny,) float, state; a : (nv,) float, accelerations; la : (nj,) float, multipliers
     step : float, s, of the step that ends here, 0 for none
     factor : float, of all loads on beams and of gravity
-    r : (nu,) float, output in the order of the unknowns, the joints last (blocks that are not full leave gaps between)
+    r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
@@ -63,10 +63,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
             r[first + k] = la[k]
         elif joints[k].stiffness > 0.0:
             gap, rate = joints[k].gap, joints[k].rate
-            couplings.add_joint_force(k, joints[k].stiffness * gap + joints[k].damping * rate, n_q, f, bodies, F)
+            couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
             powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
             powers[JOINTS] += joints[k].damping * rate * rate
-            r[first + k] = la[k]
+            r[first + k] = gap + (joints[k].damping * rate - la[k]) / joints[k].stiffness
         else:
             couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
             r[first + k] = joints[k].gap
@@ -75,8 +75,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         for c in range(3):
             F[at + c] += points[i].mass * a[at + c] - points[i].f[c]
     for b in range(bodies.size):
-        at, G = bodies[b].iv - n_q, bodies[b].F
-        if bodies[b].motion == rigid.SPIN:
+        at, G, w = bodies[b].iv - n_q, bodies[b].F, bodies[b].w
+        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
+            powers[DRIVEN] -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5]
+        elif bodies[b].motion == rigid.SPIN:
             n = bodies[b].axis
             x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
             F[at] += bodies[b].spin_inertia * a[at] - (n[0] * x + n[1] * yy + n[2] * z)
@@ -111,8 +113,11 @@ def add_weight(gravity, n_q, model, P):
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, bordered by `scale` times the constraints; after `residual` only.
 
-    Left out are what only slows Newton's method: how a body's turn changes velocities of its points, the field's own
-    dependence on the shape, and the derivatives of user's laws.
+    Left out is what only slows Newton's method: how a turn of a body or of a line of action changes rates (beside what
+    is kept it is the angle turned in a step), how forces at markers turn with a body (beside its inertia: torque h^2),
+    how a FIELD follows the shape (likewise), how a rod between nodes that are no neighbours turns (beside their masses:
+    force h^2/length), how the direction of friction follows that of the normal (beside the
+    bristle's stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q = info.nq
@@ -123,7 +128,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         touch.add_contact_tangents(y, n_q, f, bodies, c_rate, matrix)
         _pad(f, matrix)
     if model.springs.size > 0:
-        _spring_tangents(y, n_q, model, c_rate, matrix)
+        _spring_tangents(t, y, n_q, model, c_rate, matrix)
     if f.hinges.size > 0:
         couplings.add_hinge_tangents(y, n_q, f, bodies, c_rate, matrix)
     first = matrix.A.shape[0] * matrix.A.shape[1] + matrix.counts[blocks.BORDER] - joints.size
@@ -132,14 +137,11 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         if not couplings.holds(t, joints, k):
             add_entry(matrix, row, row, scale * scale)
             continue
-        stiffness = joints[k].stiffness
+        stiffness, damped = joints[k].stiffness, 1.0
         if stiffness > 0.0:
-            force = stiffness * joints[k].gap + joints[k].damping * joints[k].rate
-            total = stiffness + c_rate * joints[k].damping
-            couplings.add_joint_tangent(k, force, -1, 0.0, total, n_q, f, bodies, matrix)
-            add_entry(matrix, row, row, scale * scale)
-        else:
-            couplings.add_joint_tangent(k, la[k], row, scale, 0.0, n_q, f, bodies, matrix)
+            add_entry(matrix, row, row, -scale * scale / stiffness)
+            damped = 1.0 + c_rate * joints[k].damping / stiffness
+        couplings.add_joint_tangent(k, la[k], row, scale, damped, n_q, f, bodies, matrix)
     for i in range(points.size):
         at = place[points[i].iv - n_q]
         for c in range(3):
@@ -179,8 +181,8 @@ def _pad(f, matrix):
 
 
 @kernel
-def _spring_tangents(y, n_q, model, c_rate, matrix):
-    """Tangents of all springs that have a stiffness (a user's law has none here)."""
+def _spring_tangents(t, y, n_q, model, c_rate, matrix):
+    """Tangents of all springs; those of users' laws by central differences."""
     bodies, points, f = model.bodies, model.points, model.flexible
     place, Ja, Jb = f.place, f.J[0], f.J[1]
     for k in range(model.springs.size):
@@ -189,12 +191,21 @@ def _spring_tangents(y, n_q, model, c_rate, matrix):
         b = springs.marker_kinematics(y, model.markers, points, bodies, mb)
         dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if length == 0.0:
+            continue
         nx, ny, nz = dx / length, dy / length, dz / length
         rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
-        elastic, damped = springs.spring_tension(model.springs, k, length - model.springs[k].length, rate, 0.0,
-                                                 model.parameters)  # fmt: skip
+        extension = length - model.springs[k].length
+        elastic, damped = springs.spring_tension(model.springs, k, extension, rate, t, model.parameters)
         tension = elastic + damped
         along = model.springs[k].stiffness + c_rate * model.springs[k].damping
+        if model.springs[k].law != 0:
+            d, e = 1e-6 * length, 1e-6 * (abs(rate) + length * c_rate)
+            more, _ = springs.spring_tension(model.springs, k, extension + d, rate, t, model.parameters)
+            less, _ = springs.spring_tension(model.springs, k, extension - d, rate, t, model.parameters)
+            faster, _ = springs.spring_tension(model.springs, k, extension, rate + e, t, model.parameters)
+            slower, _ = springs.spring_tension(model.springs, k, extension, rate - e, t, model.parameters)
+            along = (more - less) / (2.0 * d) + c_rate * (faster - slower) / (2.0 * e)
         across = tension / length
         p = along - across
         K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz
@@ -305,3 +316,162 @@ def momenta(y, model, out):
             n, h = bodies[b].axis, bodies[b].spin_inertia * y[v]
             for d in range(3):
                 H[d] += h * (R[d, 0] * n[0] + R[d, 1] * n[1] + R[d, 2] * n[2])
+
+
+@kernel
+def is_isolated(t, model):
+    """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
+    bodies, f, markers = model.bodies, model.flexible, model.markers
+    if model.loads.size > 0:
+        return False
+    for k in range(f.beams.size):
+        if f.beams[k].alpha != 0.0 or f.beams[k].paper != 0:
+            return False
+    for k in range(f.joints.size):
+        if couplings.holds(t, f.joints, k):
+            for side in range(2):
+                if f.joints[k].kind == couplings.ANGLE:
+                    return False
+                if f.joints[k].on[side] == ON_BODY and bodies[f.joints[k].index[side]].motion != rigid.FREE:
+                    return False
+    for k in range(f.hinges.size):
+        if bodies[f.hinges[k].body].motion != rigid.FREE:
+            return False
+    for k in range(f.cylinders.size):
+        if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:
+            return False
+    for k in range(model.springs.size):
+        for side in range(2):
+            m = model.springs[k].a if side == 0 else model.springs[k].b
+            if markers[m].kind == springs.ON_BODY and bodies[markers[m].index].motion != rigid.FREE:
+                return False
+    return True
+
+
+@kernel
+def load_torque(y, P, model):
+    """Torque of the loads P about the inertial origin, N m: (x, y, z)."""
+    bodies, points, f, n_q = model.bodies, model.points, model.flexible, model.info[0].nq
+    tx = ty = tz = 0.0
+    for k in range(f.beams.size):
+        at = f.cells[f.beams[k].cell].iv - n_q
+        for i in range(f.beams[k].nodes * (2 if f.beams[k].kind == flexible.CABLE else 4)):
+            q, p = f.beams[k].iq + 3 * i, at + 3 * i
+            x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
+            tx, ty, tz = tx + x, ty + yy, tz + z
+    for i in range(points.size):
+        q, p = points[i].iq, points[i].iv - n_q
+        x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
+        tx, ty, tz = tx + x, ty + yy, tz + z
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            q, p = bodies[b].iq, bodies[b].iv - n_q
+            x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
+            tx, ty, tz = tx + x, ty + yy, tz + z
+    return tx, ty, tz
+
+
+@kernel
+def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
+    """Add to the velocities in `out` those of a turn at (wx, wy, wz) about the point (cx, cy, cz), rad/s and m."""
+    bodies, points, f = model.bodies, model.points, model.flexible
+    for k in range(f.beams.size):
+        v, n = f.cells[f.beams[k].cell].iv, 2 if f.beams[k].kind == flexible.CABLE else 4
+        for i in range(f.beams[k].nodes * n):
+            q, p, place = f.beams[k].iq + 3 * i, v + 3 * i, 1.0 if i % n == 0 else 0.0
+            x, yy, z = cross(wx, wy, wz, y[q] - place * cx, y[q + 1] - place * cy, y[q + 2] - place * cz)
+            out[p] += x
+            out[p + 1] += yy
+            out[p + 2] += z
+    for i in range(points.size):
+        q, p = points[i].iq, points[i].iv
+        x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
+        out[p] += x
+        out[p + 1] += yy
+        out[p + 2] += z
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            q, p = bodies[b].iq, bodies[b].iv
+            x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
+            out[p] += x
+            out[p + 1] += yy
+            out[p + 2] += z
+            x, yy, z = turn_back(bodies[b].R, wx, wy, wz)
+            out[p + 3] += x
+            out[p + 4] += yy
+            out[p + 5] += z
+
+
+@kernel
+def keep_momentum(t, h, y, P, model, spare, kept):
+    """Give an isolated system at the end of a step the angular momentum that its loads have left it.
+
+    Parameters
+    ----------
+    h : float, s, length of the step; 0 only notes the momentum of the state
+    spare : (ny,) float, scratch
+    kept : (12,) float, angular momentum and torque of the loads of the step's start, then of its end
+
+    Notes
+    -----
+    Generalized-alpha keeps linear momentum to round-off, but angular momentum only to the second order of the step. The
+    rest is taken back by a turn of the whole about its centre of mass, I w = H0 + h (T0 + T1)/2 - H1, which no joint or
+    contact between its parts feels, and which is of third order in a step. Not where something is held from outside.
+    """
+    n_q, n_v = model.info[0].nq, model.info[0].nv
+    if not is_isolated(t, model):
+        kept[0] = math.nan
+        return
+    m = kept[6:12]
+    momenta(y, model, m)
+    T = load_torque(y, P, model)
+    if h > 0.0 and math.isfinite(kept[0]):
+        ex = kept[0] + 0.5 * h * (kept[3] + T[0]) - m[3]
+        ey = kept[1] + 0.5 * h * (kept[4] + T[1]) - m[4]
+        ez = kept[2] + 0.5 * h * (kept[5] + T[2]) - m[5]
+        for i in range(y.size):
+            spare[i] = y[i]
+        c = (0.0, 0.0, 0.0)
+        I = model.scratch  # noqa: E741
+        for k in range(6):
+            wx, wy, wz = 1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2)
+            for i in range(n_v):
+                spare[n_q + i] = 0.0
+            add_rigid_motion(y, wx, wy, wz, c[0], c[1], c[2], model, spare)
+            momenta(spare, model, m)
+            if k < 3:  # m[:3] = mass (w x centre)
+                I[k, 0], I[k, 1], I[k, 2] = m[0], m[1], m[2]
+                if k == 2:
+                    mass = total_mass(model)
+                    c = (I[2, 1] / mass, I[0, 2] / mass, I[1, 0] / mass)
+            else:
+                I[0, k - 3], I[1, k - 3], I[2, k - 3] = m[3], m[4], m[5]
+        ax, ay, az = cross(I[0, 1], I[1, 1], I[2, 1], I[0, 2], I[1, 2], I[2, 2])
+        bx, by, bz = cross(I[0, 2], I[1, 2], I[2, 2], I[0, 0], I[1, 0], I[2, 0])
+        gx, gy, gz = cross(I[0, 0], I[1, 0], I[2, 0], I[0, 1], I[1, 1], I[2, 1])
+        det = I[0, 0] * ax + I[1, 0] * ay + I[2, 0] * az
+        trace = I[0, 0] + I[1, 1] + I[2, 2]
+        if det > 1e-9 * trace * trace * trace:
+            wx = (ax * ex + ay * ey + az * ez) / det
+            wy = (bx * ex + by * ey + bz * ez) / det
+            wz = (gx * ex + gy * ey + gz * ez) / det
+            add_rigid_motion(y, wx, wy, wz, c[0], c[1], c[2], model, y)
+            momenta(y, model, m)
+    for i in range(3):
+        kept[i], kept[3 + i] = m[3 + i], T[i]
+
+
+@inlined
+def total_mass(model):
+    """Mass of all that moves freely, kg."""
+    f, total = model.flexible, 0.0
+    for k in range(f.cells.size):
+        half = 2 if f.beams[f.cells[k].beam].kind == flexible.CABLE else 4
+        M = f.M12[f.cells[k].mass] if half == 2 else f.M24[f.cells[k].mass]
+        total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
+    for i in range(model.points.size):
+        total += model.points[i].mass
+    for b in range(model.bodies.size):
+        if model.bodies[b].motion == rigid.FREE:
+            total += model.bodies[b].mass
+    return total

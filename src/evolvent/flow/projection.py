@@ -11,8 +11,10 @@ from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
 
 @kernel
 def is_corrected(model):
-    """Whether `project` has anything to correct: links, segments of fixed length, quaternions."""
+    """Whether `project` has anything to correct: links, segments of fixed length, quaternions, joints that let go."""
     found = model.links.size > 0
+    for k in range(model.flexible.joints.size):
+        found = found or model.flexible.joints[k].until < np.inf
     for b in range(model.bodies.size):
         found = found or model.bodies[b].motion == rigid.FREE
     for p in range(model.threads.size):

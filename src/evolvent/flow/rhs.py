@@ -2,7 +2,8 @@
 
 import math
 
-from evolvent.jit import kernel
+from evolvent.flow.penalties import add_flexible_forces, flexible_rates
+from evolvent.jit import inlined, kernel
 from evolvent.kernels import joints, loads, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
 
@@ -13,9 +14,27 @@ def rhs(t, y, s, model, dy):
 
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
+    dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
+    accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
+
+
+@kernel
+def flexible_rhs(t, y, s, model, dy):
+    """As `rhs`, of a model with beams or penalties (a function of its own: threads alone need not compile those)."""
+    dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
+    lost, given = add_flexible_forces(t, y, model, dy)
+    accelerate(y, s, model, dissipated + lost, load_power + given, spool_power, loaded, dy)
+    flexible_rates(y, model, dy)
+
+
+@inlined
+def apply_forces(t, y, s, model, dy):
+    """Kinematics, and all forces but those of beams and constraints; dy is cleared.
+
+    Returns the powers dissipated, of loads and of spools (W), and whether threads' nodes bear loads.
+    """
     bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
     info = model.info[0]
-    n_v = info.nq + info.nv
     info.step = math.inf
     for i in range(y.size):
         dy[i] = 0.0
@@ -49,6 +68,15 @@ def rhs(t, y, s, model, dy):
             d, power = thread.spring_thread(y, s, threads, nodes, bodies, p, loaded, dy)
             dissipated += d
             spool_power += power
+    return dissipated, load_power, spool_power, loaded
+
+
+@inlined
+def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
+    """Accelerations of bodies, points and threads of fixed segments under what has been applied, and the accounts."""
+    bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
+    info = model.info[0]
+    n_v = info.nq + info.nv
     rigid.factorise(bodies)
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)

@@ -245,16 +245,14 @@ def add_joint_force(k, la, n_q, flexible, bodies, F):
 
 
 @kernel
-def add_joint_tangent(k, la, row, scale, stiffness, n_q, flexible, bodies, matrix):
-    """Add joint k: gradient as row and column `row` times `scale` (row < 0: none), `stiffness` g g^T, and la g'."""
+def add_joint_tangent(k, la, row, scale, damped, n_q, flexible, bodies, matrix):
+    """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
     joints, place = flexible.joints, flexible.place
     kind = joints[k].kind
     if kind == ANGLE:
         at = place[joints[k].iv[1] - n_q]
-        if row >= 0:
-            add_entry(matrix, row, at, scale)
-            add_entry(matrix, at, row, scale)
-        add_entry(matrix, at, at, stiffness)
+        add_entry(matrix, row, at, scale * damped)
+        add_entry(matrix, at, row, scale)
         return
     is_place = kind != DIRECTION
     Ja, Jb = flexible.J[0], flexible.J[1]
@@ -265,30 +263,14 @@ def add_joint_tangent(k, la, row, scale, stiffness, n_q, flexible, bodies, matri
         bodies, place, n_q, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb
     )
     ga, gb = joints[k].g[0], joints[k].g[1]
-    if row >= 0:
-        for c in range(n):
-            value = scale * (ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c])
-            add_entry(matrix, row, a + c, value)
-            add_entry(matrix, a + c, row, value)
-        for c in range(m):
-            value = scale * (gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c])
-            add_entry(matrix, row, b + c, value)
-            add_entry(matrix, b + c, row, value)
-    if stiffness != 0.0:
-        for c in range(n):
-            x = ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c]
-            for d in range(n):
-                z = ga[0] * Ja[0, d] + ga[1] * Ja[1, d] + ga[2] * Ja[2, d]
-                add_entry(matrix, a + c, a + d, stiffness * x * z)
-            for d in range(m):
-                z = gb[0] * Jb[0, d] + gb[1] * Jb[1, d] + gb[2] * Jb[2, d]
-                add_entry(matrix, a + c, b + d, stiffness * x * z)
-                add_entry(matrix, b + d, a + c, stiffness * x * z)
-        for c in range(m):
-            x = gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c]
-            for d in range(m):
-                z = gb[0] * Jb[0, d] + gb[1] * Jb[1, d] + gb[2] * Jb[2, d]
-                add_entry(matrix, b + c, b + d, stiffness * x * z)
+    for c in range(n):
+        value = scale * (ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c])
+        add_entry(matrix, row, a + c, value * damped)
+        add_entry(matrix, a + c, row, value)
+    for c in range(m):
+        value = scale * (gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c])
+        add_entry(matrix, row, b + c, value * damped)
+        add_entry(matrix, b + c, row, value)
     if la == 0.0:
         return
     for side in range(2):
@@ -384,10 +366,17 @@ def add_hinges(y, n_q, flexible, bodies, F):
 
 @kernel
 def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
-    """Tangents of all hinges; what a turn of the body changes in the direction of g is left out."""
+    """Tangents of all hinges.
+
+    Notes
+    -----
+    With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
+    is the slope's rate as seen from the body.
+    """
     hinges, place = flexible.hinges, flexible.place
+    K = flexible.K12
     for k in range(hinges.size):
-        ax, ay, az, bx, by, bz, nx, ny, nz = _hinge_axes(hinges, bodies, k)
+        ax, ay, az, bx, by, bz, _, _, _ = _hinge_axes(hinges, bodies, k)
         iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
         ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
         p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
@@ -395,30 +384,108 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
         g = ((p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr)
         torque, stiffness, damping, _, _ = hinge_law(hinges, k, hinges[k].angle, hinges[k].rate)
         slope = stiffness + c_rate * damping
+        a, b, w = (ax, ay, az), (bx, by, bz), bodies[body].w
+        rx, ry, rz = cross(w[0], w[1], w[2], ux, uy, uz)
+        r = (y[iv] - rx, y[iv + 1] - ry, y[iv + 2] - rz)
+        s, d = 2.0 * p * q / (rr * rr), (q * q - p * p) / (rr * rr)
+        for j in range(3):
+            turned = 0.0
+            for i in range(3):
+                turned += (s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])) * r[i]
+            for i in range(3):
+                second = s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
+                K[i, j] = slope * g[i] * g[j] + torque * second + damping * g[i] * turned
         at = place[iv - n_q]
-        a, b = (ax, ay, az), (bx, by, bz)
-        s, d = 2.0 * p * q * torque / (rr * rr), (q * q - p * p) * torque / (rr * rr)
         for i in range(3):
             for j in range(3):
-                second = s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
-                add_entry(matrix, at + i, at + j, slope * g[i] * g[j] + second)
-        motion = bodies[body].motion
-        if motion == rigid.DRIVEN:
-            continue
-        n = bodies[body].axis
-        first = place[bodies[body].iv - n_q]
-        tx, ty, tz = cross(ux, uy, uz, g[0], g[1], g[2])
-        hx, hy, hz = turn_back(bodies[body].R, -tx, -ty, -tz)
-        if motion == rigid.SPIN:
-            h = n[0] * hx + n[1] * hy + n[2] * hz
-            add_entry(matrix, first, first, slope * h * h)
-            for i in range(3):
-                add_entry(matrix, first, at + i, slope * h * g[i])
-                add_entry(matrix, at + i, first, slope * h * g[i])
-        else:
-            h3 = (hx, hy, hz)
+                add_entry(matrix, at + i, at + j, K[i, j])
+        if bodies[body].motion != rigid.DRIVEN:
+            local = flexible.e[2]
+            local[0], local[1], local[2] = turn_back(bodies[body].R, ux, uy, uz)
+            body_columns(bodies, place, n_q, body, local, False, flexible.J[1])
+            f = (torque * g[0], torque * g[1], torque * g[2])
+            add_relative(matrix, bodies, place, n_q, body, local, False, flexible.J[1], K, f, at, 1.0)
+            add_relative_body(matrix, bodies, place, n_q, body, local, False, flexible.J[1], K, f)
+
+
+# ---------------------------------------------------------------------------------------------- forces seen from a body
+
+
+@inlined
+def body_columns(bodies, place, n_q, index, local, is_place, J):
+    """`side_columns` of a body."""
+    return side_columns(bodies, place, n_q, ON_BODY, index, -1, local, is_place, J)
+
+
+@inlined
+def _turn_axis(bodies, index, motion, c):
+    """Axis (body axes) about which column c of a body turns it; zero where it moves it."""
+    n = bodies[index].axis
+    if motion == rigid.SPIN:
+        return n[0], n[1], n[2]
+    return 1.0 * (c == 3), 1.0 * (c == 4), 1.0 * (c == 5)
+
+
+@kernel
+def add_relative(matrix, bodies, place, n_q, index, local, is_place, J, K, f, row, share):
+    """Couple a vector of coordinates at `row` with a body on whose axes alone the force f on its vector depends.
+
+    Parameters
+    ----------
+    local : (3,) float, the vector u as seen from the body; J : columns of that place of the body
+    K : (3, 3) float, derivative of f, the force on the left of the equations, by u, inertial axes
+    f : 3 floats, inertial axes
+    share : float, of u in the vector of coordinates
+
+    Notes
+    -----
+    A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
+    du changes by R^T f x R^T du - local x R^T K du.
+    """
+    motion, R = bodies[index].motion, bodies[index].R
+    at = place[bodies[index].iv - n_q]
+    size = 1 if motion == rigid.SPIN else 6
+    fx, fy, fz = turn_back(R, f[0], f[1], f[2])
+    for c in range(size):
+        nx, ny, nz = _turn_axis(bodies, index, motion, c)
+        tx, ty, tz = turn(R, nx, ny, nz)
+        cx, cy, cz = cross(tx, ty, tz, f[0], f[1], f[2])
+        x = (cx, cy, cz)
+        for i in range(3):
+            value = x[i]
             for j in range(3):
-                for i in range(3):
-                    add_entry(matrix, first + 3 + j, at + i, slope * h3[j] * g[i])
-                    add_entry(matrix, at + i, first + 3 + j, slope * h3[j] * g[i])
-                    add_entry(matrix, first + 3 + j, first + 3 + i, slope * h3[j] * h3[i])
+                value -= K[i, j] * J[j, c]
+            add_entry(matrix, row + i, at + c, share * value)
+        gx, gy, gz = cross(nx, ny, nz, fx, fy, fz)
+        gx, gy, gz = turn(R, gx, gy, gz)
+        g = (gx, gy, gz)
+        for j in range(3):
+            value = g[j]
+            for i in range(3):
+                value -= J[i, c] * K[i, j]
+            add_entry(matrix, at + c, row + j, share * value)
+
+
+@kernel
+def add_relative_body(matrix, bodies, place, n_q, index, local, is_place, J, K, f):
+    """The body's own part of `add_relative`."""
+    motion, R = bodies[index].motion, bodies[index].R
+    at = place[bodies[index].iv - n_q]
+    size = 1 if motion == rigid.SPIN else 6
+    fx, fy, fz = turn_back(R, f[0], f[1], f[2])
+    for c in range(size):
+        nx, ny, nz = _turn_axis(bodies, index, motion, c)
+        tx, ty, tz = turn(R, nx, ny, nz)
+        cx, cy, cz = cross(tx, ty, tz, f[0], f[1], f[2])
+        dx, dy, dz = turn_back(R, -J[0, c], -J[1, c], -J[2, c])
+        gx, gy, gz = cross(fx, fy, fz, dx, dy, dz)
+        for r in range(size):
+            value = 0.0
+            for i in range(3):
+                for j in range(3):
+                    value += J[i, r] * K[i, j] * J[j, c]
+            ax, ay, az = _turn_axis(bodies, index, motion, r)
+            value += ax * gx + ay * gy + az * gz
+            if is_place and motion == rigid.FREE and r < 3:
+                value -= cx if r == 0 else (cy if r == 1 else cz)
+            add_entry(matrix, at + r, at + c, value)

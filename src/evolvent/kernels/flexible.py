@@ -130,16 +130,20 @@ def beam_momenta(y, flexible, P, H):
         M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
         half = n // 2
         for i in range(n):
+            px = py = pz = 0.0
             for j in range(n):
-                m = M[i, j]
-                x, u = y[iq + 3 * i : iq + 3 * i + 3], y[iv + 3 * j : iv + 3 * j + 3]
-                hx, hy, hz = cross(x[0], x[1], x[2], u[0], u[1], u[2])
-                H[0] += m * hx
-                H[1] += m * hy
-                H[2] += m * hz
-                if i == 0 or i == half:
-                    for c in range(3):
-                        P[c] += m * u[c]
+                m, u = M[i, j], iv + 3 * j
+                px += m * y[u]
+                py += m * y[u + 1]
+                pz += m * y[u + 2]
+            hx, hy, hz = cross(y[iq + 3 * i], y[iq + 3 * i + 1], y[iq + 3 * i + 2], px, py, pz)
+            H[0] += hx
+            H[1] += hy
+            H[2] += hz
+            if i == 0 or i == half:
+                P[0] += px
+                P[1] += py
+                P[2] += pz
 
 
 # ---------------------------------------------------------------------------------------------- loads

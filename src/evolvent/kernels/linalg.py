@@ -2,7 +2,7 @@
 
 import math
 
-from evolvent.jit import kernel
+from evolvent.jit import inlined, kernel
 
 
 @kernel
@@ -90,3 +90,35 @@ def banded_ldl_solve(A, n, w, x):
         for k in range(i + 1, min(n, i + w + 1)):
             s -= A[k, k - i] * x[k]
         x[i] = s
+
+
+@inlined
+def banded_solve_vectors(A, first, n, w, x, at):
+    """Solve for n vectors of 3 components that stand one after the other in x from place `at`, in place.
+
+    Parameters
+    ----------
+    A : (N, w + 1 or more) float, rows `first` to first + n: in column 0 the inverse of D, in column k the entry
+        L[i, i - k] of L D L^T
+    n, w : int, size and half bandwidth
+    """
+    for i in range(n):
+        j = at + 3 * i
+        a, b, c = x[j], x[j + 1], x[j + 2]
+        for k in range(1, min(i, w) + 1):
+            m, j = A[first + i, k], at + 3 * (i - k)
+            a -= m * x[j]
+            b -= m * x[j + 1]
+            c -= m * x[j + 2]
+        j = at + 3 * i
+        x[j], x[j + 1], x[j + 2] = a, b, c
+    for i in range(n - 1, -1, -1):
+        j, d = at + 3 * i, A[first + i, 0]
+        a, b, c = d * x[j], d * x[j + 1], d * x[j + 2]
+        for k in range(1, min(n - 1 - i, w) + 1):
+            m, j = A[first + i + k, k], at + 3 * (i + k)
+            a -= m * x[j]
+            b -= m * x[j + 1]
+            c -= m * x[j + 2]
+        j = at + 3 * i
+        x[j], x[j + 1], x[j + 2] = a, b, c

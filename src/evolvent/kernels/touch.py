@@ -4,7 +4,7 @@ import math
 
 from evolvent.jit import inlined, kernel
 from evolvent.kernels import contact, rigid
-from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_product, side_columns
+from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
 
 
@@ -54,7 +54,7 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
                 ) or contact.may_touch(
                     y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
                 )
-            checks[i].force = 0.0
+            checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
             checks[i].damper1 = 0.0
             checks[i].slip = 0.0
             checks[i].gap1 = math.inf
@@ -75,7 +75,6 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             n, f, t = checks[i].n, checks[i].f, checks[i].t
             n[0], n[1], n[2] = nx, ny, nz
             fx, fy, fz = force * nx, force * ny, force * nz
-            checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0
             if mu > 0.0:
                 sx, sy, sz = 0.0, 0.0, 0.0
                 if step > 0.0:
@@ -122,32 +121,39 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
 def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
     """Tangents of all contacts, c_rate times the derivatives by velocity included."""
     cylinders, checks, place = flexible.cylinders, flexible.checks, flexible.place
-    Jp, Jb = flexible.J[0], flexible.J[1]
+    J, K = flexible.J[1], flexible.K12
     m = matrix.A.shape[1]
     for k in range(cylinders.size):
         body = cylinders[k].body
         moves = bodies[body].motion != rigid.DRIVEN
-        R, X, axis = bodies[body].R, bodies[body].x, cylinders[k].axis
+        R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
         ax, ay, az = turn(R, axis[0], axis[1], axis[2])
         for i in range(cylinders[k].first, cylinders[k].last):
             force = checks[i].force
-            if force == 0.0 and checks[i].along == 0.0:
-                continue
-            if checks[i].gap1 == math.inf:
+            if force == 0.0 or checks[i].gap1 == math.inf:
                 continue
             n, t = checks[i].n, checks[i].t
             H = contact.cylinder_curvature(n[0], n[1], n[2], ax, ay, az, checks[i].distance)
-            normal = checks[i].d_gap + c_rate * checks[i].d_rate
-            along, across = checks[i].along, checks[i].across
-            # minus d(force)/dx, symmetric part: xx, yy, zz, xy, xz, yz
-            a, b = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-            K = flexible.f
-            for c in range(6):
-                nn, tt = n[a[c]] * n[b[c]], t[a[c]] * t[b[c]]
-                same = 1.0 if a[c] == b[c] else 0.0
-                K[c] = -normal * nn - force * H[c] + along * tt + across * (same - nn - tt)
-            K00, K11, K22, K01, K02, K12 = K[0], K[1], K[2], K[3], K[4], K[5]
-            skew = checks[i].by_normal * normal  # friction follows the normal force: + by_normal normal t n^T
+            x, yy, z = _point(y, checks[i].iq, checks[i].S)
+            vx, vy, vz = _point(y, checks[i].iv, checks[i].S)
+            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
+            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
+            vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
+            turned = (
+                H[0] * vx + H[3] * vy + H[4] * vz,
+                H[3] * vx + H[1] * vy + H[5] * vz,
+                H[4] * vx + H[5] * vy + H[2] * vz,
+            )
+            normal, d_rate = checks[i].d_gap + c_rate * checks[i].d_rate, checks[i].d_rate
+            along, across, by_normal = checks[i].along, checks[i].across, checks[i].by_normal
+            # minus d(force)/dx; friction follows the normal force
+            for a in range(3):
+                for b in range(3):
+                    nn, tt = n[a] * n[b], t[a] * t[b]
+                    same = 1.0 if a == b else 0.0
+                    h = H[a] if a == b else H[2 + a + b]
+                    change = normal * n[b] + d_rate * turned[b]
+                    K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
             for p in range(4):
                 row, sp = place[checks[i].iv[p] - n_q], checks[i].S[p]
                 bp = row // m
@@ -156,27 +162,19 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                     column, s = place[checks[i].iv[q] - n_q], sp * checks[i].S[q]
                     bq = column // m
                     A, c0 = matrix.A[bp], (bq - bp + 1) * m + column - bq * m
-                    A[r0, c0] += s * (K00 + skew * t[0] * n[0])
-                    A[r0, c0 + 1] += s * (K01 + skew * t[0] * n[1])
-                    A[r0, c0 + 2] += s * (K02 + skew * t[0] * n[2])
-                    A[r0 + 1, c0] += s * (K01 + skew * t[1] * n[0])
-                    A[r0 + 1, c0 + 1] += s * (K11 + skew * t[1] * n[1])
-                    A[r0 + 1, c0 + 2] += s * (K12 + skew * t[1] * n[2])
-                    A[r0 + 2, c0] += s * (K02 + skew * t[2] * n[0])
-                    A[r0 + 2, c0 + 1] += s * (K12 + skew * t[2] * n[1])
-                    A[r0 + 2, c0 + 2] += s * (K22 + skew * t[2] * n[2])
+                    for a in range(3):
+                        for b in range(3):
+                            A[r0 + a, c0 + b] += s * K[a, b]
             if not moves:
                 continue
-            x, yy, z = _point(y, checks[i].iq, checks[i].S)
             q = flexible.e[2]
-            q[0], q[1], q[2] = turn_back(R, x - X[0], yy - X[1], z - X[2])
-            at, size = side_columns(bodies, place, n_q, ON_BODY, body, -1, q, True, Jb)
-            add_product(matrix, at, size, Jb, K00, K01, K02, K11, K12, K22, at, size, Jb, 1.0)
+            q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
+            body_columns(bodies, place, n_q, body, q, True, J)
+            f = (-checks[i].f[0], -checks[i].f[1], -checks[i].f[2])
             for p in range(4):
-                row, three = side_columns(bodies, place, n_q, ON_COORDINATES, -1, checks[i].iv[p], q, True, Jp)
-                s = -checks[i].S[p]
-                add_product(matrix, row, three, Jp, K00, K01, K02, K11, K12, K22, at, size, Jb, s)
-                add_product(matrix, at, size, Jb, K00, K01, K02, K11, K12, K22, row, three, Jp, s)
+                row = place[checks[i].iv[p] - n_q]
+                add_relative(matrix, bodies, place, n_q, body, q, True, J, K, f, row, checks[i].S[p])
+            add_relative_body(matrix, bodies, place, n_q, body, q, True, J, K, f)
 
 
 @kernel

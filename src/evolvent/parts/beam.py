@@ -122,6 +122,7 @@ class Beam:
             cell=first,
             cells=n,
             block=block,
+            paper=int(beta > 0.0 and self.damping == cells.PAPER),
             alpha=not_negative(f"{name}.mass_damping", self.mass_damping),
             length=length,
         )

@@ -25,7 +25,7 @@ class _Side(NamedTuple):
     """One side: fields of the family `joints`, its vector at the start, and, of a node, its kind and places."""
 
     on: int
-    index: int
+    body: int
     iq: int
     iv: int
     local: np.ndarray
@@ -132,7 +132,7 @@ class Joint:
             raise InputError(f"{name}: a {self.kind} between two beams is not known; join each to a body")
         if b.on == kernels.ON_COORDINATES and b.node is None:
             raise InputError(f"{name}: a point has no directions; a {self.kind} needs a body or a beam")
-        body = a.index
+        body = a.body
         if b.node is not None:
             along = _slope(builder, b, 1)
             e1 = along.u / np.linalg.norm(along.u)
@@ -155,9 +155,9 @@ class Joint:
                 ]
             return [(_on_body(builder, body, e2), along), (_on_body(builder, body, e3), along)]
         f2, f3 = _across(axis)
-        held = [(_on_body(builder, body, axis), _on_body(builder, b.index, f)) for f in (f2, f3)]
+        held = [(_on_body(builder, body, axis), _on_body(builder, b.body, f)) for f in (f2, f3)]
         if self.kind == "clamp":
-            held.append((_on_body(builder, body, f2), _on_body(builder, b.index, f3)))
+            held.append((_on_body(builder, body, f2), _on_body(builder, b.body, f3)))
         return held
 
 
@@ -181,7 +181,7 @@ def _row(builder: Builder, kind: int, a: _Side, b: _Side, **fields: Any) -> int:
         "joints",
         kind=kind,
         on=(a.on, b.on),
-        index=(a.index, b.index),
+        index=(a.body, b.body),
         iq=(a.iq, b.iq),
         iv=(a.iv, b.iv),
         local=np.array([a.local, b.local]),

@@ -23,18 +23,21 @@ import numpy as np
 
 from evolvent.flow import implicit as eq
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import rigid, touch
+from evolvent.kernels import couplings, rigid, touch
 from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.rotations import cross
 
 # status codes of the loop
-BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
+BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 # places in March.tally
 STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, WORST, NO_START = range(10)
-# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence
-TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, TRUE_STEP = range(7)
+# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence;
+# NET: what the account has gained since the start, LARGEST: since its lowest; LAST: step that the algorithmic
+# accelerations belong to; EVENT: the next step's limit, where a latch lies
+TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, NET, LAST, EVENT, N_CLOCK = range(10)
 # places in March.ledger: what causes have taken, what came in, energy now and at the start
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
-KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15
+KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
 # places in Scheme.options
 ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN = range(11)
 #: Iterations of Newton's method before a step is given up.
@@ -53,10 +56,11 @@ class March(NamedTuple):
 
     Attributes
     ----------
-    y, y0 : (ny,) float, state at the end and the start of a step
+    y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     v1 : (3, nv) float, algorithmic accelerations a, accelerations v', loads; 0 in `v0` for the start
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
     weight : (nu,) float, size of each unknown that counts as 1
+    kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and starts anew
     out_* : what is kept at the samples
@@ -64,6 +68,7 @@ class March(NamedTuple):
 
     y: np.ndarray
     y0: np.ndarray
+    spare: np.ndarray
     v1: np.ndarray
     v0: np.ndarray
     la: np.ndarray
@@ -79,6 +84,7 @@ class March(NamedTuple):
     ledger: np.ndarray
     ledger0: np.ndarray
     impulse: np.ndarray
+    kept: np.ndarray
     samples: np.ndarray
     stops: np.ndarray
     out_y: np.ndarray
@@ -98,6 +104,10 @@ def displace(y0, dq, model, y):
         q, size = beams[k].iq, beams[k].nodes * 3 * (2 if beams[k].kind == 0 else 4)
         at = _velocity(model, k) - n_q
         for i in range(size):
+            y[q + i] = y0[q + i] + dq[at + i]
+    for k in range(model.threads.size):
+        q, at = model.threads[k].iq, model.threads[k].iv - n_q
+        for i in range(3 * model.threads[k].n):
             y[q + i] = y0[q + i] + dq[at + i]
     for k in range(points.size):
         q, at = points[k].iq, points[k].iv - n_q
@@ -146,48 +156,37 @@ def factor_at(calls, t, y, la, c_mass, c_rate, scale, model, matrix, march):
 
 
 @kernel
-def start_accelerations(calls, model, matrix, options, march):
-    """Accelerations and multipliers that fit the state: M v' + F + G^T la = 0 and g'' = 0; returns a status.
+def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
+    """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
     Notes
     -----
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
-    n_q, n_v, t = model.info[0].nq, model.info[0].nv, march.clock[TIME]
-    y, y0, la, A = march.y, march.y0, march.la, march.v1[1]
+    n_q, n_v, y0 = model.info[0].nq, model.info[0].nv, march.y0
     joints, n_j = model.flexible.joints, model.flexible.joints.size
     first = march.r.size - n_j
-    for i in range(n_v):
-        A[i] = 0.0
-    for i in range(n_j):
-        la[i] = 0.0
-    c_mass = 1e16 / (options[SPAN] * options[SPAN])
+    c_mass = _short(options)
     scale = c_mass * options[MASS]
-    eps = 1e-6 * options[SPAN]
-    for attempt in range(4):
-        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
-        if attempt == 0:
-            found = factor_at(calls, t, y, la, c_mass, 0.0, scale, model, matrix, march)
-            if found != 0:
-                return SINGULAR if found < 0 else REDUNDANT
+    d = 1e-3 * options[SPAN]
+    for _ in range(3):
+        calls.residual[0](t, state, A, la, 0.0, 1.0, model, march.r, march.powers[0])
         for side in range(2):
-            d = eps if side == 0 else -eps
             for i in range(n_v):
-                march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
-            for i in range(y.size):
-                y0[i] = y[i]
-            displace(y, march.dq, model, y0)
+                march.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
+            for i in range(state.size):
+                y0[i] = state[i]
+            displace(state, march.dq, model, y0)
             for i in range(n_v):
-                y0[n_q + i] = y[n_q + i] + d * A[i]
+                y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model.bodies)
             for k in range(n_j):
-                eq.couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
+                couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
                 march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
-        rigid.kinematics(t, y, model.bodies)
+            d = -d
         for k in range(n_j):
-            eq.couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
-            if joints[k].stiffness > 0.0 or not eq.couplings.holds(t, joints, k):
-                march.x[first + k] = -scale * la[k]
+            if joints[k].stiffness > 0.0 or not couplings.holds(t, joints, k):
+                march.x[first + k] = -scale * march.r[first + k]
             else:
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
@@ -197,11 +196,89 @@ def start_accelerations(calls, model, matrix, options, march):
             A[i] += c_mass * march.x[model.flexible.place[i]]
         for k in range(n_j):
             la[k] += scale * march.x[first + k]
+
+
+@inlined
+def _short(options):
+    """c_mass of a step too short to feel stiffness."""
+    return 1e16 / (options[SPAN] * options[SPAN])
+
+
+@kernel
+def start_accelerations(calls, model, matrix, options, march):
+    """Accelerations and multipliers at march.y; returns a status.
+
+    Notes
+    -----
+    Multipliers are of second order from the first step on where the method starts as it goes on (Arnold, Bruls, Cardona
+    2015): with a0 = v'(t0 + (alpha_m - alpha_f) h), and velocities that part from the constraints by what a step's
+    position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the rotation
+    vector of a free body. Where a step does not resolve v'', both are left out.
+    """
+    n_q, n_v, t, h = model.info[0].nq, model.info[0].nv, march.clock[TIME], march.clock[STEP]
+    y, la, A, bodies = march.y, march.la, march.v1[1], model.bodies
     for i in range(n_v):
-        march.v1[0, i] = A[i]
+        A[i] = 0.0
+    for i in range(la.size):
+        la[i] = 0.0
+    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    c_mass = _short(options)
+    found = factor_at(calls, t, y, la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
     march.tally[FRESH] = 1
+    if found != 0:
+        return SINGULAR if found < 0 else REDUNDANT
+    accelerations_at(calls, t, y, model, matrix, options, march, A, la)
     if not is_finite(A):
         return NOT_FINITE
+    J, B, state, la1 = march.v0[0], march.v0[1], march.spare, march.la0
+    for i in range(n_v):
+        J[i] = 0.0
+    d = 1e-2 * options[SPAN]
+    for _ in range(2):
+        for i in range(n_v):
+            march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
+            B[i] = A[i]
+        for k in range(la.size):
+            la1[k] = la[k]
+        for i in range(y.size):
+            state[i] = y[i]
+        displace(y, march.dq, model, state)
+        for i in range(n_v):
+            state[n_q + i] += d * A[i]
+        accelerations_at(calls, t + d, state, model, matrix, options, march, B, la1)
+        for i in range(n_v):
+            J[i] += B[i] / (2.0 * d)
+        d = -d
+    jerk = rest = 0.0
+    for i in range(n_v):
+        jerk = max(jerk, h * h * h * abs(J[i]) / march.weight[i])
+        rest = max(rest, (h * abs(y[n_q + i]) + h * h * abs(A[i])) / march.weight[i])
+    shift = options[ALPHA_M] - options[ALPHA_F]
+    for i in range(n_v):
+        march.v1[0, i] = A[i]
+    if jerk < 0.1 * rest:
+        c = 1.0 / 6.0 - 0.5 * shift - options[BETA]
+        for i in range(n_v):
+            march.v1[0, i] += shift * h * J[i]
+            J[i] *= c
+        for b in range(bodies.size):
+            if bodies[b].motion == rigid.FREE:
+                q, at = bodies[b].iv + 3, bodies[b].iv + 3 - n_q
+                x, yy, z = cross(y[q], y[q + 1], y[q + 2], A[at], A[at + 1], A[at + 2])
+                J[at] += x / 12.0
+                J[at + 1] += yy / 12.0
+                J[at + 2] += z / 12.0
+        for i in range(n_v):
+            B[i] = A[i] + J[i]
+        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
+        calls.residual[0](t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
+        for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
+            march.x[i] = march.r[i] - march.x[i] if i < march.x.size - la.size else 0.0
+        calls.solve[0](matrix, march.x)
+        for i in range(n_v):
+            y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
+    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    march.clock[LAST] = h
     return DONE
 
 
@@ -234,7 +311,7 @@ def step_of(calls, t1, h, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW:
+        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
             found = factor_at(calls, t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -293,7 +370,8 @@ def book(t, h, model, march):
         cause = (BY_MASS, BY_STIFFNESS, BY_SPRINGS, BY_JOINTS)[pair]
         which = (eq.MASS_DAMPING, eq.STIFFNESS_DAMPING, eq.SPRINGS, eq.JOINTS)[pair]
         ledger[cause] += 0.5 * h * (p[which] + p0[which])
-    ledger[DRIVES] += _drives(t, h, model, march)
+    ledger[DRIVES] += _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
+    ledger[SPOOLS] += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
     slip, damped = touch.settle_contacts(march.y, f, model.bodies)
     ledger[BY_FRICTION] += slip
     ledger[BY_CONTACT] += damped
@@ -308,7 +386,7 @@ def gain(calls, t, model, march):
     fill_energies(calls, t, model, march)
     energy = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
     ledger[PEAK] = max(ledger[PEAK], energy)
-    gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES]
+    gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES] - ledger[SPOOLS]
     for cause in range(BY_MASS, BY_SPRINGS + 1):
         gained += ledger[cause]
     return gained
@@ -316,16 +394,12 @@ def gain(calls, t, model, march):
 
 @inlined
 def _drives(t, h, model, march):
-    """Work of driven joints (la dg/dt of each, mean la) and bodies over a step."""
+    """Work of driven joints over a step, la dg/dt of each, mean la."""
     work = 0.0
-    joints, bodies = model.flexible.joints, model.bodies
+    joints = model.flexible.joints
     for k in range(joints.size):
-        if joints[k].path != 0 and joints[k].stiffness == 0.0 and eq.couplings.holds(t, joints, k):
+        if joints[k].path != 0 and couplings.holds(t, joints, k):
             work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
-            w, G = bodies[b].w, bodies[b].F
-            work -= h * (w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
     return work
 
 
@@ -336,9 +410,9 @@ def paths(t, h, model, march):
     for k in range(joints.size):
         march.gaps[k] = 0.0
         if joints[k].path != 0:
-            eq.couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
             now = joints[k].gap
-            eq.couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
             march.gaps[k] = joints[k].gap - now
 
 
@@ -388,9 +462,12 @@ def begin(calls, model, matrix, options, march):
     touch.settle_contacts(march.y, model.flexible, model.bodies)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
+    calls.keep_momentum[0](t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
     fill_energies(calls, t, model, march)
     march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
     march.ledger[PEAK] = march.ledger[START]
+    for k in range(model.flexible.hinges.size):
+        model.flexible.hinges[k].before = model.flexible.hinges[k].angle
     if march.samples[0] <= t:
         keep(0, model, march)
         march.tally[SAMPLE] = 1
@@ -408,9 +485,10 @@ def advance(calls, model, matrix, options, march, budget):
         if tally[SAMPLE] == n_t:
             return DONE
         target = march.samples[tally[SAMPLE]]
-        if tally[STOP] < march.stops.size:
-            target = min(target, march.stops[tally[STOP]])
-        h = clock[STEP]
+        stops = tally[STOP] < march.stops.size and march.stops[tally[STOP]] <= target
+        if stops:
+            target = march.stops[tally[STOP]]
+        h = min(clock[STEP], clock[EVENT])
         left = target - t
         lands = h >= left * (1.0 - 1e-9)
         if lands:
@@ -422,6 +500,8 @@ def advance(calls, model, matrix, options, march, budget):
         for j in range(3):
             for i in range(n_v):
                 march.v0[j, i] = march.v1[j, i]
+        for i in range(n_v):  # algorithmic accelerations lie off the true ones in proportion to the step
+            march.v0[0, i] = march.v1[1, i] + (march.v1[0, i] - march.v1[1, i]) * (h / clock[LAST])
         for i in range(n_j):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
@@ -430,12 +510,13 @@ def advance(calls, model, matrix, options, march, budget):
             march.ledger0[i] = ledger[i]
         paths(t, h, model, march)
         t1 = target if lands else t + h
-        found = step_of(calls, t1, h, model, matrix, options, march)
+        t_end = t1 - 1e-9 * h if lands and stops else t1  # what begins or ends at a stop has not done so yet
+        found = step_of(calls, t_end, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or lands:
                 # contacts and reactions of the state that the last correction led to
-                calls.residual[0](t1, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+                calls.residual[0](t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
                 for i in range(n_v):
@@ -449,14 +530,31 @@ def advance(calls, model, matrix, options, march, budget):
             tally[REJECTED] += 1
             clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        book(t1, h, model, march)
+        part = _until_latch(model) if error <= 1.0 else 1.0
+        if part < 1.0 and h * part > options[SMALLEST]:
+            _back(model, march)
+            clock[EVENT] = h * part
+            continue
+        calls.keep_momentum[0](t_end, h, march.y, model.flexible.P, model, march.spare, march.kept)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
+        book(t_end, h, model, march)
+        clock[LAST], clock[EVENT] = h, math.inf
         clock[TIME] = t1
         tally[STEPS] += 1
-        if lands or tally[STEPS] % EACH == 0 or model.flexible.cylinders.size > 0:
-            clock[LARGEST] = gain(calls, t1, model, march)
-        if clock[LARGEST] > options[GAIN] * max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES])):
+        touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
+        if lands or touching or tally[STEPS] % EACH == 0:
+            net = gain(calls, t_end, model, march)
+            clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
+            clock[NET] = net
+        # a run from rest has no energy to compare with at first: while energy grows from nothing its account is as
+        # inexact as the step is long, and motion below Newton's tolerance has none at all
+        changed = 0.0
+        for i in (KINETIC, ELASTIC, COUPLED):
+            changed += ledger[i] - march.ledger0[i]
+        unseen = options[MASS] * n_v * (options[NEWTON] * march.weight[0] / h) ** 2
+        scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS]))
+        if clock[LARGEST] > options[GAIN] * scale + abs(changed) + unseen:
             if lands and t1 >= march.samples[tally[SAMPLE]]:
                 keep(tally[SAMPLE], model, march)
                 tally[SAMPLE] += 1
@@ -469,20 +567,50 @@ def advance(calls, model, matrix, options, march, budget):
                 clock[STEP] = min(max(h, clock[STEP] if lands else h) * grow, options[LONGEST])
             elif not lands:
                 clock[STEP] = h
-        _latch(model)
+        latched = _latch(model)
         if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]]:
             keep(tally[SAMPLE], model, march)
             tally[SAMPLE] += 1
         if tally[STOP] < march.stops.size and t1 >= march.stops[tally[STOP]]:
             tally[STOP] += 1
-            clock[TIME] = t1 * (1.0 + 1e-11)
-            status = start_accelerations(calls, model, matrix, options, march)
-            clock[TIME] = t1
-            if status != DONE:
-                return status
+            if model.threads.size > 0:
+                return AT_STOP
+            latched = True
             if adaptive:
                 clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
+        if latched:
+            status = _anew(calls, t1, h, model, matrix, options, march)
+            if status != DONE:
+                return status
     return BUDGET
+
+
+@kernel
+def _anew(calls, t, h, model, matrix, options, march):
+    """Start anew at time t, where loads or joints change at once; energy that a joint lets go counts as lost in it."""
+    ledger = march.ledger
+    before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
+    march.clock[TIME] = t + 1e-9 * h
+    status = start_accelerations(calls, model, matrix, options, march)
+    march.clock[TIME] = t
+    for i in range(march.dq.size):
+        march.v1[2, i] = model.flexible.P[i]
+    calls.keep_momentum[0](t + 1e-9 * h, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
+    fill_energies(calls, t, model, march)
+    ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
+    return status
+
+
+@inlined
+def _until_latch(model):
+    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
+    hinges, part = model.flexible.hinges, 1.0
+    for k in range(hinges.size):
+        if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch):
+            off, before = hinges[k].angle - hinges[k].latch, hinges[k].before - hinges[k].latch
+            if hinges[k].side * off < -1e-10 and hinges[k].side * before > 0.0:
+                part = min(part, before / (before - off))
+    return part
 
 
 @kernel
@@ -504,8 +632,11 @@ def _back(model, march):
 @inlined
 def _latch(model):
     """Latch the hinges that have passed their latch's angle, as seen by the sign of what they are off it."""
-    hinges = model.flexible.hinges
+    hinges, found = model.flexible.hinges, False
     for k in range(hinges.size):
+        hinges[k].before = hinges[k].angle
         off = hinges[k].angle - hinges[k].latch
         if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch) and hinges[k].side * off <= 0.0:
             hinges[k].latched = 1.0
+            found = True
+    return found

@@ -16,11 +16,12 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.flow import bind_corrections, bind_rates, pointer, signatures, state_sums
+from evolvent.flow import bind_corrections, bind_rates, is_flexible, pointer, signatures, state_sums
 from evolvent.kernels import thread
 from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import try_laws
+from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
@@ -93,8 +94,8 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step is None:
         if not math.isfinite(limit):
             raise InputError("solver.step is auto, but nothing in the model sets a frequency; give a step in seconds")
-        if assembly.names.get(mode.where, ("",))[0] == "threads":
-            # the motion lies far below the waves along a thread: stability is enough, unless its links are rigid
+        if assembly.names.get(mode.where, ("",))[0] == "threads" or is_flexible(assembly.model):
+            # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             return limit * (0.25 if rigid_links else SAFETY[method]), limit, mode
         order, factor = ENERGY_LOSS[method]
@@ -148,6 +149,10 @@ def solve(
     times = np.array(samples, dtype=float)
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
+    if is_flexible(assembly.model):
+        from evolvent.solvers.flexible import check_explicit
+
+        check_explicit(assembly)
     try_laws(assembly, times[0], times[-1])
     aside = cold_start.start(method)
     tableau = METHODS[method]
@@ -308,8 +313,5 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
             "or a law jumps; look at the last samples, or loosen the tolerance"
         )
     if code == ex.NO_THREAD:
-        return (
-            f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
-            "already wound; stop the feed in time, end the run earlier, or let the thread go"
-        )
+        return reason_of_outrun(reached)
     return f"{loop.tally[ex.EVENTS]} events by t = {reached:.6g} s: there one fires again and again"

@@ -9,20 +9,24 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numba import int64, typeof
 
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
-from evolvent.flow import bind_equations
+from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
-from evolvent.kernels import blocks, rigid
+from evolvent.kernels import blocks, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
+from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
+#: What a joint may be off at the start, beside the size of the system and its speed.
+_FITS = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -40,7 +44,8 @@ class ImplicitSolution:
     cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
         sum of normal forces (N), its impulse (N s), points that touch
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes
-    status, message, statistics, wall_time, compile_time : as of `evolvent.solvers.Solution`
+    status, message, statistics, wall_time, compile_time, s, event_times, event_kinds : as of
+        `evolvent.solvers.Solution`
     """
 
     t: np.ndarray
@@ -55,6 +60,9 @@ class ImplicitSolution:
     statistics: dict[str, float]
     wall_time: float
     compile_time: float
+    s: np.ndarray
+    event_times: np.ndarray
+    event_kinds: np.ndarray
 
     @property
     def success(self) -> bool:
@@ -72,7 +80,8 @@ def gained(ledger: np.ndarray) -> np.ndarray:
     a = alpha
     energy = ledger[..., a.KINETIC] + ledger[..., a.ELASTIC] + ledger[..., a.COUPLED]
     lost = ledger[..., a.BY_MASS : a.BY_SPRINGS + 1].sum(axis=-1)
-    return energy - ledger[..., a.START] - ledger[..., a.LOADS] - ledger[..., a.DRIVES] + lost
+    work = ledger[..., a.LOADS] + ledger[..., a.DRIVES] + ledger[..., a.SPOOLS]
+    return energy - ledger[..., a.START] - work + lost
 
 
 def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
@@ -81,6 +90,8 @@ def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
     m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
     n = int(beams["nodes"].sum())
     rest = int(model.info["nv"][0]) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
+    nodes = int(model.threads["n"].sum())
+    n, rest = n + nodes, rest - 3 * nodes
     return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare)
 
 
@@ -102,6 +113,10 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
         cell = flexible.cells[beam["cell"]]
         pool = flexible.M12 if beam["kind"] == 0 else flexible.M24
         masses.append(2.0 * pool[cell["mass"]][0, 0])
+    for row in model.threads:
+        linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
+        places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
+    masses += model.nodes["mass"].tolist()
     for point in model.points:
         linear.append(point["iv"] - n_q)
         places.append(assembly.y[point["iq"] :][:3])
@@ -167,12 +182,16 @@ def solve_implicit(
     if not (math.isfinite(tolerance) and tolerance > 0.0):
         raise InputError(f"solver.tolerance is {tolerance!r}; it must be above 0")
     check_implicit(assembly)
+    aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
+    check_start(assembly, float(times[0]))
     model = assembly.model
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
     if newton is None:
         newton = 1e-8 if step is not None else min(1e-3 * tolerance, 1e-7)
+        if model.threads.size:  # whose springs are so stiff that little lengths are large forces
+            newton = 1e-13
     rho = spectral_radius
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)
@@ -190,6 +209,13 @@ def solve_implicit(
     options[alpha.SPAN] = first if step is not None else 10.0 * first
     march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
+    if aside is not None:
+        kinds = [typeof(a) for a in (model, matrix, options, march)]
+        alpha.advance.compile((equation_types(model, matrix), *kinds, int64))
+        alpha.begin.compile((equation_types(model, matrix), *kinds))
+        aside.wait()
+    model.flexible.switches[:] = assembly.s
+    releases = Releases(model) if model.threads.size else None
     calls = bind_equations(model, matrix)
     alpha.advance(calls, model, matrix, options, march, 0)
     alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
@@ -199,27 +225,43 @@ def solve_implicit(
     march = _march(assembly, times, first, weight, matrix)
     status, message = "success", "the run reached its end"
     budget = 20
+    kept_s = np.zeros((times.size, assembly.s.size), dtype=np.int64)
+    outrun = False
     try:
+        if releases is not None:
+            outrun = releases.fire(times[0], march.y) < 0
         code = alpha.begin(calls, model, matrix, options, march)
         if code == alpha.REDUNDANT:
             raise InputError(redundant(assembly, matrix))
         if code == alpha.DONE:
             while True:
                 slice_began = clock.perf_counter()
+                first_sample = int(march.tally[alpha.SAMPLE])
+                if first_sample == 1:
+                    kept_s[0] = model.flexible.switches
                 code = alpha.advance(calls, model, matrix, options, march, budget)
+                kept_s[first_sample : int(march.tally[alpha.SAMPLE])] = model.flexible.switches
                 spent = clock.perf_counter() - slice_began
-                if code != alpha.BUDGET:
+                if code == alpha.AT_STOP and releases is not None:
+                    outrun = releases.resume(calls, march) < 0
+                elif code != alpha.BUDGET:
+                    break
+                if outrun:
                     break
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
                 if progress is not None:
                     progress(float(march.clock[alpha.TIME]))
-        if code != alpha.DONE:
+        if outrun:
+            status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
+        elif code != alpha.DONE:
             status, message = "failed", _reason(code, march, step, options)
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
     wall_time = clock.perf_counter() - began
     kept = int(march.tally[alpha.SAMPLE])
+    if releases is not None:
+        book_accounts(model, march.out_y, march.out_ledger)
     steps = int(march.tally[alpha.STEPS])
     statistics = {
         "steps": steps,
@@ -229,7 +271,7 @@ def solve_implicit(
         "step": float(step) if step is not None else float("nan"),
         "mean_step": float(march.clock[alpha.TIME] - times[0]) / max(steps, 1),
         "smallest_pivot": float(march.clock[alpha.QUALITY]),
-        "energy_gained": float(march.clock[alpha.LARGEST]),
+        "energy_gained": float(march.clock[alpha.NET]),
     }
     jit.mark_warm("generalized-alpha")
     return ImplicitSolution(
@@ -245,18 +287,58 @@ def solve_implicit(
         statistics=statistics,
         wall_time=wall_time,
         compile_time=compile_time,
+        s=kept_s[:kept],
+        event_times=np.array(releases.times if releases is not None else [], dtype=float),
+        event_kinds=np.array(releases.kinds if releases is not None else [], dtype=np.int64),
     )
 
 
 def check_implicit(assembly: Assembly) -> None:
     """Refuse parts that have no implicit form, by name."""
-    model = assembly.model
-    for family in ("threads", "links", "guides"):
+    model, owners = assembly.model, {found: name for name, found in assembly.names.items()}
+    for p, row in enumerate(model.threads):
+        if row["kind"] != thread.SPRINGS:
+            raise InputError(
+                f"{owners['threads', p]!r} has segments of fixed length, which generalized-alpha does not know; "
+                "take segments 'springs', or dopri5"
+            )
+        if row["feed"] == feed.FREE:
+            raise InputError(
+                f"{owners['threads', p]!r} is on a free spool, which generalized-alpha does not know yet; take a feed "
+                "that prescribes the spool's angle, or rk4, heun or dopri5"
+            )
+    for family in ("links", "guides", "events"):
         if getattr(model, family).size:
             names = [name for name, (found, _) in assembly.names.items() if found == family]
             raise InputError(
                 f"{names[0] if names else family!r} is one of the {family}, which generalized-alpha does not know; "
                 f"take rk4, heun or dopri5" + (", or a Joint of kind 'distance'" if family == "links" else "")
+            )
+
+
+def check_start(assembly: Assembly, t: float) -> None:
+    """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
+    model, y = assembly.model, assembly.y.copy()
+    joints = model.flexible.joints
+    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
+    speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
+    rigid.kinematics(t, y, model.bodies)
+    for k in range(joints.size):
+        if joints["stiffness"][k] > 0.0 or not couplings.holds(t, joints, k):
+            continue
+        couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+        gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
+        unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
+        if not abs(gap) <= _FITS * length:
+            raise InputError(
+                f"{_joint_name(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"move what it joins, or its feed"
+            )
+        if not abs(rate) <= _FITS * speed:
+            raise InputError(
+                f"{_joint_name(assembly, k)!r} does not fit the velocities at the start: what it holds together parts "
+                f"at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
 
@@ -267,18 +349,30 @@ def _march(
     n_v, n_j = int(model.info["nv"][0]), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
-    ends = [model.flexible.joints["until"], model.flexible.pushes["start"], model.flexible.pushes["end"], model.breaks]
+    pushes = model.flexible.pushes
+    ends = [
+        model.flexible.joints["until"],
+        pushes["start"],
+        pushes["start"] + pushes["ramp"],
+        pushes["end"],
+        model.breaks,
+        release_times(assembly, times[0], times[-1]),
+    ]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"] = np.inf
     model.flexible.checks["stick"] = 0.0
     model.flexible.hinges["latched"] = 0.0
-    clocks = np.array([times[0], step, 0.0, 1.0, 0.0, 0.0, 0.0])
+    clocks = np.zeros(alpha.N_CLOCK)
+    for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
+        clocks[place] = value
+    clocks[alpha.QUALITY], clocks[alpha.EVENT] = 1.0, np.inf
     tally = np.zeros(10, dtype=np.int64)
     tally[alpha.FRESH] = 1
     return alpha.March(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
+        spare=assembly.y.copy(),
         v1=np.zeros((3, n_v)),
         v0=np.zeros((3, n_v)),
         la=np.zeros(n_j),
@@ -294,6 +388,7 @@ def _march(
         ledger=np.zeros(alpha.N_LEDGER),
         ledger0=np.zeros(alpha.N_LEDGER),
         impulse=np.zeros(n_c),
+        kept=np.full(12, np.nan),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((n_t, assembly.y.size)),

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
+from evolvent.flow import is_flexible
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import feed, rigid, springs, thread
 from evolvent.solvers.explicit import Method
@@ -25,6 +26,8 @@ class Mode(NamedTuple):
 
 def fastest_mode(assembly: Assembly) -> Mode:
     """A bound of the highest frequency of the springs and threads of a model, all nodes taken as released.
+
+    Beams, contacts and penalties count with what they have (see `evolvent.solvers.flexible`).
 
     Notes
     -----
@@ -52,8 +55,14 @@ def fastest_mode(assembly: Assembly) -> Mode:
             best.append(_largest(about / bodies["J"][i], names["bodies", i]))
         else:
             best.append(_largest(np.linalg.solve(bodies["M"][i], body[:, i]), names["bodies", i]))
+    largest = 0.0
+    if is_flexible(model):
+        from evolvent.solvers.flexible import fastest_flexible_mode  # SciPy's sparse matrices take a moment to load
+
+        square, own, place, largest = fastest_flexible_mode(assembly)
+        best.append((square, own, place))
     squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
-    return Mode(math.sqrt(squared), damping, where, max(bound[1] for bound in best))
+    return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))
 
 
 def _add_springs(model: mdl.Model, y: np.ndarray, moves: np.ndarray, body: np.ndarray, point: np.ndarray) -> None:

@@ -130,8 +130,10 @@ class Sunlight(Section):
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["rk4", "heun", "dopri5"] = "rk4"
-    step: units.DurationOrAuto = Field("auto", description="of rk4 and heun")
+    method: Literal["rk4", "heun", "dopri5", "generalized-alpha"] = Field(
+        "rk4", description="explicit methods; generalized-alpha is implicit, for stiff springs with steps of 1 to 10 ms"
+    )
+    step: units.DurationOrAuto = Field("auto", description="of rk4, heun and generalized-alpha")
     rtol: units.Tolerance = Field(1e-8, description="relative tolerance of dopri5")
     atol: units.Tolerance = Field(1e-10, description="absolute tolerance of dopri5")
     duration: units.DurationOrAuto = Field("auto", description="auto: until the first blade is all out")
@@ -185,6 +187,11 @@ class Case(Section):
                     f"spool.changes.{k}.ramp is 0, but an inextensible thread cannot follow a jump of the feed; "
                     f"give it a time, such as '1 s'"
                 )
+        if self.blade.segments == "inextensible" and self.solver.method == "generalized-alpha":
+            raise InputError(
+                "solver.method is 'generalized-alpha', which does not know blade.segments 'inextensible'; take springs "
+                "(blade.stiffness may be as high as 1e7 N/m then), or dopri5"
+            )
         if self.sunlight is not None and self.blade.width is None:
             raise InputError("blade.width is missing; sunlight needs it, such as '10 cm'")
         if self.spool.start_length > self.blade.length:

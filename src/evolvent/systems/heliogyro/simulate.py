@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from evolvent.builder import Assembly
     from evolvent.solvers import Solution
+    from evolvent.solvers.implicit import ImplicitSolution
     from evolvent.system import System
 
 
@@ -25,6 +26,8 @@ LAWS = ("event", "feed", "force")
 MOST_VALUES = 200_000_000
 #: Share of the energy at the start that its account may lack without a warning.
 LARGEST_DEFECT = 1e-5
+#: Step of generalized-alpha where none is given, s.
+IMPLICIT_STEP = 2.5e-3
 #: Largest number of steps that a run may take: some minutes to an hour.
 MOST_STEPS = 100_000_000
 
@@ -183,6 +186,7 @@ def run(
         If the case cannot be run, or a law raises.
     """
     from evolvent.solvers import solve
+    from evolvent.solvers.implicit import solve_implicit
 
     if not isinstance(laws, Mapping | None):
         raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({', '.join(LAWS)}) to laws")
@@ -193,15 +197,20 @@ def run(
     try:
         assembly, samples, step = _prepared(case, laws)
         solver = case.solver
-        solution = solve(
-            assembly,
-            samples=samples,
-            method=solver.method,
-            step=step,
-            rtol=solver.rtol,
-            atol=solver.atol,
-            progress=progress,
-        )
+        solution: Solution | ImplicitSolution
+        if solver.method == "generalized-alpha":
+            step = IMPLICIT_STEP if step is None else step
+            solution = solve_implicit(assembly, samples=samples, step=step, progress=progress)
+        else:
+            solution = solve(
+                assembly,
+                samples=samples,
+                method=solver.method,
+                step=step,
+                rtol=solver.rtol,
+                atol=solver.atol,
+                progress=progress,
+            )
     except InputError:
         raise
     except Exception as error:
@@ -217,7 +226,11 @@ def plan(case: Case) -> cases.Plan:
     from evolvent.solvers.drive import choose_step
 
     assembly, samples, step = _prepared(case, {})
-    if step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
+    if case.solver.method == "generalized-alpha":
+        from evolvent.solvers.implicit import check_implicit
+
+        check_implicit(assembly)
+    elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
         choose_step(assembly, case.solver.method, step, float(samples[-1]))
     return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
 
@@ -236,6 +249,8 @@ def _check_steps(case: Case, step: float | None, end: float) -> None:
     blade = case.blade
     which, change = "solver.step", "take a longer solver.step"
     if step is None:
+        if case.solver.method == "generalized-alpha":
+            return
         if blade.segments == "inextensible":  # nothing says beforehand what steps these need
             return
         frequency = 2.0 * np.sqrt(blade.stiffness * blade.nodes / (blade.line_density * blade.length))
@@ -375,7 +390,9 @@ def straight_inertia(case: Case, deployed: np.ndarray, *, corrected: bool) -> np
     return case.body.spin_inertia + each.sum(axis=1)
 
 
-def _results(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[str, Any]) -> xr.Dataset:
+def _results(
+    case: Case, assembly: Assembly, solution: Solution | ImplicitSolution, laws: Mapping[str, Any]
+) -> xr.Dataset:
     """The run as a Dataset."""
     import xarray as xr
 
@@ -536,7 +553,7 @@ def _angle(R: np.ndarray, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 def _accounts(
-    case: Case, solution: Solution, inventory: np.ndarray, at: int, laws: Mapping[str, Any]
+    case: Case, solution: Solution | ImplicitSolution, inventory: np.ndarray, at: int, laws: Mapping[str, Any]
 ) -> dict[str, xr.Variable]:
     """Energies, momenta and their balances."""
     from evolvent import model as mdl

@@ -11,9 +11,9 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Number, Panel, Scene
-from evolvent.systems._wrapped_rib import reference
-from evolvent.systems._wrapped_rib.advice import locking
-from evolvent.systems._wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.advice import locking
+from evolvent.systems.wrapped_rib.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,9 +104,12 @@ def _wound(run: xr.Dataset, strip: reference.Strip) -> Number:
 
 def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
     """When the tip is fastest, beside the light string; its speed then grows with the mesh, as l^(-1/2)."""
-    peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
-    found = [Number(label="largest tip speed, one sample", value=f"{peak} (the time converges, the speed does not)")]
-    string = _string(case)
+    if "tip_speed_peak" in run:
+        peak = f"{float(run.tip_speed_peak[0]):.4g} m/s at {float(run.tip_speed_peak_time[0]):.5g} s"
+    else:
+        peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
+    found = [Number(label="largest tip speed", value=f"{peak} (the time converges, the speed does not)")]
+    string = comparable_string(case)
     if string is not None and math.isfinite(string.end_time):
         found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
     return found
@@ -172,7 +175,7 @@ def _momentum_numbers(run: xr.Dataset, *, free: bool) -> list[Number]:
     return [*found, drift("linear_momentum", "kg m/s", slice(0, 3))] if free else found
 
 
-def _string(case: Case) -> reference.Winding | None:
+def comparable_string(case: Case) -> reference.Winding | None:
     """The light string under the case's drive, if it has one that is comparable."""
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
@@ -266,7 +269,7 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
     speed = [Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=b) for b in range(run.sizes["rib"])]
     radius = [Line(x=time, y=run.tip_radius.values[:, b], color=b) for b in range(run.sizes["rib"])]
     turns = [Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=b) for b in range(run.sizes["rib"])]
-    string = _string(case) if case.phase == "wind" else None
+    string = comparable_string(case) if case.phase == "wind" else None
     if string is not None:
         kept = string.time <= time[-1]
         at = string.time[kept]
@@ -353,10 +356,12 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
         label = f"{time[k]:.4g} s"
         curvature.append(Line(x=arc, y=R * run.curvature.values[k, 0], label=label, color=color, width=1.2))
         tension.append(Line(x=arc, y=run.tension.values[k, 0], color=color, width=1.2))
-        pressure.append(Line(x=arc, y=_pressure(run, k), color=color, width=1.2))
+        at, values = _pressure(run, k)
+        pressure.append(Line(x=at, y=values, color=color, width=1.2))
     if case.phase == "hold" and case.drive is not None and case.drive.torque is not None:
         T, strip = case.drive.torque, case.strip
-        curvature.append(_dashed(x=arc, y=np.ones_like(arc), label="closed form"))
+        stretched = 1.0 + reference.wound_tension(strip, T, arc) / strip.axial_stiffness
+        curvature.append(_dashed(x=arc, y=stretched, label="closed form"))
         tension.append(_dashed(x=arc, y=reference.wound_tension(strip, T, arc)))
         pressure.append(_dashed(x=arc, y=reference.wound_pressure(strip, T, arc)))
     panels = [
@@ -370,43 +375,45 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
     return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
 
 
-def _pressure(run: xr.Dataset, k: int) -> np.ndarray:
-    """Normal force on the hub per length of the first rib, N/m; without samples of it, tension times curvature."""
+def _pressure(run: xr.Dataset, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places along the first rib and the force on the hub per length there, N/m; tension times curvature if need be."""
     if "contact_pressure" in run:
-        values: np.ndarray = run.contact_pressure.values[k, 0]
-        return values
-    product: np.ndarray = run.tension.values[k, 0] * run.curvature.values[k, 0]
-    return product
+        values = run.contact_pressure.values[k, 0]
+        length = run.arc.values[-1] / values.size
+        return length * (np.arange(values.size) + 0.5), values
+    return run.arc.values, run.tension.values[k, 0] * run.curvature.values[k, 0]
 
 
 def _energy_figure(run: xr.Dataset) -> Figure:
     """Energies, what takes them, and how well the account closes."""
     time = run.time.values
+    largest = max(float(run.energy_kinetic.max()), float(run.energy_elastic.max()), float(run.work_external.max()))
+    scale, unit = (1e3, "mJ") if largest > 1e-4 else (1e6, "µJ")
 
     def lines(*names: tuple[str, int], log: bool) -> list[Line]:
         found = []
         for name, color in names:
-            values = 1e3 * run[f"energy_{name}"].values
+            values = scale * run[f"energy_{name}"].values
             y = np.where(values > 0.0, values, np.nan) if log else values
             if np.any(values):
                 found.append(Line(x=time, y=y, label=name, color=color, width=1.2))
         return found
 
     whole = lines(("kinetic", 1), ("elastic", 6), log=False)
-    whole.append(Line(x=time, y=1e3 * run.work_external.values, label="work from outside", color=0))
-    panels = [Panel(x_label="", y_label="energy, mJ", lines=whole)]
+    whole.append(Line(x=time, y=scale * run.work_external.values, label="work from outside", color=0))
+    panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=whole)]
     stored = lines(("membrane", 2), ("bending", 3), ("contact", 4), log=True)
     if stored:
-        panels.append(Panel(x_label="", y_label="energy stored, mJ", lines=stored, log=True))
+        panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
     taken = []
     for k, name in enumerate(run.cause.values):
         values = run.energy_dissipated.values[:, k]
         if np.any(values):
-            taken.append(Line(x=time, y=1e3 * values, label=str(name), color=k + 1, width=1.2))
+            taken.append(Line(x=time, y=scale * values, label=str(name), color=k + 1, width=1.2))
     balance = np.abs(run.energy_balance.values)
     defect = [Line(x=time, y=np.where(balance > 0.0, balance, np.nan), width=1.0)]
     if taken:
-        panels.append(Panel(x_label="", y_label="taken, mJ", lines=taken))
+        panels.append(Panel(x_label="", y_label=f"taken, {unit}", lines=taken))
     if np.any(balance > 0.0):
         panels.append(Panel(x_label="", y_label="relative defect", lines=defect, title="what it lacks", log=True))
     panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")

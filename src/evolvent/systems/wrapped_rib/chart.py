@@ -9,14 +9,15 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.plots import PALETTE
-from evolvent.systems._wrapped_rib import reference
-from evolvent.systems._wrapped_rib.show import WINDOW, running_mean
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.show import WINDOW, running_mean
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+#: Okabe and Ito's colours, as the other figures have them.
+PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: Variables that are drawn over time, with what is written beside them.
 DRAWN = {
     "tip_speed": "tip speed, m/s",

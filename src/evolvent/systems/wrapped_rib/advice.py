@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.systems._wrapped_rib import reference
-from evolvent.systems._wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib import reference
+from evolvent.systems.wrapped_rib.case import Case, Rib
+
+if TYPE_CHECKING:
+    from evolvent.elements import Form
 
 #: Strain above which a run warns.
 STRAIN_WARNED = 0.05
@@ -48,17 +53,34 @@ def locking(case: Case) -> tuple[float, str]:
 
 def bending_stiffness_ratio(case: Case) -> float:
     """Effective over true bending stiffness; see `locking`."""
-    from evolvent import elements
+    rib, R = case.rib, case.hub.radius
+    thinnest = _thinnest(case)
+    section = rib.section(thinnest)
+    ends = [section.at(xi).properties(rib.poisson).Iz for xi in (0.0, 0.5, 1.0)]
+    EI = rib.young_modulus * (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0
+    energy, _ = bent_element(case, rib.element_length / R)
+    return energy / float(0.5 * EI * rib.element_length / R**2)
+
+
+def _thinnest(case: Case) -> int:
+    rib = case.rib
+    return 0 if rib.tip_thickness is None or rib.tip_thickness > rib.thickness else rib.elements - 1
+
+
+def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
+    """Least energy (J) of the thinnest element whose ends' directions differ by `angle`, and its sizes there.
+
+    Returns
+    -------
+    energy : float
+    sizes : (2,) or (4,) float
+        Chord (m), length of both slopes, and of a beam those of both y and of both z directors.
+    """
     from evolvent.elements.forms import products
 
     rib = case.rib
-    length, half = rib.element_length, 0.5 * rib.element_length / case.hub.radius
-    thinnest = 0 if rib.tip_thickness is None or rib.tip_thickness > rib.thickness else rib.elements - 1
-    section = rib.section(thinnest)
-    if rib.formulation == "cable":
-        form = elements.cable_form(length, section, rib.material)
-    else:
-        form = elements.beam_form(rib.formulation, length, section, rib.material)
+    form = _form(rib, _thinnest(case))
+    half = 0.5 * angle
     # e = B p, p the chord, the length of both slopes, of both y and of both z directors
     c, s = math.cos(half), math.sin(half)
     every = np.zeros((8, 3, 4))
@@ -72,7 +94,7 @@ def bending_stiffness_ratio(case: Case) -> float:
     unit = np.eye(B.shape[1])
     Q = np.array([[0.5 * (products(B @ (a + b)) - products(B @ a) - products(B @ b)) for b in unit] for a in unit])
     p = np.ones(B.shape[1])
-    p[0] = 2.0 * case.hub.radius * s
+    p[0] = 2.0 * rib.element_length / angle * s
 
     def energy(p: np.ndarray) -> float:
         g = np.einsum("abk,a,b->k", Q, p, p)
@@ -87,11 +109,20 @@ def bending_stiffness_ratio(case: Case) -> float:
             while energy(p + change) > energy(p) and np.abs(change).max() > 1e-15:
                 change *= 0.5
         p = p + change
-        if np.abs(change).max() < 1e-13 * length:
+        if np.abs(change).max() < 1e-13 * rib.element_length:
             break
-    ends = [section.at(xi).properties(rib.poisson).Iz for xi in (0.0, 0.5, 1.0)]
-    EI = rib.young_modulus * (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0
-    return energy(p) / float(0.5 * EI * length / case.hub.radius**2)
+    return energy(p), p
+
+
+@functools.lru_cache(maxsize=8)
+def _form(rib: Rib, element: int) -> Form:
+    """The element's quadratic form."""
+    from evolvent import elements
+
+    section = rib.section(element)
+    if rib.formulation == "cable":
+        return elements.cable_form(rib.element_length, section, rib.material)
+    return elements.beam_form(rib.formulation, rib.element_length, section, rib.material)
 
 
 def warnings(case: Case) -> list[str]:
@@ -133,8 +164,6 @@ def warnings(case: Case) -> list[str]:
             )
     if damping.beta > 0.0 and damping.kind == "paper":
         found.append("damping.kind 'paper' acts on rotations: a spinning rib gains or loses energy by damping.beta")
-    if damping.beta > 0.0 and damping.kind == "objective" and rib.formulation == "cable":
-        found.append("damping.beta damps only the stretch of a cable, not its bending")
     return [text for text in found if text]
 
 

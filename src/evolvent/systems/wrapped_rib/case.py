@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from evolvent import units
 from evolvent.cases import Section
 from evolvent.errors import InputError, nearest
-from evolvent.systems._wrapped_rib import reference
+from evolvent.systems.wrapped_rib import reference
 
 if TYPE_CHECKING:
     from evolvent.elements import Material
@@ -30,6 +30,9 @@ TurnDamping = Annotated[
 ]
 Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3", above=0.0, most=0.5)]
 Rate = Annotated[float, units.Quantity(what="a rate of decay", unit="1/s", example="0.2 1/s", least=0.0)]
+ContactStiffness = Annotated[
+    float | str, units.Quantity(what="a stiffness", unit="N/m", example="1e3 N/m", above=0.0, auto=True)
+]
 Exponent = Annotated[float, units.Quantity(**_NUMBER, example="1.5", least=1.0, most=4.0)]
 Dissipation = Annotated[float, units.Quantity(what="a dissipation factor", unit="s/m", example="0.5 s/m", least=0.0)]
 Friction = Annotated[float, units.Quantity(**_NUMBER, example="0.3", least=0.0, most=10.0)]
@@ -37,6 +40,9 @@ ElementNumber = Annotated[int, units.Whole(least=1, most=10_000)]
 
 #: Strain at the root from which on a case is refused.
 STRAIN_REFUSED = 0.5
+#: Parts of the hub's radius by which a wound rib sinks in, and a bit of rib that falls on the hub, at most, where the
+#: contact's stiffness is left to be found.
+SINKS, FALLS = 1e-4, 1e-3
 #: Largest step of RK4 for an undamped oscillation, times its frequency in rad/s.
 RK4_LIMIT = 2.8
 
@@ -64,7 +70,9 @@ class Rib(Section):
     root_stiffness: TurnStiffness = Field(0.0, description="of a spring in the hinge, at rest in the start direction")
     root_damping: TurnDamping = Field(0.0, description="of a damper in the hinge")
     start_angle: units.Angle = Field(
-        0.0, description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg"
+        0.0,
+        description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg, from "
+        "which a carried tip starts whatever is given",
     )
 
     @model_validator(mode="after")
@@ -224,7 +232,11 @@ class Contact(Section):
         description="hunt-crossley: K d^n (1 + a d'), never pulling (Hunt & Crossley 1975); paper: K d^n + c d', which "
         "jumps at the touch; conservative: K d^n",
     )
-    stiffness: units.Stiffness = Field(1e4, description="K, of each check point (1e6 in the paper); per m^(n-1)")
+    stiffness: ContactStiffness = Field(
+        "auto",
+        description="K, of each check point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
+        "the hub's radius at most, a bit of it that springs open and falls back by 1e-3",
+    )
     exponent: Exponent = Field(1.0, description="n")
     damping: units.DampingOrZero = Field(1e3, description="c, of law paper")
     dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
@@ -247,7 +259,7 @@ class Solver(Section):
     step: units.DurationOrAuto = Field(
         "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (rk4)"
     )
-    tolerance: units.Tolerance = Field(1e-5, description="relative error of an adaptive step")
+    tolerance: units.Tolerance = Field(3e-4, description="relative error of an adaptive step")
     spectral_radius: units.Fraction = Field(
         0.3, description="of generalized-alpha at high frequencies: 1 keeps them, 0 damps them at once"
     )
@@ -392,6 +404,11 @@ class Case(Section):
         return self.start
 
     @property
+    def first_direction(self) -> float:
+        """Of a rib that starts straight, rad from outwards: a carried tip begins its involute on the tangent."""
+        return 0.5 * math.pi if self.drive is not None and self.drive.kind == "tip" else self.rib.start_angle
+
+    @property
     def strip(self) -> reference.Strip:
         """What the closed forms take; of a tapered rib, the means over its length."""
         rib = self.rib
@@ -408,6 +425,26 @@ class Case(Section):
         )
 
     @property
+    def contact_stiffness(self) -> float:
+        """Stiffness of the contact, N/m^n; see `Contact.stiffness`."""
+        contact, strip, drive = self.contact, self.strip, self.drive
+        if contact.stiffness != "auto":
+            return float(contact.stiffness)
+        R, n = strip.radius, contact.exponent
+        spacing = strip.length / (self.rib.elements * contact.points)
+        pull = strip.bending_stiffness / R**2
+        if drive is not None and drive.torque is not None:
+            pull += drive.torque / R
+        elif drive is not None and drive.kind == "tip":
+            pull += strip.axial_stiffness * drive.stretch
+        elif drive is not None and drive.rate is not None:  # drag of a straight rib
+            pull += self.damping.alpha * strip.line_density * abs(drive.rate) * strip.length**3 / (3.0 * R)
+        held = pull / R * spacing / (SINKS * R) ** n
+        speed = reference.deployment_speed(strip)
+        falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
+        return max(held, falls)
+
+    @property
     def contact_frequency(self) -> float:
         """Frequency at which one check point, with its share of the rib's mass, would bounce on the hub, rad/s.
 
@@ -415,7 +452,7 @@ class Case(Section):
         """
         rib, contact = self.rib, self.contact
         mass = self.strip.line_density * rib.length / (rib.elements * contact.points)
-        stiffness = contact.exponent * contact.stiffness * rib.thickness ** (contact.exponent - 1.0)
+        stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
         return math.sqrt(stiffness / mass)
 
     @property

@@ -1,0 +1,213 @@
+"""The implicit equations of models with threads on springs, beside those of `evolvent.flow.implicit`.
+
+The switches of the state (nodes released, threads let go) stand in `Flexible.switches`. Wound nodes keep their places;
+what wound thread adds to a body's mass and forces is as in `evolvent.flow.rhs`.
+"""
+
+import math
+
+from evolvent.flow.implicit import MARKER_LOADS, SPOOLS, SPRINGS, energies, residual, tangent
+from evolvent.flow.inventory import thread_inventory
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import rigid, thread
+from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_product, add_turning, side_columns
+from evolvent.kernels.rotations import turn, turn_back
+from evolvent.model import ELASTIC, KINETIC
+
+
+@kernel
+def residual_with_threads(t, y, a, la, step, factor, model, r, powers):
+    """As `implicit.residual`."""
+    residual(t, y, a, la, step, factor, model, r, powers)
+    bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
+    n_q, s, place, gravity = model.info[0].nq, f.switches, f.place, model.info[0].gravity
+    for b in range(bodies.size):  # forces and masses of threads alone
+        bodies[b].J = 0.0
+        for i in range(6):
+            bodies[b].L[0, i] = bodies[b].F[i]
+            bodies[b].F[i] = 0.0
+            for j in range(6):
+                bodies[b].M[i, j] = 0.0
+    thread.reels(t, y, s, threads, bodies, model.parameters)
+    powers[MARKER_LOADS] += thread.carry_wound(s, threads, nodes, bodies, gravity)
+    loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
+    dy = model.dy[0]
+    for p in range(threads.size):
+        if loaded:
+            thread.spring_points(y, s, threads, nodes, p)
+            powers[MARKER_LOADS] += thread.node_loads(
+                t, s, threads, nodes, bodies, model.loads, gravity, model.parameters, model.scratch, p
+            )
+        lost, given = thread.spring_thread(y, s, threads, nodes, bodies, p, loaded, dy)
+        powers[SPRINGS] += lost
+        powers[SPOOLS] += given
+        v = threads[p].iv
+        _note_segments(t, y, step, model, p)
+        for i in range(threads[p].n):
+            m = nodes[threads[p].node + i].mass
+            for c in range(v + 3 * i, v + 3 * i + 3):
+                r[place[c - n_q]] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
+    if threads.size > 0:
+        f.strands[nodes.size, 0] = t
+    for b in range(bodies.size):
+        _add_body_rows(a, n_q, bodies, place, b, r)
+    powers[SPOOLS] += thread.carry_power(s, threads, nodes, bodies)
+    for b in range(bodies.size):
+        for i in range(6):
+            bodies[b].F[i] += bodies[b].L[0, i]
+
+
+@kernel
+def _note_segments(t, y, step, model, p):
+    """Fill `Flexible.strands` of thread p.
+
+    Notes
+    -----
+    Far from the solution the tension c (length - l0) is mostly the square of the turn of a step, and a tangent with it
+    leads Newton's method astray. Turned segments are given the tension that the last correction dx led to if the
+    thread were straight, T + c e . dx, and the first one of a step that of its start: the multiplier of a segment of
+    fixed length (Magisano, Leonetti & Garcea, 2017).
+    """
+    threads, nodes, s, strands = model.threads, model.nodes, model.flexible.switches, model.flexible.strands
+    before, q, Q = strands[nodes.size, 0], threads[p].iq, threads[p].Q
+    for i in range(s[p]):
+        row, T, a = strands[threads[p].node + i], nodes[threads[p].node + i].tension, q + 3 * i
+        inner = i < s[p] - 1
+        dx = y[a] - (y[a + 3] if inner else Q[0])
+        dy = y[a + 1] - (y[a + 4] if inner else Q[1])
+        dz = y[a + 2] - (y[a + 5] if inner else Q[2])
+        if step == 0.0:
+            row[7] = T
+            row[8] = T
+        elif t != before:
+            if t > before:
+                row[8] = row[6]
+            row[7] = row[8]
+        else:
+            along = row[3] * (dx - row[0]) + row[4] * (dy - row[1]) + row[5] * (dz - row[2])
+            row[7] = row[6] + threads[p].stiffness * along
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        scale = 1.0 / length if length > thread.TINY else 0.0
+        row[0], row[1], row[2] = dx, dy, dz
+        row[3], row[4], row[5] = scale * dx, scale * dy, scale * dz
+        row[6] = T
+
+
+@inlined
+def _add_body_rows(a, n_q, bodies, place, b, r):
+    """Inertia and forces of threads on body b; its acceleration twist goes to its a."""
+    at, R, M, G, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].F, bodies[b].a
+    for i in range(6):
+        A[i] = 0.0
+    if bodies[b].motion == rigid.SPIN:
+        n = bodies[b].axis
+        nx, ny, nz = turn(R, n[0], n[1], n[2])
+        A[3], A[4], A[5] = nx * a[at], ny * a[at], nz * a[at]
+        r[place[at]] += bodies[b].J * a[at] - (nx * G[3] + ny * G[4] + nz * G[5])
+    elif bodies[b].motion == rigid.FREE:
+        A[0], A[1], A[2] = a[at], a[at + 1], a[at + 2]
+        A[3], A[4], A[5] = turn(R, a[at + 3], a[at + 4], a[at + 5])
+        first = bodies[b].L[1]
+        for i in range(6):
+            first[i] = -G[i]
+            for j in range(6):
+                first[i] += M[i, j] * A[j]
+        x, yy, z = turn_back(R, first[3], first[4], first[5])
+        for c in range(3):
+            r[place[at + c]] += first[c]
+        r[place[at + 3]] += x
+        r[place[at + 4]] += yy
+        r[place[at + 5]] += z
+
+
+@kernel
+def tangent_with_threads(t, y, la, c_mass, c_rate, scale, model, matrix):
+    """As `implicit.tangent`; how the wound mass's own inertial forces change is left out."""
+    tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
+    bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
+    n_q, s, place = model.info[0].nq, f.switches, f.place
+    m = matrix.A.shape[1]
+    for p in range(threads.size):
+        q, v = threads[p].iq, threads[p].iv
+        for i in range(threads[p].n):
+            at = place[v + 3 * i - n_q]
+            for c in range(3):
+                add_entry(matrix, at + c, at + c, c_mass * nodes[threads[p].node + i].mass)
+            for c in range(3, m):
+                add_entry(matrix, at + c, at + c, 1.0)
+        along = threads[p].stiffness + c_rate * threads[p].damping
+        for i in range(s[p] - 1):
+            a = q + 3 * i
+            _add_segment(
+                y[a] - y[a + 3], y[a + 1] - y[a + 4], y[a + 2] - y[a + 5], along, f.strands[threads[p].node + i, 7],
+                threads[p].body, v + 3 * i, v + 3 * i + 3, 1.0, p, n_q, model, matrix,
+            )  # fmt: skip
+        if s[p] > 0 and s[threads.size + p] == 0:
+            i, Q = s[p] - 1, threads[p].Q
+            a = q + 3 * i
+            _add_segment(
+                y[a] - Q[0], y[a + 1] - Q[1], y[a + 2] - Q[2], along, f.strands[threads[p].node + i, 7],
+                threads[p].body, v + 3 * i, -1, float(threads[p].copies), p, n_q, model, matrix,
+            )  # fmt: skip
+    for b in range(bodies.size):
+        at = place[bodies[b].iv - n_q] if bodies[b].motion != rigid.DRIVEN else 0
+        if bodies[b].motion == rigid.SPIN:
+            add_entry(matrix, at, at, c_mass * bodies[b].J)
+        elif bodies[b].motion == rigid.FREE:
+            M, R = bodies[b].M, bodies[b].R
+            for i in range(3):
+                for j in range(3):
+                    corner = side = turned = 0.0
+                    for k in range(3):
+                        side += M[i, 3 + k] * R[k, j]
+                        turned += R[k, i] * M[3 + k, j]
+                        for n in range(3):
+                            corner += R[k, i] * M[3 + k, 3 + n] * R[n, j]
+                    add_entry(matrix, at + i, at + j, c_mass * M[i, j])
+                    add_entry(matrix, at + i, at + 3 + j, c_mass * side)
+                    add_entry(matrix, at + 3 + i, at + j, c_mass * turned)
+                    add_entry(matrix, at + 3 + i, at + 3 + j, c_mass * corner)
+
+
+@kernel
+def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
+    """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
+
+    Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body bears all copies.
+    """
+    bodies, threads, f = model.bodies, model.threads, model.flexible
+    place, Ja, Jb = f.place, f.J[0], f.J[1]
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if length > thread.TINY:
+        ex, ey, ez = dx / length, dy / length, dz / length
+        across = tension / length
+    else:
+        X = threads[p].X
+        ex, ey, ez, across = X[0], X[1], X[2], 0.0
+    k = along - across
+    K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
+    K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
+    local = threads[p].departure
+    a, n = side_columns(bodies, place, n_q, ON_COORDINATES, -1, outer, local, True, Ja)
+    on = ON_COORDINATES if inner >= 0 else ON_BODY
+    b, m = side_columns(bodies, place, n_q, on, body, inner, local, True, Jb)
+    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
+    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
+    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -copies)
+    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, copies)
+    if inner < 0:
+        T = -copies * tension
+        add_turning(matrix, bodies, place, n_q, body, local, T * ex, T * ey, T * ez)
+
+
+@kernel
+def energies_with_threads(t, y, model, out):
+    """As `implicit.energies`, after a residual of the same state."""
+    energies(t, y, model, out)
+    sums = model.sums[0]
+    for i in range(sums.size):
+        sums[i] = 0.0
+    for p in range(model.threads.size):
+        thread_inventory(y, model.flexible.switches, model, p, sums)
+    out[0] += sums[KINETIC]
+    out[1] += sums[ELASTIC]

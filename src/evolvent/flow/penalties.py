@@ -1,0 +1,125 @@
+"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, accelerations, energies.
+
+A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
+"""
+
+from evolvent.flow.inventory import inventory
+from evolvent.flow.projection import project
+from evolvent.jit import kernel
+from evolvent.kernels import couplings, flexible, rigid, touch
+from evolvent.kernels.linalg import banded_solve_vectors
+from evolvent.model import ELASTIC, H_BODY, KINETIC, P_ALL, RELEASE
+
+
+@kernel
+def add_flexible_forces(t, y, model, dy):
+    """Forces of beams, contacts, hinges and penalties: onto bodies and points, and into F and P of `Flexible`.
+
+    Parameters
+    ----------
+    dy : (ny,) float, the accelerations of the beams in it still zero
+
+    Returns
+    -------
+    dissipated, given : float, W, powers taken by damping and given by loads
+    """
+    n_q, n_v, f, bodies, points = model.info[0].nq, model.info[0].nv, model.flexible, model.bodies, model.points
+    F, P = f.F, f.P
+    for i in range(n_v):
+        F[i] = 0.0
+        P[i] = 0.0
+    dissipated = given = 0.0
+    if f.cells.size > 0:
+        by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], n_q, f, F)
+        dissipated += by_mass + by_stiffness
+        gravity = model.info[0].gravity
+        if gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0:
+            flexible.add_gravity(gravity, n_q, f, P)
+        flexible.add_pushes(t, y, n_q, f, 1.0, P)
+        for i in range(n_v):
+            given += P[i] * y[n_q + i]
+        touch.add_contacts(y, 0.0, n_q, f, bodies, F)
+        for k in range(f.cylinders.size):
+            dissipated += f.cylinders[k].power
+    if f.hinges.size > 0:
+        _, lost = couplings.add_hinges(y, n_q, f, bodies, F)
+        dissipated += lost
+    for k in range(f.joints.size):
+        if is_held(t, f.joints, k):
+            couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
+            gap, rate = f.joints[k].gap, f.joints[k].rate
+            stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
+            couplings.add_joint_force(k, stiffness * gap + damping * rate, n_q, f, bodies, F)
+            dissipated += damping * rate * rate
+    if f.joints.size > 0:
+        for i in range(points.size):
+            for c in range(3):
+                points[i].f[c] -= F[points[i].iv - n_q + c]
+    return dissipated, given
+
+
+@kernel
+def is_held(t, joints, k):
+    """Whether penalty k still acts; a step that starts when it lets go does without it."""
+    return t < joints[k].until
+
+
+@kernel
+def flexible_rates(y, model, dy):
+    """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
+    n_q, f = model.info[0].nq, model.flexible
+    row = 0
+    for k in range(f.beams.size):
+        iq, iv = f.beams[k].iq, f.beams[k].iv
+        vectors = flexible.NODE_VECTORS[f.beams[k].kind]
+        n = vectors * f.beams[k].nodes
+        for i in range(3 * n):
+            dy[iq + i] = y[iv + i]
+            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
+        # of a constant width the loops of the solution are unrolled
+        if vectors == 2:
+            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
+        else:
+            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
+        row += n
+
+
+@kernel
+def whole_inventory(t, y, s, model, out):
+    """As `inventory`, with beams, contacts, hinges and penalties (the beams' momenta are those of bodies)."""
+    inventory(t, y, s, model, out)
+    n_q, f, bodies = model.info[0].nq, model.flexible, model.bodies
+    F = f.F
+    for i in range(F.size):
+        F[i] = 0.0
+    if f.cells.size > 0:
+        part = model.sums[1]
+        for i in range(3):
+            part[i] = 0.0
+        flexible.beam_energies(y, f, part)
+        out[KINETIC] += part[0]
+        out[ELASTIC] += part[1]
+        flexible.beam_momenta(y, f, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
+        touch.add_contacts(y, 0.0, n_q, f, bodies, F)
+        for k in range(f.cylinders.size):
+            out[ELASTIC] += f.cylinders[k].energy
+    if f.hinges.size > 0:
+        energy, _ = couplings.add_hinges(y, n_q, f, bodies, F)
+        out[ELASTIC] += energy
+    for k in range(f.joints.size):
+        if is_held(t, f.joints, k):
+            couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
+            out[ELASTIC] += 0.5 * f.joints[k].stiffness * f.joints[k].gap * f.joints[k].gap
+
+
+@kernel
+def whole_project(t, y, s, model):
+    """As `project`; and the strain of penalties that let go at t leaves the account."""
+    joints, account = model.flexible.joints, model.info[0].nq + model.info[0].nv + RELEASE
+    changed = project(t, y, s, model)
+    for k in range(joints.size):
+        if t == joints[k].until:
+            rigid.kinematics(t, y, model.bodies)
+            couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+            y[account] -= 0.5 * joints[k].stiffness * joints[k].gap * joints[k].gap
+    return changed

@@ -1,0 +1,192 @@
+"""Beams and penalties under explicit methods: what these cannot carry, and the fastest mode of the whole model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sparse
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
+
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.flow import bind_rates
+from evolvent.flow.penalties import flexible_rates
+from evolvent.kernels import contact, couplings, rigid
+from evolvent.kernels.flexible import NODE_VECTORS
+
+#: Up to so many velocities the eigenvalues are those of the whole matrix.
+_DENSE = 120
+#: Displacement (m, or 1 of slopes and turns) of the central differences of forces.
+_STEP = 1e-6
+#: Depth of a contact, of the cylinder's radius, at which a law with an exponent above 1 counts.
+_DEPTH = 1e-3
+
+
+def check_explicit(assembly: Assembly) -> None:
+    """Refuse what explicit methods cannot carry, by name."""
+    f, names = assembly.model.flexible, assembly.names
+    owners = sorted((index, name) for name, (family, index) in names.items() if family == "joints")
+    for k in np.flatnonzero(f.joints["stiffness"] == 0.0):
+        name = next((name for index, name in reversed(owners) if index <= k), "a joint")
+        if f.joints["path"][k] != couplings.STILL or f.joints["kind"][k] == couplings.ANGLE:
+            raise InputError(
+                f"{name!r} is driven along a path, which rk4, heun and dopri5 cannot follow; take generalized-alpha"
+            )
+        raise InputError(
+            f"{name!r} is a constraint, which rk4, heun and dopri5 cannot hold; give it a `stiffness` above 0, which "
+            "makes it a penalty, or take generalized-alpha"
+        )
+    for name, (family, index) in names.items():
+        if family == "cylinders" and f.cylinders["friction"][index] > 0.0:
+            raise InputError(
+                f"{name!r} has friction, which is known step by step only; take generalized-alpha, or leave out "
+                "`friction` under rk4, heun and dopri5"
+            )
+        if family == "hinges" and math.isfinite(f.hinges["latch"][index]):
+            raise InputError(f"{name!r} has a latch, which rk4, heun and dopri5 do not know; take generalized-alpha")
+
+
+def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
+    """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), its place, largest damping rate.
+
+    Of the model as it starts, with every check point in contact, across its beam, and every stop reached.
+
+    Notes
+    -----
+    Largest eigenvalues of M^-1 K and M^-1 C, whose products are central differences of the accelerations: everything
+    that makes forces counts. Threads are left to their own bounds.
+    """
+    model, f = assembly.model, assembly.model.flexible
+    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    saved = f.cylinders.copy(), f.hinges.copy()
+    accelerations = _accelerations(assembly)
+    touching = _contact_products(model, assembly.y)
+    moves = np.ones(n_v)
+    for row in model.threads:
+        at = row["iv"] - n_q
+        moves[at : at + 3 * row["n"]] = 0.0
+    zero = np.zeros(n_v)
+
+    def stiff(x: np.ndarray) -> np.ndarray:
+        d = _STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
+        scale = 0.5 * float(np.abs(x).max()) / _STEP
+        return moves * (scale * (accelerations(-d, zero) - accelerations(d, zero)) + touching(0, moves * x))
+
+    def damped(x: np.ndarray) -> np.ndarray:
+        d = _STEP * moves * x / max(float(np.abs(x).max()), 1e-300)
+        scale = 0.5 * float(np.abs(x).max()) / _STEP
+        return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
+
+    try:
+        f.cylinders["stiffness"] = 0.0
+        f.hinges["stiffness"] += np.where(f.hinges["stop"] > 0.0, f.hinges["stop"], 0.0)
+        squared, shape = _largest(stiff, n_v)
+        damping = damped(shape)
+        largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
+    finally:
+        f.cylinders[:], f.hinges[:] = saved
+    own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
+    return max(squared, 0.0), max(own, 0.0), _place(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
+
+
+def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float, np.ndarray]:
+    """Largest real eigenvalue of a matrix given by its products, and its vector."""
+    if n <= _DENSE:
+        values, vectors = np.linalg.eig(np.array([product(e) for e in np.eye(n)]).T)
+    else:
+        start = np.random.default_rng(0).standard_normal(n)
+        operator = LinearOperator((n, n), matvec=product, dtype=float)
+        try:
+            values, vectors = eigs(operator, k=1, which="LM", v0=start, ncv=40, tol=1e-5, maxiter=100)
+        except ArpackError:  # a power iteration never fails, it is only late
+            x = start
+            for _ in range(1000):
+                x = product(x / np.linalg.norm(x))
+            return float(np.linalg.norm(x)), x
+    best = int(np.argmax(values.real))
+    return float(values[best].real), np.array(vectors[:, best].real)
+
+
+def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Accelerations of the start displaced by (a, b), changes of coordinates and rates by velocity."""
+    model = assembly.model
+    rates = bind_rates(model)[0][0]
+    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    y, dy, s = assembly.y.copy(), np.zeros_like(assembly.y), assembly.s.copy()
+    place = np.full(n_v, -1)
+    turning = []
+    for family, size in ((model.points, 3), (model.threads, 0), (model.flexible.beams, 0), (model.bodies, 0)):
+        for row in family:
+            n, iq, iv = size, int(row["iq"]), int(row["iv"]) - n_q
+            if family is model.threads:
+                n = 3 * int(row["n"])
+            elif family is model.flexible.beams:
+                n = 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"])
+            elif family is model.bodies:
+                n = {rigid.DRIVEN: 0, rigid.SPIN: 1, rigid.FREE: 3}[int(row["motion"])]
+                if row["motion"] == rigid.FREE:
+                    turning.append((iq + 3, iv + 3))
+            place[iv : iv + n] = np.arange(iq, iq + n)
+    moved = np.flatnonzero(place >= 0)
+
+    def accelerations(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        y[:] = assembly.y
+        y[place[moved]] += a[moved]
+        y[n_q : n_q + n_v] += b
+        for q, v in turning:  # to first order, which is enough for differences
+            w, u = assembly.y[q], assembly.y[q + 1 : q + 4]
+            y[q] -= 0.5 * u @ a[v : v + 3]
+            y[q + 1 : q + 4] += 0.5 * (w * a[v : v + 3] + np.cross(u, a[v : v + 3]))
+            y[q : q + 4] /= np.linalg.norm(y[q : q + 4])
+        rates(0.0, y, s, model, dy)
+        return dy[n_q : n_q + n_v].copy()
+
+    return accelerations
+
+
+def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndarray], np.ndarray]:
+    """M^-1 times the stiffness (0) or damping (1) of all check points, held across the beam, times a vector."""
+    f, n_q, n_v = model.flexible, int(model.info["nq"][0]), int(model.info["nv"][0])
+    if not f.cylinders.size:
+        return lambda what, x: np.zeros_like(x)
+    checks = f.checks
+    columns = checks["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
+    S = np.broadcast_to(checks["S"][:, None, :], columns.shape)
+    rows = np.broadcast_to(np.arange(3 * checks.size).reshape(-1, 3, 1), columns.shape)
+    G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * checks.size, n_v))
+    along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in checks["iq"]])
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    values = np.zeros((2, checks.size))
+    for row in f.cylinders:
+        inside = slice(row["first"], row["last"])
+        slope = row["exponent"] * row["stiffness"] * (_DEPTH * row["radius"]) ** (row["exponent"] - 1.0)
+        values[0, inside] += slope
+        if row["law"] == contact.PAPER:
+            values[1, inside] += row["damping"]
+    dy = np.zeros_like(y)
+
+    def product(what: int, x: np.ndarray) -> np.ndarray:
+        s = (G @ x).reshape(-1, 3)
+        s = values[what][:, None] * (s - np.sum(along * s, axis=1)[:, None] * along)
+        f.F[:] = -(G.T @ s.ravel())
+        f.P[:] = 0.0
+        dy[:] = 0.0
+        flexible_rates(y, model, dy)
+        return dy[n_q : n_q + n_v].copy()
+
+    return product
+
+
+def _place(assembly: Assembly, velocity: int) -> str:
+    """Name of the part that a velocity belongs to."""
+    n_q = int(assembly.model.info["nq"][0])
+    found = []
+    for name, (family, index) in assembly.names.items():
+        if family in ("points", "bodies", "beams"):
+            rows = assembly.model.flexible.beams if family == "beams" else getattr(assembly.model, family)
+            if 0 <= rows["iv"][index] - n_q <= velocity:
+                found.append((int(rows["iv"][index]), name))
+    return max(found)[1] if found else "nothing"

@@ -1,0 +1,141 @@
+"""Nodes that leave and reach their spools under an implicit method: when, and what becomes of the state then.
+
+The feeds are prescribed, so the times are known beforehand; the solver lands on them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.flow import bind_corrections, bind_rates
+from evolvent.flow.events import DUE, OVERRUN
+from evolvent.kernels.feed import feed
+from evolvent.solvers import alpha
+
+#: Intervals in which changes of a feed's direction are looked for.
+_INTERVALS = 4096
+
+
+def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
+    """Times (s) between start and end at which an event of a thread falls due."""
+    model = assembly.model
+    if not model.threads.size:
+        return np.zeros(0)
+    from scipy.optimize import brentq  # 0.2 s that other models do not need
+
+    inner = model.breaks[(model.breaks > start) & (model.breaks < end)]
+    times = np.union1d(np.linspace(start, end, _INTERVALS + 1), inner)
+    found = []
+    for row in model.threads:
+        parameters = model.parameters[int(row["first"]) : int(row["last"])]
+
+        def paid(t: float, row: Any = row, parameters: np.ndarray = parameters) -> float:
+            """Nodes' worth of thread that is out."""
+            angle = feed(int(row["feed"]), parameters, int(row["law"]), float(t))[0]
+            return float(angle * row["radius"] / row["segment"])
+
+        n = int(row["n"])
+        up = np.append(np.arange(n, dtype=float), n if row["lets_go"] else n + OVERRUN)
+        down = np.append(np.arange(n) + float(row["capture"]), -OVERRUN)
+        out = np.array([paid(t) for t in times])
+        for k in np.flatnonzero(np.diff(out) != 0.0):
+            low, high = sorted((out[k], out[k + 1]))
+            levels = up if out[k + 1] > out[k] else down
+            for level in levels[(levels > low) & (levels <= high)]:
+                gap = [out[k] - level, out[k + 1] - level]
+                at = times[k + int(gap[1] == 0.0)]
+                if gap[0] * gap[1] < 0.0:
+                    at = brentq(lambda t, paid=paid, level=level: paid(t) - level, times[k], times[k + 1], xtol=1e-14)
+                found.append(float(at))
+    return np.unique(np.array(found, dtype=float))
+
+
+class Releases:
+    """Carries out the events of a model's threads.
+
+    Attributes
+    ----------
+    times, kinds : events so far, as in `evolvent.solvers.Solution`
+    """
+
+    def __init__(self, model: mdl.Model) -> None:
+        self.model = model
+        self.times: list[float] = []
+        self.kinds: list[int] = []
+        self._rates = bind_rates(model)
+        self._apply = bind_corrections(model)[0][0]
+        self._values = np.zeros(int(model.info["ne"][0]))
+
+    def fire(self, t: float, y: np.ndarray) -> int:
+        """Carry out what is due at t on the state y; returns how many events, -1 where a feed outruns its thread."""
+        s, n, count = self.model.flexible.switches, self.model.threads.size, 0
+        derivative, sums, events = self._rates
+        for _ in range(2 * n + 64):
+            events[0](t, y, s, self.model, self._values)
+            due = np.flatnonzero(self._values[: 2 * n] >= DUE)
+            if not due.size:
+                break
+            first = int(due[0])
+            free = self.model.threads["n"]
+            leaves = [int(k) for k in due if k % 2 == 0 and s[k // 2] < free[k // 2]]
+            together = leaves if first in leaves else [first]
+            if self._apply(t, y, s, self.model, first, self._values, derivative, sums) < 0:
+                return -1
+            self.times += [t] * len(together)
+            self.kinds += together
+            count += len(together)
+        return count
+
+    def resume(self, calls: Any, march: alpha.March) -> int:
+        """Events at the loop's time: state, accelerations, energies and account; returns what `fire` returns.
+
+        Notes
+        -----
+        A node that leaves goes on as its neighbour does: what its spring would do to it at once is far shorter than a
+        step. What an event brings in or takes away does not count as gained.
+        """
+        model, t = self.model, float(march.clock[alpha.TIME])
+        before = model.flexible.switches.copy()
+        count = self.fire(t, march.y)
+        if count < 0:
+            return count
+        n_q = int(model.info["nq"][0])
+        for p, row in enumerate(model.threads):
+            at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
+            for i in range(was, now):
+                k = at + 3 * i
+                march.v1[:2, k : k + 3] = march.v1[:2, k - 3 : k] if i > 0 else 0.0
+            for i in range(now, was):
+                march.v1[:2, at + 3 * i : at + 3 * i + 3] = 0.0
+                march.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
+        calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+        march.v1[2] = model.flexible.P
+        ledger = march.ledger
+        energy = [alpha.KINETIC, alpha.ELASTIC, alpha.COUPLED]
+        had = ledger[energy].sum()
+        alpha.fill_energies(calls, t, model, march)
+        ledger[alpha.START] += ledger[energy].sum() - had
+        ledger[alpha.PEAK] = max(ledger[alpha.PEAK], ledger[energy].sum())
+        march.tally[alpha.FRESH] = 1
+        return count
+
+
+def book_accounts(model: mdl.Model, out_y: np.ndarray, ledger: np.ndarray) -> None:
+    """Write what the ledger holds into the accounts of the states, where explicit methods have it."""
+    first = int(model.info["nq"][0] + model.info["nv"][0])
+    out_y[:, first + mdl.DISSIPATED] = ledger[:, alpha.BY_MASS : alpha.BY_SPRINGS + 1].sum(axis=1)
+    out_y[:, first + mdl.SPOOL] = ledger[:, alpha.SPOOLS]
+    out_y[:, first + mdl.LOAD] = ledger[:, alpha.LOADS]
+    out_y[:, first + mdl.DRIVE] = ledger[:, alpha.DRIVES]
+
+
+def reason_of_outrun(reached: float) -> str:
+    """What happened where a feed outruns its thread."""
+    return (
+        f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
+        "already wound; stop the feed in time, end the run earlier, or let the thread go"
+    )

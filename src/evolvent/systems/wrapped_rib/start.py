@@ -1,0 +1,254 @@
+"""Where ribs start: straight, wound without stretch, or as a saved run left them; all seen from the hub's axes."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.systems.wrapped_rib.advice import bent_element
+from evolvent.systems.wrapped_rib.case import Case
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class HubState:
+    """Where the hub is: position, quaternion, velocity (inertial), angular velocity (body axes), angle about z."""
+
+    position: np.ndarray
+    quaternion: np.ndarray
+    velocity: np.ndarray
+    rate: np.ndarray
+    angle: float
+
+
+class Start(NamedTuple):
+    """What a run starts from.
+
+    Attributes
+    ----------
+    nodes : (ribs, n + 1, vectors, 3) float, m and 1, inertial axes
+    rates : the same, m/s and 1/s
+    hub : HubState
+    directions : (ribs,) float, rad, of the roots' hinges at rest, from outwards
+    stiffness : float, N/m^n, of the contact
+    """
+
+    nodes: np.ndarray
+    rates: np.ndarray
+    hub: HubState
+    directions: np.ndarray
+    stiffness: float
+
+
+def at_rest(angle: float = 0.0) -> HubState:
+    """A hub at the origin."""
+    half = 0.5 * angle
+    quaternion = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    return HubState(position=np.zeros(3), quaternion=quaternion, velocity=np.zeros(3), rate=np.zeros(3), angle=angle)
+
+
+def start(case: Case) -> Start:
+    """The state from which a case starts.
+
+    Raises
+    ------
+    InputError
+        If a saved run cannot be read, or is not of such a rib.
+    """
+    if case.begins not in ("straight", "wound"):
+        return _from_run(case)
+    count, n = case.rib.count, case.rib.elements
+    turns = 2.0 * np.pi * np.arange(count) / count
+    one = _straight(case) if case.begins == "straight" else _wound(case)
+    direction = case.first_direction if case.begins == "straight" else 0.5 * np.pi
+    nodes = np.stack([_turned(one, angle) for angle in turns])
+    assert nodes.shape[:2] == (count, n + 1)
+    return Start(nodes, np.zeros_like(nodes), at_rest(), np.full(count, direction), case.contact_stiffness)
+
+
+def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return vectors @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _vectors(case: Case, places: np.ndarray, slopes: np.ndarray, across: float = 1.0, along: float = 1.0) -> np.ndarray:
+    """Nodes from places and slopes in the plane; directors of lengths `across` the rib and `along` the hub's axis."""
+    if case.rib.formulation == "cable":
+        return np.stack([places, slopes], axis=1)
+    e1 = slopes / np.linalg.norm(slopes, axis=1)[:, None]
+    e2 = np.stack([-e1[:, 1], e1[:, 0], np.zeros(len(e1))], axis=1)
+    e3 = np.broadcast_to([0.0, 0.0, 1.0], e1.shape)
+    return np.stack([places, slopes, across * e2, along * e3], axis=1)
+
+
+def _straight(case: Case) -> np.ndarray:
+    """A straight rib at the hub; one whose tip will be carried is taut already."""
+    drive = case.drive
+    taut = 1.0 + drive.stretch if drive is not None and drive.kind == "tip" else 1.0
+    direction = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
+    arc = np.linspace(0.0, taut * case.rib.length, case.rib.elements + 1)
+    places = np.array([case.hub.radius, 0.0, 0.0]) + arc[:, None] * direction
+    return _vectors(case, places, np.tile(taut * direction, (arc.size, 1)))
+
+
+def _wound(case: Case) -> np.ndarray:
+    """A rib bent into a circle without stretch, its check points on the hub.
+
+    Notes
+    -----
+    Chord and slopes of an element are those of least energy when bent by its angle; the angle is such that the check
+    point nearest to the axis lies on the hub.
+    """
+    rib, R = case.rib, case.hub.radius
+
+    def bent(angle: float) -> tuple[float, np.ndarray]:
+        """Distance of the nearest check point from the axis, and the element's sizes."""
+        _, sizes = bent_element(case, angle)
+        chord, slope = sizes[0], sizes[1]
+        half = 0.5 * angle
+        xi = np.arange(1, case.contact.points + 1) / case.contact.points
+        # Hermite's cubic from (-chord/2, 0) to (chord/2, 0), the axis at (0, -chord / (2 tan(half)))
+        x = chord * (3.0 * xi**2 - 2.0 * xi**3 - 0.5)
+        x += rib.element_length * slope * math.cos(half) * (xi - 3.0 * xi**2 + 2.0 * xi**3)
+        y = rib.element_length * slope * math.sin(half) * (xi - xi**2)
+        return float(np.hypot(x, y + 0.5 * chord / math.tan(half)).min()), sizes
+
+    low, high = 0.5 * rib.element_length / R, 1.5 * rib.element_length / R
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if bent(middle)[0] > R else (low, middle)
+    _, sizes = bent(low)
+    chord, slope = sizes[0], sizes[1]
+    radius = 0.5 * chord / math.sin(0.5 * low)
+    at = low * np.arange(rib.elements + 1)
+    c, s, zero = np.cos(at), np.sin(at), np.zeros(at.size)
+    places = radius * np.stack([c, s, zero], axis=1)
+    slopes = slope * np.stack([-s, c, zero], axis=1)
+    across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
+    return _vectors(case, places, slopes, across, along)
+
+
+# ------------------------------------------------------------------------------------------------ saved runs
+
+
+def _from_run(case: Case) -> Start:
+    from evolvent import cases, results
+
+    run = results.open(case.start)
+    if run.attrs["system"] != case.system:
+        raise InputError(f"start is {case.start!r}, a run of {run.attrs['system']}; it must be one of {case.system}")
+    for name in ("end_coordinates", "end_velocities", "end_hub", "hinge_rest"):
+        if name not in run or not np.all(np.isfinite(run[name].values)):
+            raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
+    before = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    for key, mine, its in (
+        ("rib.length", case.rib.length, before.rib.length),
+        ("rib.count", case.rib.count, before.rib.count),
+        ("hub.radius", case.hub.radius, before.hub.radius),
+    ):
+        if mine != its:
+            raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
+    k = 2 if before.rib.formulation == "cable" else 4
+    shape = (before.rib.count, before.rib.elements + 1, k, 3)
+    if (
+        run.end_coordinates.shape != shape
+        or run.end_velocities.shape != shape
+        or run.end_hub.shape != (14,)
+        or run.hinge_rest.shape != shape[:1]
+    ):
+        raise InputError(f"start is {case.start!r}, whose last state has another shape than its case")
+    h = run.end_hub.values
+    hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
+    if case.hub.motion != "free":
+        _check_upright(case, hub)
+    R = rotation(hub.quaternion)
+    refined = [
+        _refined(case, run.end_coordinates.values[b], run.end_velocities.values[b], R) for b in range(case.rib.count)
+    ]
+    if case.hub.motion == "fixed":
+        hub = dataclasses.replace(hub, velocity=np.zeros(3), rate=np.zeros(3))
+    nodes, rates = np.stack([r[0] for r in refined]), np.stack([r[1] for r in refined])
+    stiffness = case.contact_stiffness
+    if case.contact.stiffness == "auto":  # what pressed on the hub before still does
+        stiffness = max(stiffness, before.contact_stiffness)
+    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness)
+
+
+def _check_upright(case: Case, hub: HubState) -> None:
+    tilted = float(np.hypot(hub.quaternion[1], hub.quaternion[2]))
+    moved = float(np.linalg.norm(hub.position))
+    if tilted > 1e-9 or moved > 1e-9:
+        raise InputError(
+            f"hub.motion is {case.hub.motion!r}, but the hub of the run {case.start!r} has moved or tilted; take "
+            f"hub.motion: free"
+        )
+
+
+def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and rates of one rib on the case's elements; vectors that its formulation needs and the run lacks."""
+    wanted = 2 if case.rib.formulation == "cable" else 4
+    old, new = nodes.shape[0] - 1, case.rib.elements
+    length = case.rib.length / old
+    at = np.linspace(0.0, old, new + 1)
+    cell = np.minimum(at.astype(int), old - 1)
+    xi = at - cell
+    found = []
+    for e in (nodes, rates):
+        p, px, q, qx = e[cell, 0], e[cell, 1], e[cell + 1, 0], e[cell + 1, 1]
+        vectors = [hermite(xi, length, p, px, q, qx), hermite(xi, length, p, px, q, qx, order=1)]
+        if nodes.shape[1] == wanted == 4:
+            vectors += [(1.0 - xi)[:, None] * e[cell, i] + xi[:, None] * e[cell + 1, i] for i in (2, 3)]
+        found.append(vectors)
+    (_, slope, *directors), (_, turning, *_) = found
+    if wanted == 4 and not directors:
+        e1 = slope / np.linalg.norm(slope, axis=1)[:, None]
+        z = R[:, 2] - (e1 @ R[:, 2])[:, None] * e1
+        e3 = z / np.linalg.norm(z, axis=1)[:, None]
+        e2 = np.cross(e3, e1)
+        w = np.cross(e1, turning) / np.linalg.norm(slope, axis=1)[:, None]
+        found[0] += [e2, e3]
+        found[1] += [np.cross(w, e2), np.cross(w, e3)]
+    return np.stack(found[0], axis=1), np.stack(found[1], axis=1)
+
+
+def hermite(
+    xi: np.ndarray, length: float, p: np.ndarray, px: np.ndarray, q: np.ndarray, qx: np.ndarray, *, order: int = 0
+) -> np.ndarray:
+    """Place (order 0) on elements' axes, or its derivative by arc length, at xi : (k,), of vectors (..., k, 3)."""
+    if order == 0:
+        S = (
+            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
+            length * (xi - 2.0 * xi**2 + xi**3),
+            3.0 * xi**2 - 2.0 * xi**3,
+            length * (xi**3 - xi**2),
+        )
+    elif order == 1:
+        S = (
+            (6.0 * xi**2 - 6.0 * xi) / length,
+            1.0 - 4.0 * xi + 3.0 * xi**2,
+            (6.0 * xi - 6.0 * xi**2) / length,
+            3.0 * xi**2 - 2.0 * xi,
+        )
+    else:
+        S = (
+            (12.0 * xi - 6.0) / length**2,
+            (6.0 * xi - 4.0) / length,
+            (6.0 - 12.0 * xi) / length**2,
+            (6.0 * xi - 2.0) / length,
+        )
+    total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
+    return total
+
+
+def rotation(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body to inertial, scalar part first."""
+    w, x, y, z = np.moveaxis(np.asarray(q), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -1,0 +1,130 @@
+"""Systems for the implicit engine's tests, its equations as functions, and what can be read off its runs."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import elements
+from evolvent.builder import Assembly
+from evolvent.flow import bind_equations, implicit
+from evolvent.kernels import blocks, touch
+from evolvent.solvers import alpha
+from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
+
+Array = np.ndarray
+
+RUBBER = elements.Material(E=2e6, nu=0.0, density=1000.0)
+SQUARE = elements.Rectangle(thickness=0.02, width=0.02)
+
+
+class Equations(NamedTuple):
+    """Residual and tangent of an assembly as functions of increments dq and multipliers la.
+
+    Velocities and accelerations follow the increments as in a step: v = v0 + c_rate dq, a = a0 + c_mass dq.
+    """
+
+    assembly: Assembly
+    t: float
+    y: Array
+    a: Array
+    c_mass: float
+    c_rate: float
+    step: float = 0.0
+
+    def residual(self, dq: Array, la: Array) -> Array:
+        """(nv + nj,) in the order of the velocities, then of the joints."""
+        model = self.assembly.model
+        n_q, n_v, n_j = int(model.info["nq"][0]), dq.size, la.size
+        matrix = matrix_of(model)
+        r, powers = np.zeros(matrix.B.shape[0] + matrix.counts[blocks.BORDER]), np.zeros(implicit.N_POWERS)
+        y = self.y.copy()
+        y[n_q : n_q + n_v] += self.c_rate * dq
+        alpha.displace(self.y, dq, model, y)
+        bind_equations(model, matrix).residual[0](
+            self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, powers
+        )
+        return np.concatenate([r[model.flexible.place], r[r.size - n_j :]])
+
+    def tangent(self, la: Array) -> Array:
+        """(nv + nj, nv + nj), of the same order."""
+        model = self.assembly.model
+        matrix = matrix_of(model)
+        n_v = model.flexible.place.size
+        self.residual(np.zeros(n_v), la)
+        bind_equations(model, matrix).tangent[0](self.t, self.y, la, self.c_mass, self.c_rate, 1.0, model, matrix)
+        whole = dense(matrix)
+        where = np.concatenate([model.flexible.place, np.arange(whole.shape[0] - la.size, whole.shape[0])])
+        return whole[np.ix_(where, where)]
+
+    def differences(self, la: Array, sizes: Array, h: float = 1e-4) -> Array:
+        """Central differences of sixth order of the residual by dq (steps h times `sizes`) and la."""
+        n_v = self.assembly.model.flexible.place.size
+        x0, columns = np.concatenate([np.zeros(n_v), la]), []
+        for k in range(x0.size):
+            d = np.zeros(x0.size)
+            d[k] = h * sizes[k] if k < n_v else 1.0
+            column = 0.0
+            for i, w in ((1, 45.0), (2, -9.0), (3, 1.0)):
+                for s in (i, -i):
+                    x = x0 + s * d
+                    column = column + np.sign(s) * w * self.residual(x[:n_v], x[n_v:])
+            columns.append(column / (60.0 * d[k]))
+        return np.array(columns).T
+
+
+def dense(matrix: blocks.Bordered) -> Array:
+    """All of a `Bordered` matrix."""
+    n, m, _ = matrix.A.shape
+    k = int(matrix.counts[blocks.BORDER])
+    whole = np.zeros((n * m + k, n * m + k))
+    for i in range(n):
+        for j, columns in ((i - 1, slice(0, m)), (i, slice(m, 2 * m)), (i + 1, slice(2 * m, 3 * m))):
+            if 0 <= j < n:
+                whole[i * m : i * m + m, j * m : j * m + m] = matrix.A[i, :, columns]
+    whole[: n * m, n * m :] = matrix.B[:, :k]
+    whole[n * m :, : n * m] = matrix.C[:, :k].T
+    whole[n * m :, n * m :] = matrix.E[:k, :k]
+    return whole
+
+
+def start_step(assembly: Assembly, y: Array) -> None:
+    """Take the state y as the start of a step: gaps, anchors and bristles of contacts are those of y."""
+    model = assembly.model
+    n_v = model.flexible.place.size
+    model.flexible.checks["gap"] = np.inf
+    model.flexible.checks["stick"] = 0.0
+    Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
+    touch.settle_contacts(y, model.flexible, model.bodies)
+
+
+def run(assembly: Assembly, samples: Any, **options: Any) -> ImplicitSolution:
+    """Solve; the run must end well."""
+    solution = solve_implicit(assembly, samples=samples, **options)
+    assert solution.success, solution.message
+    return solution
+
+
+def coordinates(assembly: Assembly, y: Array, name: str) -> Array:
+    """Coordinates of a part at all samples: (nt, nodes, vectors, 3) of a beam, (nt, 3) of a point, or a body's."""
+    family, index = assembly.names[name]
+    model = assembly.model
+    if family == "beams":
+        row = model.flexible.beams[index]
+        k = 2 if row["kind"] == 0 else 4
+        return y[..., row["iq"] :][..., : 3 * k * row["nodes"]].reshape(*y.shape[:-1], row["nodes"], k, 3)
+    row = getattr(model, family)[index]
+    size = 3 if family == "points" else 7 if row["motion"] == 2 else 1
+    return y[..., row["iq"] :][..., :size]
+
+
+def momenta(assembly: Assembly, solution: ImplicitSolution) -> Array:
+    """(nt, 6) linear momentum and angular momentum about the origin."""
+    from evolvent.kernels import rigid
+
+    out = np.zeros((solution.t.size, 6))
+    for k, (t, y) in enumerate(zip(solution.t, solution.y, strict=True)):
+        rigid.kinematics(t, y, assembly.model.bodies)
+        implicit.momenta(y, assembly.model, out[k])
+    return out

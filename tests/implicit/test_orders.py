@@ -1,0 +1,146 @@
+"""Generalized-alpha is of second order: positions, velocities and multipliers, from the first step on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from evolvent import System, parts
+from evolvent.builder import Assembly
+from helpers import rotation
+from implicit.rigs import RUBBER, SQUARE, run
+
+Array = np.ndarray
+G = np.array([0.0, -9.81, 0.0])
+TIMES = np.linspace(0.0, 1.0, 11)
+
+
+def orders(steps: list[float], errors: list[list[float]]) -> Array:
+    """Slopes of log error over log step, of each kind of error."""
+    return np.polyfit(np.log(steps), np.log(np.array(errors)), 1)[0]
+
+
+def point() -> Assembly:
+    """A point on a rod, in three dimensions."""
+    system = System(gravity=G)
+    system.add(parts.Point(mass=1.3, position=(1.0, 0.2, 0.0), velocity=(-0.2, 1.0, 2.0)), "bob")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", kind="distance"), "rod")
+    return system.assemble()
+
+
+def point_exact() -> tuple[Array, Array, Array]:
+    """Places, velocities and the rod's multiplier."""
+    square = 1.04
+
+    def rates(t: float, y: Array) -> Array:
+        x, v = y[:3], y[3:]
+        return np.concatenate([v, G - (v @ v + G @ x) / square * x])
+
+    y = solve_ivp(rates, (0.0, 1.0), [1.0, 0.2, 0.0, -0.2, 1.0, 2.0], "DOP853", TIMES, rtol=1e-13, atol=1e-13).y.T
+    la = 1.3 * ((y[:, 3:] ** 2).sum(axis=1) + y[:, :3] @ G) / np.sqrt(square)
+    return y[:, :3], y[:, 3:], la[:, None]
+
+
+INERTIA, MASS = np.array([0.05, 0.12, 0.1]), 2.0
+ARM = np.array([0.5, 0.1, -0.2])
+
+
+def body(spin: Array) -> Callable[[], Assembly]:
+    """A rigid body that hangs from a point of itself off its principal axes."""
+
+    def make() -> Assembly:
+        system = System(gravity=G)
+        system.add(
+            parts.RigidBody(
+                mass=MASS, inertia=tuple(INERTIA), position=ARM, velocity=np.cross(spin, ARM), angular_velocity=spin
+            ),
+            "body",
+        )
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("body", tuple(-ARM))), "pivot")
+        return system.assemble()
+
+    return make
+
+
+def body_exact(spin: Array) -> tuple[Array, Array, Array]:
+    """Coordinates, velocities and force at the pivot, by Euler's equations about it."""
+    about = np.diag(INERTIA) + MASS * (ARM @ ARM * np.eye(3) - np.outer(ARM, ARM))
+
+    def acceleration(R: Array, w: Array) -> Array:
+        return np.linalg.solve(about, MASS * np.cross(ARM, R.T @ G) - np.cross(w, about @ w))
+
+    def rates(t: float, y: Array) -> Array:
+        q, w = y[:4] / np.linalg.norm(y[:4]), y[4:]
+        dq = 0.5 * np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))])
+        return np.concatenate([dq, acceleration(rotation(q), w)])
+
+    y = solve_ivp(rates, (0.0, 1.0), [1.0, 0.0, 0.0, 0.0, *spin], "DOP853", TIMES, rtol=1e-13, atol=1e-13).y.T
+    x, v, la = [], [], []
+    for k in range(len(y)):
+        R, w = rotation(y[k, :4]), y[k, 4:]
+        a = R @ (np.cross(acceleration(R, w), ARM) + np.cross(w, np.cross(w, ARM)))
+        x.append([*(R @ ARM), *y[k, :4]])
+        v.append([*(R @ np.cross(w, ARM)), *w])
+        la.append(MASS * (G - a))
+    return np.array(x), np.array(v), np.array(la)
+
+
+SLOW, TOP = np.array([0.5, -1.0, 2.0]), np.array([15.0, 3.0, -6.0])
+PENDULUMS = {
+    "point": (point, point_exact),
+    "body": (body(SLOW), lambda: body_exact(SLOW)),
+    "top": (body(TOP), lambda: body_exact(TOP)),
+}
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize("name", sorted(PENDULUMS))
+def test_orders_of_pendulums(name: str, rho: float) -> None:
+    """At 1 nothing damps what the multipliers' errors alternate by; their means over neighbouring steps are as good."""
+    make, exact = PENDULUMS[name]
+    x, v, la = exact()
+    n, m = x.shape[1], v.shape[1]
+    steps = [1.0 / n for n in ((320, 640, 1280) if name == "top" else (160, 320, 640))]
+    errors = []
+    for h in steps:
+        times = np.unique(np.round(np.add.outer(TIMES[1:-1], h * np.array([-1, 0, 1])), 12))
+        found = run(make(), [0.0, *times], step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0)
+        q, u = found.y[2::3, :n], found.y[2::3, n : n + m]
+        mean = found.la[2::3]
+        if rho == 1.0:
+            mean = 0.25 * (found.la[1::3] + 2.0 * mean + found.la[3::3])
+        pairs = ((q, x[1:-1]), (u, v[1:-1]), (mean, la[1:-1]))
+        errors.append([float(np.abs(a - b).max()) for a, b in pairs])
+    assert np.abs(orders(steps, errors) - 2.0).max() < 0.1
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9, 1.0])
+def test_multipliers_are_of_second_order_in_the_first_steps(rho: float) -> None:
+    """Without the offsets of the start they are of the first: Arnold, Bruls & Cardona (2015)."""
+    steps, errors = [1.0 / n for n in (100, 200, 400)], []
+    for h in steps:
+        found = run(point(), h * np.arange(6), step=h, spectral_radius=rho, newton=1e-13, largest_gain=10.0)
+        x, v = found.y[:, :3], found.y[:, 3:6]
+        la = 1.3 * ((v**2).sum(axis=1) + x @ G) / np.sqrt(1.04)
+        errors.append([float(np.abs(found.la[1:, 0] - la[1:]).max())])
+    assert abs(orders(steps, errors)[0] - 2.0) < 0.15
+
+
+def cable(n: int = 10, **fields: object) -> Assembly:
+    """The pendulum of point 10 of the reference computations: 2 m, pinned."""
+    system = System(gravity=G)
+    system.add(parts.Beam(length=2.0, section=SQUARE, material=RUBBER, elements=n, **fields), "cable")  # type: ignore[arg-type]
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("cable", "root")), "pin")
+    return system.assemble()
+
+
+def test_energy_error_of_the_cable_pendulum_falls_by_four() -> None:
+    gained = []
+    for h in (2e-3, 1e-3, 5e-4):
+        found = run(cable(), [0.0, 0.25, 0.5, 0.75, 1.0], step=h, spectral_radius=0.9)
+        gained.append(np.abs(found.gained).max())
+    assert 3.6 < gained[0] / gained[1] < 4.4
+    assert 3.6 < gained[1] / gained[2] < 4.4
