@@ -241,6 +241,24 @@ def test_cables_and_beams_stand_in_one_model():
     assert_allclose(nodes(a, r, "whole")[-1, 0, 1] - 1.0, 1e-4 * (1.0 - 0.25 / 16), rtol=1e-5)
 
 
+@pytest.mark.parametrize(("formulation", "ways"), [("cable", 2), ("assumed_strain", 1)])
+def test_a_strut_beyond_the_load_of_euler_is_told_to_be_unstable(formulation, ways):
+    for part, wanted in ((0.99, 0), (1.02, ways)):
+        r = solved(solve_static(beam(formulation, 12, more=tip_force(-0.25 * np.pi**2 * EI * part, 0.0, 0.0))))
+        assert r.unstable == wanted
+        assert ("unstable" in r.message) == (wanted > 0)
+
+
+def test_slopes_do_not_turn_over():
+    # a soft cable on a fast hub stretches by more than half; its root's slope could flip under the clamp
+    section, material = Rectangle(thickness=3e-4, width=0.03), Material(E=5e6, nu=0.3, density=1600.0)
+    a = beam("cable_stretch", 40, section=section, material=material, length=12.0, gravity=(0.0, 0.0, -9.81))
+    r = solved(solve_static(a, rotating=(0.0, 0.0, 4.0)))
+    assert r.unstable == 0
+    assert np.all(np.diff(nodes(a, r)[:, 0, 0]) > 0.0)
+    assert np.all(nodes(a, r)[:, 1, 0] > 0.0)
+
+
 # ------------------------------------------------------------------------------------------------ what is refused
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
+from scipy.sparse.linalg import splu
 
 from evolvent import jit
 from evolvent import model as mdl
@@ -29,6 +30,8 @@ Array = np.ndarray
 MOST_ITERATIONS, MOST_SLIDES = 25, 2000
 #: Load step below which there is no going on, and the first one.
 SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
+#: Load step above which none is accepted in which a slope turns by more than a right angle: it has turned over.
+CAREFUL = 1e-3
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
 
@@ -49,6 +52,7 @@ class StaticSolution:
     spin : (6,) float, rad/s and m, rate and centre of the steady turn
     time : float, s, at which feeds and loads stand
     free : list of str, parts that move without any resistance at the end; the equilibrium is then one of many
+    unstable : int, independent directions in which the energy falls at the end; -1 where they were not counted
     status, message, statistics, wall_time, compile_time : as of `evolvent.solvers.Solution`
     """
 
@@ -65,6 +69,7 @@ class StaticSolution:
     spin: Array
     time: float
     free: list[str]
+    unstable: int
     status: str
     message: str
     statistics: dict[str, float]
@@ -250,6 +255,14 @@ class Work:
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
         start[self.n_q :] = 0.0
         weight, _ = sizes(assembly)
+        slopes = [
+            int(row["iq"]) + 3 * k
+            for row in model.flexible.beams
+            for k in range(NODE_VECTORS[row["kind"]] * int(row["nodes"]))
+            if k % NODE_VECTORS[row["kind"]] > 0
+        ]
+        #: Places in the state of all slopes of beams, (n, 3).
+        self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
         self.balance = eq.Balance(
@@ -317,6 +330,32 @@ class Work:
         found.data[np.abs(found.data) < 1e-28] = 0.0
         found.eliminate_zeros()
         return found
+
+    def falling_directions(self) -> int:
+        """In how many independent directions the energy falls about the last state (full load); -1 if that is unknown.
+
+        Notes
+        -----
+        Negative pivots of K + gamma G^T G, eliminated along its diagonal (Sylvester).
+        """
+        whole = self.tangent(0.0, 0.0)
+        joints = self.model.flexible.joints
+        held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
+        G = whole[self.n_v :, : self.n_v][held]
+        K = whole[: self.n_v, : self.n_v]
+        if np.any(self.balance.spin[:3]):
+            K = K + self.turning_tangent()
+        size = abs(K).max(axis=1).toarray().ravel()
+        D = sparse.diags(1.0 / np.sqrt(np.where(size > 0.0, size, 1.0)))
+        A = D @ (0.5 * (K + K.T)) @ D
+        if held:
+            G = G @ D
+            A = A + 1e4 * (G.T @ sparse.diags(1.0 / np.asarray(G.multiply(G).sum(axis=1)).ravel()) @ G)
+        try:
+            lu = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:  # a pivot is zero
+            return -1
+        return int(np.sum(lu.U.diagonal() < 0.0)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
 
     def free_motions(self, factor: float) -> list[str]:
         """Which parts the tangent lets go without resistance."""
@@ -389,6 +428,7 @@ class _Search:
         self.reached, self.steps, self.rejected, self.slides = 0.0, 0, 0, 0
         self.worst = 1.0
         self.free: list[str] = []
+        self.unstable = -1
 
     # ------------------------------------------------------------------------------------------ one step
 
@@ -407,6 +447,11 @@ class _Search:
     def _back(self, state: tuple[Array, Array, Array]) -> None:
         b = self.work.balance
         b.y[:], b.la[:], b.before[:] = state
+
+    def _turned_over(self, before: Array) -> bool:
+        """Whether a beam's slope points against where it pointed before."""
+        slopes = self.work.slopes
+        return bool(np.any(np.einsum("ij,ij->i", before[slopes], self.work.balance.y[slopes]) < 0.0))
 
     def _keep(self, factor: float) -> None:
         """Accept the state, and keep it as a point of the path."""
@@ -475,7 +520,7 @@ class _Search:
                 s = float(target) if lands else reached + step
                 state = self._state()
                 found = self._balance(*at(s))
-                if found < 0:
+                if found < 0 or (s - reached > CAREFUL and self._turned_over(state[0])):
                     self._back(state)
                     self.rejected += 1
                     step = 0.25 * (s - reached)
@@ -495,15 +540,19 @@ class _Search:
         return self._end(at(1.0)[0])
 
     def _end(self, factor: float) -> bool:
-        """Say what is loose at the end."""
+        """Say what is loose or unstable at the end."""
         w = self.work
         if factor < 1.0:
             return True
         count = w.probe(factor)
-        if count > 0:
-            self.free = w.free_motions(factor)
-            if self.free:
-                self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
+        if count == 0:
+            self.unstable = w.falling_directions()
+            if self.unstable > 0:
+                self.message += f"; it is unstable in {_ways(self.unstable)}"
+            return True
+        self.free = w.free_motions(factor)
+        if self.free:
+            self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
         return True
 
     # ------------------------------------------------------------------------------------------ along an arc
@@ -611,6 +660,7 @@ class _Search:
             spin=w.balance.spin,
             time=w.time,
             free=self.free,
+            unstable=self.unstable,
             status=self.status,
             message=self.message,
             statistics={
@@ -628,6 +678,10 @@ class _Search:
 
 def _names(names: list[str]) -> str:
     return " and ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")
+
+
+def _ways(count: int) -> str:
+    return "one way" if count == 1 else f"{count} ways"
 
 
 def _motions(count: int) -> str:
