@@ -130,11 +130,9 @@ def tangent_with_threads(t, y, la, c_mass, c_rate, scale, model, matrix):
     for p in range(threads.size):
         q, v = threads[p].iq, threads[p].iv
         for i in range(threads[p].n):
-            at = place[v + 3 * i - n_q]
-            for c in range(3):
-                add_entry(matrix, at + c, at + c, c_mass * nodes[threads[p].node + i].mass)
-            for c in range(3, m):
-                add_entry(matrix, at + c, at + c, 1.0)
+            D = matrix.A[place[v + 3 * i - n_q] // m]
+            for c in range(m):  # a block for more than three unknowns is filled up with ones
+                D[c, m + c] += c_mass * nodes[threads[p].node + i].mass if c < 3 else 1.0
         along = threads[p].stiffness + c_rate * threads[p].damping
         for i in range(s[p] - 1):
             a = q + 3 * i
@@ -185,19 +183,35 @@ def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q,
         X = threads[p].X
         ex, ey, ez, across = X[0], X[1], X[2], 0.0
     k = along - across
+    if inner >= 0:
+        _add_link(matrix, place[outer - n_q], place[inner - n_q], ex, ey, ez, k, across)
+        return
     K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
     K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
     local = threads[p].departure
     a, n = side_columns(bodies, place, n_q, ON_COORDINATES, -1, outer, local, True, Ja)
-    on = ON_COORDINATES if inner >= 0 else ON_BODY
-    b, m = side_columns(bodies, place, n_q, on, body, inner, local, True, Jb)
+    b, m = side_columns(bodies, place, n_q, ON_BODY, body, -1, local, True, Jb)
     add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
     add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
     add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -copies)
     add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, copies)
-    if inner < 0:
-        T = -copies * tension
-        add_turning(matrix, bodies, place, n_q, body, local, T * ex, T * ey, T * ez)
+    T = -copies * tension
+    add_turning(matrix, bodies, place, n_q, body, local, T * ex, T * ey, T * ez)
+
+
+@inlined
+def _add_link(matrix, outer, inner, ex, ey, ez, k, across):
+    """Tangent k e e^T + across I between two nodes; the block of the inner one is next before the outer one's."""
+    m = matrix.A.shape[1]
+    A, B = matrix.A[outer // m], matrix.A[inner // m]
+    e = ex, ey, ez
+    for i in range(3):
+        for j in range(3):
+            value = k * e[i] * e[j] + (across if i == j else 0.0)
+            A[i, m + j] += value
+            B[i, m + j] += value
+            A[i, j] -= value
+            B[i, 2 * m + j] -= value
 
 
 @kernel

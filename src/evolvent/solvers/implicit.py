@@ -255,6 +255,9 @@ def solve_implicit(
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
                 if progress is not None:
                     progress(float(march.clock[alpha.TIME]))
+        if releases is not None and code == alpha.DONE:  # what is due at the very end still happens
+            outrun = releases.fire(times[-1], march.y) < 0
+            march.out_y[-1], kept_s[-1] = march.y, model.flexible.switches
         if outrun:
             status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
         elif code != alpha.DONE:
