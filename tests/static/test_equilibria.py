@@ -14,6 +14,7 @@ from evolvent.kernels import rigid
 from evolvent.solvers.implicit import place_of_rows
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
+from helpers import heliogyro
 from static.composing import EI, STEEL, STRIP, beam, nodes, solved, tip_force
 
 # ------------------------------------------------------------------------------------------------ cantilevers
@@ -306,6 +307,11 @@ def test_bad_arguments(options, told):
     assert a.model.bodies["motion"][a.index("hub", "bodies")] == rigid.SPIN
     with pytest.raises(InputError, match=told):
         solve_static(a, **options)
+
+
+def test_threads_are_refused():
+    with pytest.raises(InputError, match="'blade' is one of the threads, which statics and modes do not know"):
+        solve_static(heliogyro(segments="springs"))
 
 
 def test_a_search_that_takes_too_long_is_given_up():

@@ -131,7 +131,7 @@ def solve_static(
 
     Notes
     -----
-    Dampers rest. Friction acts where the path rubs. A user's spring law has no derivative here and may not converge.
+    Dampers rest. Friction acts where the path rubs.
     """
     targets = _targets(load_steps)
     if not (math.isfinite(tolerance) and tolerance > 0.0):
@@ -139,6 +139,9 @@ def solve_static(
     if not math.isfinite(time):
         raise InputError(f"time is {time!r}; it must be a finite time, s")
     check_implicit(assembly)
+    threads = [name for name, (family, _) in assembly.names.items() if family == "threads"]
+    if threads:
+        raise InputError(f"{threads[0]!r} is one of the threads, which statics and modes do not know; take a Beam")
     try_laws(assembly, time, time)
     began = clock.perf_counter()
     work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
