@@ -136,13 +136,14 @@ class Joint:
         if b.node is not None:
             along = _slope(builder, b, 1)
             e1 = along.u / np.linalg.norm(along.u)
-            if self.kind == "hinge":
-                held = [(_on_body(builder, body, axis), along)]
-                if b.node[0] == flexible.BEAM:
-                    across = [_slope(builder, b, i) for i in (2, 3)]
-                    other = min(across, key=lambda s: abs(float(s.u @ axis)))
-                    held.append((_on_body(builder, body, axis), other))
-                return held
+            if self.kind == "hinge" and b.node[0] == flexible.CABLE:
+                return [(_on_body(builder, body, axis), along)]
+            if self.kind == "hinge":  # of its section, as for a clamp below
+                across = [_slope(builder, b, i) for i in (2, 3)]
+                parallel = max(across, key=lambda s: abs(float(s.u @ axis)) / float(np.linalg.norm(s.u)))
+                if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
+                    return [(_on_body(builder, body, f), parallel) for f in _across(axis)]
+                return [(_on_body(builder, body, axis), s) for s in across]
             e2, e3 = _across(e1)
             if b.node[0] == flexible.BEAM:
                 # its section: were the axis held, only the shear of half an element would pass moments on
