@@ -322,7 +322,7 @@ def momenta(y, model, out):
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
     bodies, f, markers = model.bodies, model.flexible, model.markers
-    if model.loads.size > 0:
+    if model.loads.size > 0 or model.threads.size > 0:
         return False
     for k in range(f.beams.size):
         if f.beams[k].alpha != 0.0 or f.beams[k].paper != 0:
@@ -446,12 +446,15 @@ def keep_momentum(t, h, y, P, model, spare, kept):
                     c = (I[2, 1] / mass, I[0, 2] / mass, I[1, 0] / mass)
             else:
                 I[0, k - 3], I[1, k - 3], I[2, k - 3] = m[3], m[4], m[5]
+        trace = I[0, 0] + I[1, 1] + I[2, 2]
+        if determinant(I) < 3e-4 * trace * trace * trace:  # a slender thing is not to spin about its own axis
+            for i in range(3):
+                I[i, i] += 0.02 * trace
         ax, ay, az = cross(I[0, 1], I[1, 1], I[2, 1], I[0, 2], I[1, 2], I[2, 2])
         bx, by, bz = cross(I[0, 2], I[1, 2], I[2, 2], I[0, 0], I[1, 0], I[2, 0])
         gx, gy, gz = cross(I[0, 0], I[1, 0], I[2, 0], I[0, 1], I[1, 1], I[2, 1])
         det = I[0, 0] * ax + I[1, 0] * ay + I[2, 0] * az
-        trace = I[0, 0] + I[1, 1] + I[2, 2]
-        if det > 1e-9 * trace * trace * trace:
+        if det > 0.0:
             wx = (ax * ex + ay * ey + az * ez) / det
             wy = (bx * ex + by * ey + bz * ez) / det
             wz = (gx * ex + gy * ey + gz * ez) / det
@@ -459,6 +462,13 @@ def keep_momentum(t, h, y, P, model, spare, kept):
             momenta(y, model, m)
     for i in range(3):
         kept[i], kept[3 + i] = m[3 + i], T[i]
+
+
+@inlined
+def determinant(I):  # noqa: E741
+    """Of a (3, 3) matrix."""
+    x, y, z = cross(I[0, 1], I[1, 1], I[2, 1], I[0, 2], I[1, 2], I[2, 2])
+    return I[0, 0] * x + I[1, 0] * y + I[2, 0] * z
 
 
 @inlined

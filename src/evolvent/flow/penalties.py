@@ -38,7 +38,7 @@ def add_flexible_forces(t, y, model, dy):
         flexible.add_pushes(t, y, n_q, f, 1.0, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
-        touch.add_contacts(y, 0.0, n_q, f, bodies, F)
+        touch.add_contacts(y, -1.0, n_q, f, bodies, F)
         for k in range(f.cylinders.size):
             dissipated += f.cylinders[k].power
     if f.hinges.size > 0:
@@ -100,7 +100,7 @@ def whole_inventory(t, y, s, model, out):
         out[KINETIC] += part[0]
         out[ELASTIC] += part[1]
         flexible.beam_momenta(y, f, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
-        touch.add_contacts(y, 0.0, n_q, f, bodies, F)
+        touch.add_contacts(y, -1.0, n_q, f, bodies, F)
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
     if f.hinges.size > 0:

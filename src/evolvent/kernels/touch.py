@@ -23,7 +23,8 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
 
     Parameters
     ----------
-    step : float, s, length of the step that ends in the state y; 0 where no step leads there
+    step : float, s, length of the step that ends in the state y; 0 where a run begins; below 0 without steps (statics,
+        explicit methods)
 
     Notes
     -----
@@ -75,8 +76,8 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
-            if law == contact.CONSERVATIVE:
-                rate = (gap - before) / step if step > 0.0 and math.isfinite(before) else 0.0
+            if law == contact.CONSERVATIVE and step > 0.0:
+                rate = (gap - before) / step if math.isfinite(before) else 0.0
             force, d_gap, d_rate = contact.normal_force(law, gap, rate, before, stiffness, exponent, damping)
             if law == contact.CONSERVATIVE and step > 0.0:  # its rate follows the gap
                 d_gap, d_rate = d_gap + d_rate / step, 0.0

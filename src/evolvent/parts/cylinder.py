@@ -84,6 +84,7 @@ class Cylinder:
             stiffness=positive(f"{name}.stiffness", self.stiffness),
             exponent=exponent,
             damping=not_negative(f"{name}.damping", self.damping),
+            share=1.0,
             friction=not_negative(f"{name}.friction", self.friction),
             stick_stiffness=not_negative(f"{name}.stick_stiffness", self.stick_stiffness),
             stick_damping=not_negative(f"{name}.stick_damping", self.stick_damping),

@@ -506,8 +506,9 @@ def advance(calls, model, matrix, options, march, budget):
         for j in range(4):
             for i in range(n_v):
                 march.v0[j, i] = march.v1[j, i]
-        for i in range(n_v):  # algorithmic accelerations lie off the true ones in proportion to the step
-            march.v0[0, i] = march.v1[1, i] + (march.v1[0, i] - march.v1[1, i]) * min(h / clock[LAST], 1.0)
+        if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
+            for i in range(n_v):
+                march.v0[0, i] = march.v1[1, i] + (march.v1[0, i] - march.v1[1, i]) * min(h / clock[LAST], 1.0)
         for i in range(n_j):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):

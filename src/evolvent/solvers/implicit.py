@@ -189,7 +189,7 @@ def solve_implicit(
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
     if newton is None:
-        newton = 1e-8 if step is not None else min(1e-3 * tolerance, 1e-7)
+        newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
         if model.threads.size:  # whose springs are so stiff that little lengths are large forces
             newton = 1e-13
     rho = spectral_radius

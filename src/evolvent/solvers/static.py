@@ -252,7 +252,7 @@ class Work:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=6 * model.flexible.beams.size)
         n_u = self.matrix.B.shape[0] + int(self.matrix.counts[blocks.BORDER])
-        self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else 0.0
+        self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else -1.0
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
