@@ -94,6 +94,23 @@ def test_noise_is_seeded_and_intervals_hold(seed):
         assert abs(error) < 4.0 * float(first.inertia_std.sel(component=name)) + 0.05
 
 
+def test_what_is_no_mode_of_the_linear_model_gets_neither_its_name_nor_energy():
+    """With two modes more asked for than the signals hold, these are harmonics; before, one was called yaw."""
+    found = run(**{"identification.order": 5, "identification.way": "none"})
+    labels = [n.label.partition(", ")[2] for n in inertia_stand.numbers(found) if n.label.startswith("mode ")]
+    assert sorted(labels) == ["heave", "no mode of the linear model", "no mode of the linear model", "pitch", "roll"]
+    own = np.isfinite(found.mode_frequency_linear.values)
+    assert np.array_equal(np.isfinite(found.mode_energy), own)
+    assert found.mode_frequency.values[own] == pytest.approx(found.mode_frequency_linear.values[own], rel=1e-4)
+    assert float(found.mode_energy.sum()) == pytest.approx(48.72, abs=0.02)
+
+
+def test_no_sum_of_energies_where_nothing_was_identified():
+    found = run(**{"identification.order": 6, "sensors.rate": "8 Hz", "sensors.duration": "1.2 s"})
+    assert np.all(np.isnan(found.mode_energy))
+    assert not [n for n in inertia_stand.numbers(found) if "energies" in n.label]
+
+
 def test_quantisation_rounds_to_its_steps():
     found = run(**{"sensors.quantisation": "0.1 mm", **QUICK})
     steps = found.sensor_displacement.values / 1e-4

@@ -12,7 +12,7 @@ from evolvent import inertia as weigh
 from evolvent.errors import InputError
 from evolvent.identification import Modes, identify
 from evolvent.inertia.inverse import solve
-from evolvent.inertia.problem import problem
+from evolvent.inertia.problem import mac, problem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Amplitude, of the largest, above which a mode of the linear model is looked for in signals without noise.
 SEEN = 1e-3
+#: Frequencies of an identified mode and of its partner in the linear model differ by at most so much, relatively.
+PARTNER = 0.05
 
 
 def identified(item: Prepared, measured: np.ndarray) -> dict[str, xr.Variable]:
@@ -69,6 +71,21 @@ def _vertical(modes: Modes, item: Prepared) -> np.ndarray:
         f"{modes.order} modes were identified, but this way takes three; set identification.order, or see why the "
         f"signals show another number"
     )
+
+
+def partners(item: Prepared, modes: Modes) -> dict[int, int]:
+    """Number of the linear model's mode that each identified one is; without those that are none of its modes.
+
+    Notes
+    -----
+    The assignment of least sum of |log frequency ratio| + 1 - MAC; what is more than `PARTNER` apart is no pair.
+    """
+    shapes = item.modes.at(item.case.sensor_points, item.case.sensor_directions)
+    agreement = np.nan_to_num(mac(modes.mode_shapes().real[:, None], shapes[None]))
+    apart = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency))
+    cost = np.where(apart < PARTNER, apart + 1.0 - agreement, 3.0)  # any true pair costs less than none
+    row, column = linear_sum_assignment(cost)
+    return {int(i): int(j) for i, j in zip(row, column, strict=True) if apart[i, j] < PARTNER}
 
 
 def inertia_of(item: Prepared, modes: Modes) -> weigh.Inertia:
@@ -148,10 +165,9 @@ def _variables(
     linear = np.full(m, np.nan)
     energy = energy_std = blank["mode"]
     if modes is not None:
-        cost = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency[None, :]))
-        row, column = linear_sum_assignment(cost)
-        linear[row] = item.modes.frequency[column]
-        energy, energy_std = _energies(item, modes, dict(zip(row.tolist(), column.tolist(), strict=True)))
+        pairs = partners(item, modes)
+        linear[list(pairs)] = item.modes.frequency[list(pairs.values())]
+        energy, energy_std = _energies(item, modes, pairs)
 
     def of(name: str, kind: str) -> Any:
         return blank[kind] if modes is None else getattr(modes, name)
@@ -206,15 +222,17 @@ def _energies(item: Prepared, modes: Modes, linear: dict[int, int]) -> tuple[np.
     Notes
     -----
     With a vertical sensor at every spring E = sum k_i A_i^2 / 2, as in Belyakov (2002); else from the modal coordinate
-    that fits the amplitudes best to the linear model's shape, omega^2 z^2 / 2.
+    that fits the amplitudes best to the linear model's shape, omega^2 z^2 / 2. Not a number for what is no mode of the
+    linear model.
     """
     case = item.case
     A, s = modes.amplitude, modes.amplitude_std
-    if case.sensors.points == "springs" and case.sensors.directions == "vertical":
-        k = item.stand.stiffness
-        return weigh.spring_energies(k, A), np.sqrt(np.sum((k * A * s) ** 2, axis=1))
-    shapes = item.modes.at(case.sensor_points, case.sensor_directions)
     energy, std = np.full(modes.order, np.nan), np.full(modes.order, np.nan)
+    if case.sensors.points == "springs" and case.sensors.directions == "vertical":
+        k, own = item.stand.stiffness, list(linear)
+        energy[own], std[own] = weigh.spring_energies(k, A[own]), np.sqrt(np.sum((k * A[own] * s[own]) ** 2, axis=1))
+        return energy, std
+    shapes = item.modes.at(case.sensor_points, case.sensor_directions)
     signed = modes.mode_shapes().real
     for i, j in linear.items():
         u = shapes[j]
