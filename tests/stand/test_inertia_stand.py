@@ -141,6 +141,16 @@ def test_springs_through_their_natural_length_and_beyond_reason_are_told():
     assert np.all(np.isnan(absurd.inertia_std))
 
 
+def test_sensors_may_move_alike_without_noise():
+    """A release in the plane of symmetry moves both sensors of a side alike, harmonics and all: these are no copies."""
+    found = run(**{"excitation.at": [2.0, 0.0, 0.0], "identification.way": "none"})
+    assert found.mode_frequency.values[:2] == pytest.approx([13.962, 16.422], abs=6e-4)
+    assert "copy" not in found.attrs.get("warning", "")
+    twice = {"sensors.points": [[2, 0, 0.9], [2, 0, 0.9], [2, 0, -0.9], [-2, 0, 0.9], [1, 0, 0]]}
+    found = run(**twice, **{"sensors.noise": "0.1 mm", "excitation.force": [0, -1e5, 0]})
+    assert "the swing is large" in found.attrs["warning"]
+
+
 def test_prony_of_noisy_signals_is_told():
     noisy = {"identification.method": "prony", "sensors.noise": "0.1 mm", **QUICK}
     assert "noise biases the frequencies and decay rates of prony" in run(**noisy).attrs["warning"]

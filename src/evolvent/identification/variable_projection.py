@@ -358,12 +358,12 @@ def settled(modes: Modes, signal: Signal) -> Modes:
     shared = correlation(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
     said = ""
     if shared is not None:
-        refuse_copies(signal)
         joint = fit_jointly(modes, signal, shared)
         if joint is not None and not colour(joint, signal):  # what is not white is no noise to weight by
             modes = joint
             said = "all sensors were weighted by the joint covariance of their noise"
         elif not colour(modes, signal):
+            refuse_copies(signal)  # not earlier: without noise, sensors may well move alike
             said = "the standard deviations take it for independent and are too small"
     told = (f"{pair(modes.names, shared)} share noise: {said}",) if shared is not None and said else ()
     return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *told))

@@ -10,7 +10,9 @@ from scipy.optimize import linear_sum_assignment
 
 from evolvent import inertia as weigh
 from evolvent.errors import InputError
-from evolvent.identification import Modes, identify, varpro
+from evolvent.identification import Modes, identify
+from evolvent.identification.signals import read_signal
+from evolvent.identification.variable_projection import fit
 from evolvent.inertia.inverse import solve
 from evolvent.inertia.problem import mac, problem
 from evolvent.solvers import lanes
@@ -87,9 +89,13 @@ def swing_of(item: Prepared, modes: Modes, body: weigh.Inertia | None, true: np.
     shift = np.full(modes.order, np.nan)
     pairs = partners(item, modes)
     try:
-        frequency = varpro(true, modes.order, rate=item.case.sensors.rate, start=modes.pole).frequency
-    except InputError:
+        signal = read_signal(true[:, np.ptp(true, axis=0) > 0.0], rate=item.case.sensors.rate)
+        found = fit(modes.pole, signal)
+    except (InputError, np.linalg.LinAlgError):  # poles of other methods may be no start
         return Swing(shift, {})
+    if not found.converged:
+        return Swing(shift, {})
+    frequency = found.point.poles.imag
     for i, j in pairs.items():
         small = item.modes.frequency[j] * (1.0 + _numerical(item, float(item.modes.frequency[j])))
         shift[i] = frequency[i] / small - 1.0
