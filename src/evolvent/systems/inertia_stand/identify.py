@@ -129,16 +129,15 @@ def _told(item: Prepared, modes: Modes, swing: Swing, body: weigh.Inertia | None
         ]
     if not np.any(shift > SWING):
         return []
+    moments = [k for k in ("Ixx", "Iyy", "Izz") if k in swing.bias] if body is not None else []
     beyond = np.any((shift > SWING) & ~(shift * modes.frequency < modes.frequency_std))
-    moments = {k: v for k, v in swing.bias.items() if body is not None and k.startswith("I") and body[k] > 0.0}
-    beyond |= any(abs(v) > body.std[k] for k, v in moments.items()) if body is not None else False
-    if not beyond:
+    if not beyond and not any(abs(swing.bias[k]) > body.std[k] for k in moments if body is not None):
         return []
     largest = 100.0 * np.nanmax(shift)
     text = f"the swing is large: its frequencies differ from those of small motion by up to {largest:.2g} %"
     if moments and body is not None:
-        most = max(abs(v / body[k]) for k, v in moments.items() if k[1] == k[2])
-        text += f", and so the moments by up to {100.0 * most:.2g} %, which their standard deviations include"
+        most = 100.0 * max(abs(swing.bias[k] / body[k]) for k in moments)
+        text += f", and so the moments by up to {most:.2g} %, which their standard deviations include"
     return [f"{text}; swing less"]
 
 
