@@ -36,6 +36,11 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
         ({"left": np.where(np.arange(600) == 7, np.inf, X)}, {}, "left is infinite at sample 7"),
         ({"left": np.clip(X, -1.2, 1.2)}, {}, "left is clipped or held: .* highest value 1.2"),
         ({"left": np.clip(X, -1.2, 9.0)}, {}, "lowest value -1.2"),
+        (X + 1j, {}, "data is complex; give real samples"),
+        ({"left": X, "right": X + 1j}, {}, "data is complex"),
+        (1e200 * X, {}, r"sensor 1 has values of up to .*e\+200; take a unit"),
+        (1e-200 * X, {}, "sensor 1 has values of up to .*e-200; take a unit"),
+        (X, {"order": "all"}, "order is 'all'; .* or 'auto'"),
         (X, {"names": ["a", "b"]}, "must be 1 different names"),
         (X, {"rate": 0.0}, "rate is 0.0"),
         (X, {"rate": None}, "either rate"),
@@ -65,6 +70,13 @@ def test_refused(data: object, options: dict, words: str) -> None:
     with pytest.raises(InputError, match=words) as caught:
         identify(data, **{"rate": RATE, **options})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("scale", [1e74, 1e-74])
+def test_any_unit_within_reason_and_order_auto(scale: float) -> None:
+    found = identify(scale * X, rate=RATE, order="auto")
+    np.testing.assert_allclose(found.frequency, identify(X, rate=RATE).frequency, rtol=1e-9)
+    assert np.all(np.isfinite(found.covariance))
 
 
 def test_noise_alone_is_refused() -> None:

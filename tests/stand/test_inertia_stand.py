@@ -94,6 +94,76 @@ def test_noise_is_seeded_and_intervals_hold(seed):
         assert abs(error) < 4.0 * float(first.inertia_std.sel(component=name)) + 0.05
 
 
+def test_what_is_no_mode_of_the_linear_model_gets_neither_its_name_nor_energy():
+    """With two modes more asked for than the signals hold, these are harmonics; before, one was called yaw."""
+    found = run(**{"identification.order": 5, "identification.way": "none"})
+    labels = [n.label.partition(", ")[2] for n in inertia_stand.numbers(found) if n.label.startswith("mode ")]
+    assert sorted(labels) == ["heave", "no mode of the linear model", "no mode of the linear model", "pitch", "roll"]
+    own = np.isfinite(found.mode_frequency_linear.values)
+    assert np.array_equal(np.isfinite(found.mode_energy), own)
+    assert found.mode_frequency.values[own] == pytest.approx(found.mode_frequency_linear.values[own], rel=1e-4)
+    assert float(found.mode_energy.sum()) == pytest.approx(48.72, abs=0.02)
+
+
+def test_a_small_swing_is_not_told_but_enters_the_deviations():
+    """Without noise the residual's deviations were 4e-6 kg m2, 7500 times less than the error."""
+    for overrides in ({}, {"solver.method": "rk4", "solver.accuracy": 1e-6}):
+        found = run(**overrides)
+        error = np.abs(found.inertia_identified - found.inertia_true).sel(component=["xx", "zz"]).values
+        assert np.all(error < 2.0 * found.inertia_std.sel(component=["xx", "zz"]).values)
+        assert "swing" not in found.attrs.get("warning", "")
+
+
+@pytest.mark.parametrize(
+    ("excitation", "least"),
+    [
+        ({"excitation.force": None, "excitation.impulse": [0, -2000, 0], "sensors.noise": "0.1 mm"}, 2e-4),
+        ({"excitation.force": [0, -3e5, 0], "sensors.noise": "0.1 mm", "identification.order": 3}, 5e-3),
+    ],
+)
+def test_a_large_swing_is_told_and_widens_the_deviations(excitation, least):
+    found = run(**excitation)
+    pair = found.sel(component=["xx", "zz"])
+    error = np.abs(pair.inertia_identified - pair.inertia_true).values
+    assert np.max(error / pair.inertia_true.values) > least
+    assert np.all(error < 3.0 * pair.inertia_std.values)
+    assert "the swing is large: its frequencies differ" in found.attrs["warning"]
+    assert "moments" in found.attrs["warning"]
+
+
+def test_springs_through_their_natural_length_and_beyond_reason_are_told():
+    assert "natural length" not in run(**QUICK).attrs.get("warning", "")
+    loose = run(**{"excitation.force": [0, -2e5, 0], **QUICK}).attrs["warning"]
+    assert "spring 1 goes through the natural length" in loose or "springs 1, " in loose
+    absurd = run(**{"excitation.force": [0, -1e7, 0]})
+    assert "times the natural length; no spring stays linear so far" in absurd.attrs["warning"]
+    assert "the linear model has no mode within 5%" in absurd.attrs["warning"]
+    assert np.all(np.isnan(absurd.inertia_std))
+
+
+def test_sensors_may_move_alike_without_noise():
+    """A release in the plane of symmetry moves both sensors of a side alike, harmonics and all: these are no copies."""
+    found = run(**{"excitation.at": [2.0, 0.0, 0.0], "identification.way": "none"})
+    assert found.mode_frequency.values[:2] == pytest.approx([13.962, 16.422], abs=6e-4)
+    assert "copy" not in found.attrs.get("warning", "")
+    twice = {"sensors.points": [[2, 0, 0.9], [2, 0, 0.9], [2, 0, -0.9], [-2, 0, 0.9], [1, 0, 0]]}
+    found = run(**twice, **{"sensors.noise": "0.1 mm", "excitation.force": [0, -1e5, 0]})
+    assert "the swing is large" in found.attrs["warning"]
+
+
+def test_prony_of_noisy_signals_is_told():
+    noisy = {"identification.method": "prony", "sensors.noise": "0.1 mm", **QUICK}
+    assert "noise biases the frequencies and decay rates of prony" in run(**noisy).attrs["warning"]
+    assert "esprit gives no standard" in run(**noisy | {"identification.method": "esprit"}).attrs["warning"]
+    assert "prony" not in run(**noisy | {"sensors.noise": 0}).attrs.get("warning", "")
+
+
+def test_no_sum_of_energies_where_nothing_was_identified():
+    found = run(**{"identification.order": 6, "sensors.rate": "8 Hz", "sensors.duration": "1.2 s"})
+    assert np.all(np.isnan(found.mode_energy))
+    assert not [n for n in inertia_stand.numbers(found) if "energies" in n.label]
+
+
 def test_quantisation_rounds_to_its_steps():
     found = run(**{"sensors.quantisation": "0.1 mm", **QUICK})
     steps = found.sensor_displacement.values / 1e-4

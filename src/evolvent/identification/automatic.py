@@ -29,7 +29,7 @@ def identify(
     rate: float | None = None,
     time: Any = None,
     method: str = "varpro",
-    order: int | None = None,
+    order: int | str | None = None,
     highest_order: int | None = None,
     names: Sequence[str] | None = None,
     noise: Any = None,
@@ -46,7 +46,7 @@ def identify(
     time : (N,) s, evenly spaced
     method : "varpro" (maximum likelihood, the only one that gives uncertainties and takes missing samples), "esprit",
         "matrix_pencil", "tls_prony" or "prony"
-    order : number of modes; found from the data unless given
+    order : number of modes; found from the data unless given, or where it is "auto"
     highest_order : the largest order to try where none is given; 10 unless given
     names : c names of sensors, for messages
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`; estimated unless given
@@ -62,8 +62,8 @@ def identify(
     ------
     InputError
         One sentence, for data that hold no answer: lengths that differ, uneven times, a rate below twice the band's
-        upper end, a sensor that is empty, constant or clipped, an order that the samples do not allow, a fit that does
-        not converge, no mode above the noise.
+        upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the samples
+        do not allow, a fit that does not converge, no mode above the noise.
 
     Examples
     --------
@@ -79,6 +79,10 @@ def identify(
     """
     if method not in METHODS:
         raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
+    if isinstance(order, str):
+        if order != "auto":
+            raise InputError(f"order is {order!r}; it must be a whole number of modes, 1 or more, or 'auto'")
+        order = None
     if order is not None:
         if method != "varpro":
             return METHODS[method](

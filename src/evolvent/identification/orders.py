@@ -22,9 +22,10 @@ from evolvent.identification.variable_projection import (
     evaluate,
     fit,
     modes_of_fit,
+    own_unknowns,
+    settled,
     unsupported,
     whiteness,
-    with_warnings,
 )
 
 __all__ = ["MOST_MODES", "PATIENCE", "WHITE", "criteria", "search", "whiteness"]
@@ -92,13 +93,13 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     point = evaluate(np.empty(0, dtype=complex), signal)
     residual = fit_linear(point.poles, signal)[1]
     noise = signal.noise if signal.noise is not None else noise_of(signal, point.squares, 0)
-    rows = [_Row(0, *criteria(signal, point.squares, 0), whiteness(signal, residual, noise), True)]
+    rows = [_Row(0, *criteria(signal, point.squares, 0), whiteness(signal, residual, noise, 1 + signal.degree), True)]
     tried: list[Modes | None] = [None]
     for m in range(1, most + 1):
         found = fit_order(signal, starts, m, point.poles)
         point = found.point
         modes = modes_of_fit(found, signal)
-        white = whiteness(signal, modes.residual, modes.noise)
+        white = whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
         supported = acceptable(found, signal) and not unsupported(modes)
         rows.append(_Row(m, *criteria(signal, point.squares, m), white, supported))
         tried.append(modes)
@@ -112,5 +113,5 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     chosen = low if low.whiteness >= WHITE else high
     best_modes = tried[chosen.order]
     if best_modes is not None:
-        best_modes = with_warnings(best_modes, signal)
+        best_modes = settled(best_modes, signal)
     return best_modes, OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))

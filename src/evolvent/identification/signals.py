@@ -22,6 +22,8 @@ UNEVEN = 0.01
 FLAT_RUN = 3
 #: ... and is taken so many times as often as the next value (a finely resolved sine: up to 2.4 times).
 FLAT_SHARE = 5
+#: Largest and least magnitude of a sensor's largest value; beyond, squares and their products leave the numbers.
+LARGEST, LEAST = 1e75, 1e-75
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def read_signal(
     ------
     InputError
         Lengths that differ, times that are uneven, a rate below twice the band's upper end, a sensor that is empty,
-        constant or clipped, infinite values.
+        constant or clipped, infinite, complex or huge values.
     """
     values, found = _read_data(data)
     length, sensors = values.shape
@@ -141,6 +143,13 @@ def read_signal(
 
 def _read_data(data: Any) -> tuple[Array, Sequence[str] | None]:
     found = None
+    parts = list(data.values()) if isinstance(data, Mapping) else [data]
+    try:
+        complex_ = any(np.iscomplexobj(np.asarray(part)) for part in parts)
+    except ValueError:
+        complex_ = False  # ragged, refused below
+    if complex_:
+        raise InputError("data is complex; give real samples, such as the real and imaginary parts as two sensors")
     if isinstance(data, Mapping):
         found = [str(name) for name in data]
         columns = [np.ravel(np.asarray(column, dtype=float)) for column in data.values()]
@@ -228,7 +237,14 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
     if np.any(empty):
         raise InputError(f"{names[int(np.argmax(empty))]} is NaN everywhere; leave it out")
     highest, lowest = np.nanmax(values, axis=0), np.nanmin(values, axis=0)
-    dead = highest - lowest <= 1e-13 * np.maximum(np.abs(highest), np.abs(lowest))
+    size = np.maximum(np.abs(highest), np.abs(lowest))
+    if np.any(wrong := (size > LARGEST) | ((size < LEAST) & (size > 0.0))):
+        c = int(np.argmax(wrong))
+        raise InputError(
+            f"{names[c]} has values of up to {size[c]:.3g}; take a unit in which they are between {LEAST:g} and "
+            f"{LARGEST:g}"
+        )
+    dead = highest - lowest <= 1e-13 * size
     if np.any(dead):
         c = int(np.argmax(dead))
         raise InputError(f"{names[c]} is constant ({highest[c]:.6g}): a dead sensor; leave it out")

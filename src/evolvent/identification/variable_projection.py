@@ -12,6 +12,7 @@ from scipy.special import gammaincc
 from evolvent.errors import InputError
 from evolvent.identification.bounds import Factor, covariance, slope_factors
 from evolvent.identification.modes import Modes, make_modes, sort
+from evolvent.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed
 from evolvent.identification.signals import (
     Array,
     Signal,
@@ -172,8 +173,11 @@ def fit(poles: Array, signal: Signal) -> Fit:
     return Fit(point, noise, steps, converged)
 
 
-def whiteness(signal: Signal, residual: Array, noise: Array) -> float:
+def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) -> float:
     """p-value of the highest line of the residual's periodogram, summed over sensors, were the residual white.
+
+    Noise that sensors share is told apart from lines: its components are taken in place of the sensors. `unknowns` is
+    the number of parameters that were fitted to each sensor.
 
     Notes
     -----
@@ -181,15 +185,22 @@ def whiteness(signal: Signal, residual: Array, noise: Array) -> float:
     probability 1 - (1 - Q(c, x))^n (Fisher's test, Brockwell & Davis 1991, section 10.2, for known noise). What the
     fit has taken off near its modes makes the test careful rather than keen.
     """
-    lines = power(residual)[1:-1] / (signal.counts * noise**2)
+    shared = correlation(signal, residual, noise, unknowns)
+    parts = components(residual, noise, shared)
+    lines = power(parts)[1:-1] / (signal.counts if shared is None else float(signal.counts.mean()))
     total = lines.sum(axis=1)
-    tail = gammaincc(residual.shape[1], total.max())
+    tail = gammaincc(parts.shape[1], total.max())
     return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
+
+
+def own_unknowns(modes: Modes, signal: Signal) -> int:
+    """Number of parameters that were fitted to each sensor."""
+    return 2 * modes.order + 1 + signal.degree
 
 
 def colour(modes: Modes, signal: Signal) -> tuple[str, ...]:
     """A sentence where the residual is not white."""
-    p = whiteness(signal, modes.residual, modes.noise)
+    p = whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
     if p >= WHITE:
         return ()
     return (
@@ -281,7 +292,8 @@ def varpro(
     -----
     Golub & Pereyra (1973) with Kaufman's (1975) Jacobian, whose gradient is exact; Levenberg-Marquardt steps, Gauss-
     Newton's while these succeed. Each sensor is weighted by its noise, which is estimated from the residual, with the
-    degrees of freedom counted, and the fit repeated until it settles.
+    degrees of freedom counted, and the fit repeated until it settles. Where the residuals of sensors are correlated
+    and white, the fit is repeated with the joint covariance of their noise.
     """
     signal = read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend)
     order = check_order(signal, order)
@@ -327,7 +339,7 @@ def checked_modes(found: Fit, signal: Signal) -> Modes:
             f"the data do not support {order} modes in the band {signal.band[0]:.6g} to {signal.band[1]:.6g} rad/s: "
             f"the fit leaves it ({outside} rad/s)"
         )
-    return with_warnings(modes_of_fit(found, signal), signal)
+    return settled(modes_of_fit(found, signal), signal)
 
 
 def acceptable(found: Fit, signal: Signal) -> bool:
@@ -335,6 +347,54 @@ def acceptable(found: Fit, signal: Signal) -> bool:
     return found.converged and len(in_band(found.point.poles, signal)) == len(found.point.poles)
 
 
-def with_warnings(modes: Modes, signal: Signal) -> Modes:
-    """The same modes with all that speaks against them."""
-    return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal)))
+def settled(modes: Modes, signal: Signal) -> Modes:
+    """The same modes with shared noise taken into account, and with all that speaks against them.
+
+    Raises
+    ------
+    InputError
+        If a sensor is a copy of another.
+    """
+    shared = correlation(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
+    said = ""
+    if shared is not None:
+        joint = fit_jointly(modes, signal, shared)
+        if joint is not None and not colour(joint, signal):  # what is not white is no noise to weight by
+            modes = joint
+            said = "all sensors were weighted by the joint covariance of their noise"
+        elif not colour(modes, signal):
+            refuse_copies(signal)  # not earlier: without noise, sensors may well move alike
+            said = "the standard deviations take it for independent and are too small"
+    told = (f"{pair(modes.names, shared)} share noise: {said}",) if shared is not None and said else ()
+    return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *told))
+
+
+def fit_jointly(modes: Modes, signal: Signal, shared: Array) -> Modes | None:
+    """Fit with the correlation `shared` of the sensors' noise; None where gaps or a singular covariance forbid it.
+
+    Notes
+    -----
+    With L L^T the covariance of the noise, the combinations L^-1 x of the sensors have independent noise and the same
+    poles; the amplitudes and the offset of the sensors are L times those of the combinations.
+    """
+    L = mixing(modes.noise, shared)
+    if L is None or not signal.present.all():
+        return None
+    free = unmixed(signal, L)
+    found = fit(modes.pole, free)
+    if not acceptable(found, free):
+        return None
+    m, sensors = modes.order, len(L)
+    C = covariance(found.point.factors, split(found.point.coefficients, m), found.noise)
+    T = np.eye(len(C))
+    for first in range(2 * m, len(C), sensors):
+        T[first : first + sensors, first : first + sensors] = L
+    return make_modes(
+        "varpro",
+        found.point.poles,
+        signal,
+        coefficients=found.point.coefficients @ L.T,
+        noise=modes.noise,
+        covariance=T @ C @ T.T,
+        iterations=modes.iterations + found.steps,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -11,8 +11,11 @@ from scipy.optimize import linear_sum_assignment
 from evolvent import inertia as weigh
 from evolvent.errors import InputError
 from evolvent.identification import Modes, identify
+from evolvent.identification.signals import read_signal
+from evolvent.identification.variable_projection import fit
 from evolvent.inertia.inverse import solve
-from evolvent.inertia.problem import problem
+from evolvent.inertia.problem import mac, problem
+from evolvent.solvers import lanes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,19 +24,44 @@ if TYPE_CHECKING:
 
 #: Amplitude, of the largest, above which a mode of the linear model is looked for in signals without noise.
 SEEN = 1e-3
+#: Frequencies of an identified mode and of its partner in the linear model differ by at most so much, relatively.
+PARTNER = 0.05
+#: Change of a frequency by the size of the swing, relatively, below which nobody is told.
+SWING = 1e-5
 
 
-def identified(item: Prepared, measured: np.ndarray) -> dict[str, xr.Variable]:
+#: What is said of methods that give no deviations, where the signals hold noise.
+PLAIN = {
+    name: f"{name} gives no standard deviations; take varpro" for name in ("esprit", "matrix-pencil", "tls-prony")
+} | {"prony": "noise biases the frequencies and decay rates of prony, which gives no standard deviations; take varpro"}
+
+
+class Swing(NamedTuple):
+    """What the size of the swing does.
+
+    Attributes
+    ----------
+    shift : (m,) relative difference of the identified modes' frequencies from those of small motion; NaN where unknown
+    bias : of the identified numbers that shift makes, by name; NaN where a mode is none of the linear model's, empty
+        where no inertia was asked for
+    """
+
+    shift: np.ndarray
+    bias: dict[str, float]
+
+
+def identified(item: Prepared, measured: np.ndarray, true: np.ndarray) -> dict[str, xr.Variable]:
     """Modes and inertia read from the signals, as variables of a run; not a number where the signals do not tell.
 
     Parameters
     ----------
     item : Prepared
     measured : (nt, c) float, m, what the sensors read
+    true : (nt, c) float, m, the same without noise, from which the effect of the swing's size is told
     """
     chosen = item.case.identification
     order = _order(item)
-    modes, body, reason = None, None, ""
+    modes, body, reason, swing = None, None, "", None
     try:
         modes = identify(
             measured,
@@ -46,7 +74,71 @@ def identified(item: Prepared, measured: np.ndarray) -> dict[str, xr.Variable]:
             body = inertia_of(item, modes)
     except InputError as error:
         reason = str(error)
-    return _variables(item, modes, body, reason, order)
+    if modes is not None:
+        swing = swing_of(item, modes, body, true)
+    return _variables(item, modes, body, swing, reason, order)
+
+
+def swing_of(item: Prepared, modes: Modes, body: weigh.Inertia | None, true: np.ndarray) -> Swing:
+    """How far the swing's frequencies are from those of small motion, and the inertia from what these would give.
+
+    Notes
+    -----
+    The modes of the motion without noise against those of the linear model, as the integration's method steps them.
+    """
+    shift = np.full(modes.order, np.nan)
+    pairs = partners(item, modes)
+    try:
+        signal = read_signal(true[:, np.ptp(true, axis=0) > 0.0], rate=item.case.sensors.rate)
+        found = fit(modes.pole, signal)
+    except (InputError, np.linalg.LinAlgError):  # poles of other methods may be no start
+        return Swing(shift, {})
+    if not found.converged:
+        return Swing(shift, {})
+    frequency = found.point.poles.imag
+    for i, j in pairs.items():
+        small = item.modes.frequency[j] * (1.0 + _numerical(item, float(item.modes.frequency[j])))
+        shift[i] = frequency[i] / small - 1.0
+    if body is None:
+        return Swing(shift, {})
+    if np.any(np.isnan(shift)):
+        return Swing(shift, dict.fromkeys(body.identified, np.nan))
+    try:
+        small_body = inertia_of(item, dataclasses.replace(modes, frequency=modes.frequency / (1.0 + shift)))
+    except InputError:
+        return Swing(shift, {})
+    return Swing(shift, {name: body[name] - small_body[name] for name in body.identified})
+
+
+def _numerical(item: Prepared, frequency: float) -> float:
+    """Relative error of a frequency by the method with a fixed step."""
+    if item.steps == 0:
+        return 0.0
+    step = 1.0 / item.case.sensors.rate / item.steps
+    return lanes.amplification(item.case.solver.method)(frequency * step)[1]
+
+
+def _told(item: Prepared, modes: Modes, swing: Swing, body: weigh.Inertia | None) -> list[str]:
+    """A sentence where the size of the swing shows in frequencies or moments, beyond their deviations."""
+    shift = np.abs(swing.shift)
+    if body is not None and swing.bias and (strange := np.flatnonzero(np.isnan(shift))).size:
+        listed = ", ".join(f"{w:.6g}" for w in modes.frequency[strange])
+        return [
+            f"the linear model has no mode within {PARTNER:.0%} of those identified at {listed} rad/s, so the inertia "
+            f"means little and gets no standard deviation; swing less, or see what else the signals hold"
+        ]
+    if not np.any(shift > SWING):
+        return []
+    moments = [k for k in ("Ixx", "Iyy", "Izz") if k in swing.bias] if body is not None else []
+    beyond = np.any((shift > SWING) & ~(shift * modes.frequency < modes.frequency_std))
+    if not beyond and not any(abs(swing.bias[k]) > body.std[k] for k in moments if body is not None):
+        return []
+    largest = 100.0 * np.nanmax(shift)
+    text = f"the swing is large: its frequencies differ from those of small motion by up to {largest:.2g} %"
+    if moments and body is not None:
+        most = 100.0 * max(abs(swing.bias[k] / body[k]) for k in moments)
+        text += f", and so the moments by up to {most:.2g} %, which their standard deviations include"
+    return [f"{text}; swing less"]
 
 
 def _order(item: Prepared) -> int | None:
@@ -69,6 +161,21 @@ def _vertical(modes: Modes, item: Prepared) -> np.ndarray:
         f"{modes.order} modes were identified, but this way takes three; set identification.order, or see why the "
         f"signals show another number"
     )
+
+
+def partners(item: Prepared, modes: Modes) -> dict[int, int]:
+    """Number of the linear model's mode that each identified one is; without those that are none of its modes.
+
+    Notes
+    -----
+    The assignment of least sum of |log frequency ratio| + 1 - MAC; what is more than `PARTNER` apart is no pair.
+    """
+    shapes = item.modes.at(item.case.sensor_points, item.case.sensor_directions)
+    agreement = np.nan_to_num(mac(modes.mode_shapes().real[:, None], shapes[None]))
+    apart = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency))
+    cost = np.where(apart < PARTNER, apart + 1.0 - agreement, 3.0)  # any true pair costs less than none
+    row, column = linear_sum_assignment(cost)
+    return {int(i): int(j) for i, j in zip(row, column, strict=True) if apart[i, j] < PARTNER}
 
 
 def inertia_of(item: Prepared, modes: Modes) -> weigh.Inertia:
@@ -136,7 +243,12 @@ def _natural_covariance(modes: Modes) -> np.ndarray | None:
 
 
 def _variables(
-    item: Prepared, modes: Modes | None, body: weigh.Inertia | None, reason: str, order: int | None
+    item: Prepared,
+    modes: Modes | None,
+    body: weigh.Inertia | None,
+    swing: Swing | None,
+    reason: str,
+    order: int | None,
 ) -> dict[str, xr.Variable]:
     from evolvent.results import variable
     from evolvent.systems.inertia_stand.simulate import COMPONENTS
@@ -148,10 +260,9 @@ def _variables(
     linear = np.full(m, np.nan)
     energy = energy_std = blank["mode"]
     if modes is not None:
-        cost = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency[None, :]))
-        row, column = linear_sum_assignment(cost)
-        linear[row] = item.modes.frequency[column]
-        energy, energy_std = _energies(item, modes, dict(zip(row.tolist(), column.tolist(), strict=True)))
+        pairs = partners(item, modes)
+        linear[list(pairs)] = item.modes.frequency[list(pairs.values())]
+        energy, energy_std = _energies(item, modes, pairs)
 
     def of(name: str, kind: str) -> Any:
         return blank[kind] if modes is None else getattr(modes, name)
@@ -177,12 +288,13 @@ def _variables(
     if body is not None:
         for k, name in enumerate(COMPONENTS):
             if f"I{name}" in body.identified:
-                values[k], std[k] = body[f"I{name}"], body.std[f"I{name}"]
+                values[k] = body[f"I{name}"]
+                std[k] = np.hypot(body.std[f"I{name}"], swing.bias.get(f"I{name}", 0.0) if swing else 0.0)
         more = {name: body[name] if name in body.identified else np.nan for name in more}
     component, note = ("component",), "kg m2"
     data |= {
         "inertia_identified": variable(component, values, note, "identified about the centre of mass, body axes"),
-        "inertia_std": variable(component, std, note, "its standard deviation, from the signals alone"),
+        "inertia_std": variable(component, std, note, "its standard deviation, from noise and the size of the swing"),
         "mass_identified": variable((), more["mass"], "kg", "identified mass"),
         "offset_x_identified": variable((), more["ex"], "m", "identified offset of the centre of mass"),
         "offset_z_identified": variable((), more["ez"], "m", "identified offset of the centre of mass"),
@@ -190,6 +302,10 @@ def _variables(
         "stiffness_identified": variable((), more["stiffness"], "N/m", "identified stiffness, mean of the springs"),
     }
     said = [f"identification: {reason}"] if reason else []
+    if modes is not None and swing is not None:
+        said += _told(item, modes, swing, body)
+    if _noisy(case) and case.identification.method in PLAIN:
+        said.append(PLAIN[case.identification.method])
     said += [*(modes.warnings if modes is not None and _noisy(case) else ()), *(body.warnings if body else ())]
     data["inertia_identified"].attrs["warning"] = "; ".join(said)
     return data
@@ -206,15 +322,17 @@ def _energies(item: Prepared, modes: Modes, linear: dict[int, int]) -> tuple[np.
     Notes
     -----
     With a vertical sensor at every spring E = sum k_i A_i^2 / 2, as in Belyakov (2002); else from the modal coordinate
-    that fits the amplitudes best to the linear model's shape, omega^2 z^2 / 2.
+    that fits the amplitudes best to the linear model's shape, omega^2 z^2 / 2. Not a number for what is no mode of the
+    linear model.
     """
     case = item.case
     A, s = modes.amplitude, modes.amplitude_std
-    if case.sensors.points == "springs" and case.sensors.directions == "vertical":
-        k = item.stand.stiffness
-        return weigh.spring_energies(k, A), np.sqrt(np.sum((k * A * s) ** 2, axis=1))
-    shapes = item.modes.at(case.sensor_points, case.sensor_directions)
     energy, std = np.full(modes.order, np.nan), np.full(modes.order, np.nan)
+    if case.sensors.points == "springs" and case.sensors.directions == "vertical":
+        k, own = item.stand.stiffness, list(linear)
+        energy[own], std[own] = weigh.spring_energies(k, A[own]), np.sqrt(np.sum((k * A[own] * s[own]) ** 2, axis=1))
+        return energy, std
+    shapes = item.modes.at(case.sensor_points, case.sensor_directions)
     signed = modes.mode_shapes().real
     for i, j in linear.items():
         u = shapes[j]

@@ -63,7 +63,8 @@ def numbers(run: xr.Dataset) -> list[Number]:
         energy = float(run.mode_energy[k])
         text += f", {energy:.4g} J" if np.isfinite(energy) else ""
         found.append(Number(label=f"mode {k + 1}, {what}", value=text))
-    found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(run.mode_energy.values)):.5g} J"))
+    if np.any(np.isfinite(energies := run.mode_energy.values)):
+        found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(energies)):.5g} J"))
     for name, true, value, std in zip(
         run.component.values,
         run.inertia_true.values,
@@ -173,7 +174,8 @@ def _shapes(run: xr.Dataset) -> Figure:
                     style="--",
                 )
             )  # fmt: skip
-        title = f"{float(run.mode_frequency[k]):.5g} rad/s, {float(run.mode_energy[k]):.4g} J"
+        energy = float(run.mode_energy[k])
+        title = f"{float(run.mode_frequency[k]):.5g} rad/s" + (f", {energy:.4g} J" if np.isfinite(energy) else "")
         panels.append(Panel(x_label="sensor", y_label="amplitude at t = 0, mm", lines=lines, title=title))
     size = (4.2 * min(len(panels), 3), 3.4 * -(-len(panels) // 3))
     return Figure(

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Numerical gain or loss of energy, of the motion's, above which a run has failed, and above which it is told.
 ENERGY_LIMIT, ENERGY_TOLD = 0.1, 1e-3
+#: Change of length of a spring, of its natural one, above which it is told.
+STRETCH = 1.0
 #: Largest number of values of the state that a run may keep, and of steps that it may take.
 MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
 #: Components of the inertia tensor, and what a mode can mostly be.
@@ -333,7 +335,8 @@ def _finish(
         **account,
         **_linear(item),
     }
-    data |= identified(item, measured)
+    data["spring_force"].attrs["warning"] = _overdone(item, data["spring_force"].values)
+    data |= identified(item, measured, true)
     n, c = len(stand.stiffness), true.shape[1]
     dataset = xr.Dataset(
         data,
@@ -382,6 +385,28 @@ def _pulls(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.nda
     ends = position[:, None] + np.einsum("tij,nj->tni", rotation, stand.points - item.body.centre)
     length = np.linalg.norm(ends - stand.ground_points, axis=-1)
     return np.asarray(stand.stiffness * (length - stand.length))
+
+
+def _overdone(item: Prepared, force: np.ndarray) -> str:
+    """A sentence where springs reach their natural length, at which a real one goes slack, or stretch beyond reason."""
+    stand, pose = item.stand, item.model.pose
+    at_rest = _pulls(item, pose.position[None], pose.rotation[None])[0]
+    numbers = np.arange(1, at_rest.size + 1)
+    said = []
+    passed = numbers[np.any(force * np.sign(at_rest) < 0.0, axis=0)]
+    if passed.size:
+        said.append(f"{_listed(passed)} through the natural length, where a real one hangs loose; swing less")
+    stretch = np.abs(force).max(axis=0) / (stand.stiffness * stand.length)
+    far = numbers[stretch > STRETCH]
+    if far.size:
+        said.append(
+            f"{_listed(far)} up to {1.0 + stretch.max():.4g} times the natural length; no spring stays linear so far"
+        )
+    return "; ".join(said)
+
+
+def _listed(springs: np.ndarray) -> str:
+    return f"spring {springs[0]} goes" if springs.size == 1 else f"springs {', '.join(map(str, springs))} go"
 
 
 def _account(
