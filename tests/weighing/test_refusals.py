@@ -135,6 +135,12 @@ def test_columns_that_are_swapped_or_turned(tmp_path: pathlib.Path) -> None:
         ({"body.Iyy": "unknown"}, "the data cannot tell the unknowns: Iyy does not show in the data"),
         ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations tell only their ratio"),
         ({"identification.order": 1, "identification.shapes": False}, "the data cannot tell the unknowns"),
+        # what an uncertainty leads to
+        ({"body.mass": "15190 kg +- 200 %"}, r"the standard uncertainty of body.mass, 3.04e\+04 kg, leads to"),
+        (
+            {"stand.half_width": "0.87 m +- 20 cm", "uncertainty.method": "monte-carlo"},
+            "the Monte Carlo draws inputs that no .* can have .* the widest is stand.half_width, 0.87 .- 0.2 m",
+        ),
         # what no body has
         ({"body.Iyy": "10000"}, "inertia tensor with .* assumed that no body has: its largest principal moment"),
         ({"body.Ixz": "20000"}, "the search would begin at an inertia .* that no body has: its least principal"),

@@ -11,11 +11,13 @@ import scipy.io
 
 import evolvent
 import evolvent.results
+from evolvent import InputError
 from evolvent.inertia import Body, linear_model
 from evolvent.weighing import load, weigh
 from weighing import rig
 
 EXAMPLE = rig.EXAMPLES / "stand.yaml"
+CENTRED = Body(mass=15190.0, centre=(0.0, 0.0, 0.0), inertia=(3703.0, 43920.0, 43920.0))
 
 
 def within(found: object, truth: dict[str, float], *, times: float = 4.0) -> None:
@@ -230,3 +232,29 @@ def test_descriptions_are_written_back_and_read_again() -> None:
     given = load(EXAMPLE)
     assert load(given) == given
     assert load(rig.EXAMPLES / "trifilar.yaml").recordings["5s_0.25.csv"] == {"tare.0.radius": "0.25 m"}
+
+
+def test_faster_modes_that_look_the_same_are_told(tmp_path: pathlib.Path) -> None:
+    """At 6.25 Hz the roll at 24.6 rad/s is seen at 14.7 rad/s, and both are a body's."""
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(rate=6.25, samples=80, body=CENTRED))
+    found = weigh(path, EXAMPLE)
+    assert found["Ixx"] == pytest.approx(10389.0, rel=0.02)
+    assert any("faster modes look the same and fit as well (24." in w and "Ixx = 370" in w for w in found.warnings)
+    near = weigh(path, EXAMPLE, {"body.Ixx": "unknown near 10000"})
+    assert not any("look the same" in w for w in near.warnings)
+    assert dict(near.evaluations[0].assumed)["sampling"].startswith("no mode of the body lies above half the sampling")
+    eccentric = rig.write_csv(tmp_path / "b.csv", *rig.knock(rate=6.25, samples=80))
+    with pytest.raises(InputError, match=r"the modes fit better as faster ones .24.65.* Ixx = 370"):
+        weigh(eccentric, EXAMPLE, rig.SET)
+
+
+@pytest.mark.parametrize("change", [{"body.Ixz": "0 +- 1000 kg m^2"}, {"body.offset_x": "0 +- 60 mm"}])
+def test_inputs_that_act_in_the_second_order_count(tmp_path: pathlib.Path, change: dict[str, str]) -> None:
+    """A body in the middle of its springs: first derivatives by its offsets and Ixz are zero."""
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
+    base, wide = weigh(path, EXAMPLE), weigh(path, EXAMPLE, change)
+    drawn = weigh(path, EXAMPLE, change | {"uncertainty.method": "monte-carlo", "uncertainty.draws": 2000})
+    assert wide.std[1] > 3.0 * base.std[1]
+    np.testing.assert_allclose(wide.std[1], drawn.std[1], rtol=0.1)
+    assert any(f"{next(iter(change))} with +-" in w and "monte-carlo" in w for w in wide.warnings)
+    assert not any("in proportion" in w for w in base.warnings)

@@ -117,6 +117,9 @@ def _table(found: Weighing) -> None:
             budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
         console.print()
         console.print(budget)
+    for what, text in found.evaluations[0].assumed:
+        if what == "sampling":
+            console.print(f"assumed: {text}", soft_wrap=True)
     left = len(found.warnings) - _MOST_WARNINGS
     for text in found.warnings[: _MOST_WARNINGS if left > 1 else None]:
         console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)
