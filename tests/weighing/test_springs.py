@@ -258,3 +258,17 @@ def test_inputs_that_act_in_the_second_order_count(tmp_path: pathlib.Path, chang
     np.testing.assert_allclose(wide.std[1], drawn.std[1], rtol=0.1)
     assert any(f"{next(iter(change))} with +-" in w and "monte-carlo" in w for w in wide.warnings)
     assert not any("in proportion" in w for w in base.warnings)
+
+
+def test_a_noise_stated_too_small_is_told(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    stated = {f"signals.sensors.{k}.noise": "0.0002 mm" for k in range(4)}
+    told = weigh(path, EXAMPLE, rig.SET | stated).warnings
+    assert any("is stated as 2e-07 m, but the modes leave 0.000" in w and "it is stated too small" in w for w in told)
+    assert not any("not white" in w for w in told)
+
+
+def test_contributions_that_are_rounding_are_zero(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
+    sizes = np.abs([s.contribution for s in weigh(path, EXAMPLE).shares])
+    assert sizes[sizes > 0.0].min() > 1e-10

@@ -84,7 +84,14 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
-    case, inertia, body, start_assumed = _solve(given, modal, used, stand, sensors, directions, keys, mean)
+    few = _few(given, modal, used, sensors, directions)
+    if not given.identification.shapes:
+        _ambiguous(given, stand, body, modal, used)
+    try:
+        case, inertia, body, start_assumed = _solve(given, modal, used, stand, sensors, directions, keys, mean)
+    except InputError as error:
+        raise InputError(f"{error}; {few}" if few else str(error)) from None
+    warnings += [few] if few else []
     warnings += [w for w in inertia.warnings if not w.startswith("the model misses")]
     values = np.array([inertia.values[name] for name in case.problem.unknown])
     model_frequency, agreement, model_shapes = _compare(case, values, modal, used, warnings)
@@ -293,8 +300,7 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
 
 def _chosen(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], list[str]]:
     """Modes that are used: as many as the body has, the strongest."""
-    vertical = given.stand.support == "guided" or given.identification.model == "vertical"
-    most, m = 3 if vertical else 6, modal.modes.order
+    most, m = _most(given), modal.modes.order
     warnings = list(modal.warnings)
     shapes = modal.modes.mode_shapes()
     strength = np.sum((modal.modes.amplitude * modal.frequency[:, None]) ** 2, axis=1)
@@ -467,6 +473,39 @@ def _how(inertia: Inertia, case: Case) -> str:
         f"Least squares of {with_shapes}, weighted by their covariances, on the linear model with {model}; begun at "
         "the best of the stated body and of the direct solutions from the modes."
     )
+
+
+def _few(given: OnSprings, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> str:
+    """What to say of fewer modes than the sensors could show; else nothing."""
+    motions = np.concatenate([directions, np.cross(sensors, directions)], axis=1)
+    most = min(int(np.linalg.matrix_rank(motions, tol=1e-6 * float(np.abs(motions).max()))), _most(given))
+    if len(used) >= most or given.identification.band is not None:
+        return ""
+    told = ", ".join(f"{modal.frequency[k]:.6g}" for k in used)
+    return (
+        f"only {len(used)} of the {most} modes that these sensors can show were found (at {told} rad/s); let go at a "
+        "point that sets all of them going, or record for longer"
+    )
+
+
+def _most(given: OnSprings) -> int:
+    """Modes that the body has."""
+    return 3 if given.stand.support == "guided" or given.identification.model == "vertical" else 6
+
+
+def _ambiguous(given: OnSprings, stand: Stand, body: Body, modal: Modal, used: tuple[int, ...]) -> None:
+    """Refuse three frequencies alone where nothing says which of several bodies it is."""
+    b = given.body
+    asked = [b.Ixx, b.Izz]
+    if len(used) != 3 or not all(v.unknown for v in asked) or any(np.isfinite(v.value) for v in asked):
+        return
+    found = candidates(stand, body, modal.frequency[list(used)])
+    if len(found) > 1:
+        pairs = "; ".join(f"{c.Ixx:.6g} and {c.Izz:.6g} with springs of {c.stiffness:.6g} N/m" for c in found)
+        raise InputError(
+            f"{len(found)} pairs of Ixx and Izz give these frequencies ({pairs}); leave identification.shapes on, or "
+            "give a start, such as Ixx: unknown near 3700 kg m^2"
+        )
 
 
 def _rigid(modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> None:
@@ -709,6 +748,7 @@ def _budget(
         if part.shape[1]:
             covariance = covariance + factor**2 * part @ part.T
             contribution = factor * np.sqrt(np.sum(part**2, axis=1))
+            contribution[contribution < ROUNDING * scale] = 0.0
             shares.append(Share(label, "", np.nan, np.nan, contribution, label.startswith("noise")))
     std = np.sqrt(np.diag(covariance))
     bent = [
