@@ -222,7 +222,8 @@ def test_intervals_cover(tmp_path: pathlib.Path) -> None:
     content["body"] |= {"mass": 15190, "offset_x": 0.1, "offset_z": 0.05, "height": 0, "Iyy": 43920, "Ixz": 0}
     held = 0
     for seed in range(40):
-        path = rig.write_csv(tmp_path / "a.csv", *rig.knock(seed=100 + seed, damping=0.0))
+        t, x = rig.knock(seed=100 + seed, damping=0.0)
+        path = rig.write_csv(tmp_path / "a.csv", t, 0.04 * x)  # so small that the amplitude shifts nothing
         found = weigh(path, content)
         held += int(np.sum(np.abs(found.values - [3703.0, 43920.0]) < found.expanded))
     assert 70 <= held <= 80  # 76.4 of 80 expected
@@ -272,3 +273,22 @@ def test_contributions_that_are_rounding_are_zero(tmp_path: pathlib.Path) -> Non
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
     sizes = np.abs([s.contribution for s in weigh(path, EXAMPLE).shares])
     assert sizes[sizes > 0.0].min() > 1e-10
+
+
+@pytest.mark.parametrize("support", ["hanging", "guided"])
+def test_what_the_amplitude_shifts_is_known_and_told(tmp_path: pathlib.Path, support: str) -> None:
+    """Ten centimetres on springs of half a metre: the true error of the nonlinear run."""
+    run = evolvent.run("inertia-stand", {"excitation.force": [0.0, -1e5, 0.0], "stand.support": support})
+    evolvent.results.save(run, tmp_path / "swing.nc")
+    found = weigh(tmp_path / "swing.nc", EXAMPLE, {"stand.support": support})
+    share = next(s.contribution for s in found.shares if s.label == "amplitude of the swing")
+    np.testing.assert_allclose(share, found.values - [3703.0, 43920.0], rtol=0.1)
+    told = [w for w in found.warnings if "the springs' ends move by 101 mm" in w]
+    assert "shifts Ixx by about 3" in told[0]
+
+
+def test_a_swing_as_long_as_the_springs_is_refused(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    path = rig.write_csv(tmp_path / "a.csv", t, 100.0 * x)
+    with pytest.raises(InputError, match=r"sensor 1 moves by 0.99\d* m, but the springs are 0.5 m long; check units"):
+        weigh(path, EXAMPLE, rig.SET)

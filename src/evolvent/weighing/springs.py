@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.inertia.problem import Problem, assign, matching, undetermined
 from evolvent.inertia.stand import broken
+from evolvent.weighing import amplitude
 from evolvent.weighing.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.weighing.found import Evaluation, Output, Share
 from evolvent.weighing.modal import Modal, refuse_rate
@@ -41,6 +42,8 @@ LABELS = {
 HIGHEST, MOST_FOLDED = 4.0, 24
 #: A second-order part of the standard uncertainty above this is told.
 BENT = 0.1
+#: A shift by the amplitude above this share of the standard uncertainty is told.
+TOLD_SHIFT = 0.3
 #: Contributions below this share of an output's size are rounding of the arithmetic.
 ROUNDING = 1e-13
 #: Velocity beside that of the strongest mode below which a mode may be no mode of the body: products of the others.
@@ -81,6 +84,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     body, _ = _body(given, stand, modal.frequency[list(used)])
     _expected(given, stand, body, modal)
     sensors, directions = _sensors(given, stand)
+    amplitude.refuse(stand.length, modal)
     _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
@@ -102,12 +106,20 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
             f"the model misses the data by {consistency:.1f} of the deviations that hold for all inputs; the data's "
             "part of the uncertainty is widened by it"
         )
+    bias = _amplitude(case, values, modal, used, P)
+    if bias is not None:
+        share, told = bias
+        shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
+        warnings += told(np.sqrt(np.diag(covariance)))
     warnings += _folded(given, modal, used, stand, sensors, directions, keys, mean, inertia, consistency)
     draws = None
     if given.uncertainty.method == "gum":
         warnings += bent
     else:
         draws = _monte_carlo(case, values, inputs, given, widened, P)
+        if bias is not None:
+            random = np.random.default_rng(given.uncertainty.seed + 1)
+            draws = draws + random.standard_normal((len(draws), 1)) * bias[0].contribution
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     scale = np.array([1.0 / mean if k == "common_factor" else 1.0 for k in keys])
     if draws is not None:
@@ -758,6 +770,36 @@ def _budget(
         if (acted := [n for j, n in enumerate(case.keys) if abs(second[k, j]) > BENT * std[j]])
     ]
     return tuple(shares), covariance, consistency, widened, P, bent
+
+
+def _amplitude(
+    case: Case, values: np.ndarray, modal: Modal, used: tuple[int, ...], P: np.ndarray
+) -> tuple[Share, Callable[[np.ndarray], list[str]]] | None:
+    """What the amplitude of the swing shifts, as a share of the budget, and its warnings for given deviations."""
+    p = case.problem
+    found = amplitude.shift(assign(p.base, p.unknown, values), modal, used, case.sensors, case.directions)
+    if found is None:
+        return None
+    told = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
+    lost = not np.all(np.isfinite(found.frequency))
+    step = (
+        np.zeros(len(values))
+        if lost
+        else P @ (p.residual(values, frequency=p.frequency - found.frequency) - p.residual(values))
+    )
+    keys = case.keys
+
+    def warnings(std: np.ndarray) -> list[str]:
+        if lost:
+            return [f"{told}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
+        shown = [
+            f"{k} by about {x:.2g} {LABELS[k][1]}"
+            for k, x, u in zip(keys, step, std, strict=True)
+            if abs(x) > TOLD_SHIFT * u
+        ]
+        return [f"{told}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
+
+    return Share("amplitude of the swing", "", np.nan, np.nan, step), warnings
 
 
 def _monte_carlo(
