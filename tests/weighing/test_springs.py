@@ -292,3 +292,27 @@ def test_a_swing_as_long_as_the_springs_is_refused(tmp_path: pathlib.Path) -> No
     path = rig.write_csv(tmp_path / "a.csv", t, 100.0 * x)
     with pytest.raises(InputError, match=r"sensor 1 moves by 0.99\d* m, but the springs are 0.5 m long; check units"):
         weigh(path, EXAMPLE, rig.SET)
+
+
+def test_a_hanging_stand_with_products_and_two_sways_in_one(tmp_path: pathlib.Path) -> None:
+    """Six modes at twelve sensors: those of the swing's second order and the two equal sways are set aside."""
+    ask = {"sensors.directions": "horizontal and vertical", "sensors.noise": "0.01 mm", "sensors.duration": "20 s"}
+    run = evolvent.run("inertia-stand", ask | {"excitation.force": [3000.0, -9800.0, 4000.0]})
+    evolvent.results.save(run, tmp_path / "swing.nc")
+    content = rig.description()
+    content["signals"]["sensors"] = [
+        {"column": f"sensor {3 * k + i + 1}", "point": k + 1, "direction": "xyz"[i]} for k in range(4) for i in range(3)
+    ]
+    found = weigh(tmp_path / "swing.nc", content)
+    np.testing.assert_allclose([found["Ixx"], found["Izz"]], [3703.0, 43920.0], rtol=1e-3)
+    e = found.evaluations[0]
+    np.testing.assert_allclose(e.modal.frequency[list(e.used)], [5.414, 13.964, 16.421, 24.584], rtol=2e-3)
+    assert any("makes of stronger modes: " in why and "is twice 4.2" in why for why in e.why)
+    told = "the body's modes at 4.2214 and 4.2214 rad/s cannot be told apart in 20 s and are seen as one at 4.2"
+    assert any(w.startswith(told) for w in found.warnings)
+
+
+def test_a_stated_damping_is_said_to_be_unused(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    found = weigh(path, EXAMPLE, rig.SET | {"stand.damping": "200 N s/m"})
+    assert "it is not used" in dict(found.evaluations[0].assumed)["damping of the springs"]

@@ -13,7 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.inertia.problem import Problem, assign, matching, undetermined
 from evolvent.inertia.stand import broken
-from evolvent.weighing import amplitude
+from evolvent.weighing import amplitude, choice
 from evolvent.weighing.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.weighing.found import Evaluation, Output, Share
 from evolvent.weighing.modal import Modal, refuse_rate
@@ -46,8 +46,6 @@ BENT = 0.1
 TOLD_SHIFT = 0.3
 #: Contributions below this share of an output's size are rounding of the arithmetic.
 ROUNDING = 1e-13
-#: Velocity beside that of the strongest mode below which a mode may be no mode of the body: products of the others.
-FAINT = 1e-3
 
 
 class Input(NamedTuple):
@@ -80,15 +78,16 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         that no motion of the body has, an inertia that no body has.
     """
     stand = _stand(given)
-    used, why, warnings = _chosen(given, modal)
+    used, why, warnings = choice.chosen(given, modal)
     body, _ = _body(given, stand, modal.frequency[list(used)])
     _expected(given, stand, body, modal)
     sensors, directions = _sensors(given, stand)
+    used, merged = choice.apart(linear_model(stand, body).modes(), modal, used, sensors, directions)
     amplitude.refuse(stand.length, modal)
     _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
-    few = _few(given, modal, used, sensors, directions)
+    few = "; ".join(merged) or choice.few(given, modal, used, sensors, directions)
     if not given.identification.shapes:
         _ambiguous(given, stand, body, modal, used)
     try:
@@ -290,6 +289,8 @@ def _assumed(given: OnSprings, body: Body, extra: list[Input], half: float) -> t
     rows.append(("support", f"{s.support}: {held}"))
     if any(np.isnan(getattr(given.body, k).value) for k in ("mass", "Ixx", "Izz")):
         rows.append(("sampling", f"no mode of the body lies above half the sampling rate, {half:.6g} rad/s"))
+    if any(v.value for v in (*s.damping, *s.lateral_damping)):
+        rows.append(("damping of the springs", "as stated it is not used: the decay is measured with the frequencies"))
     rows.append(("body and sensors", "rigid; small motion about the rest; springs linear and without mass"))
     return tuple(rows)
 
@@ -308,44 +309,6 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
         vertical = np.abs(found.at(stand.points)).max(axis=-1)
         seen = found.natural_frequency[vertical > 1e-3 * vertical.max()]
         refuse_rate(float(seen.max()), modal.reading.rate, "the body's highest mode")
-
-
-def _chosen(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], list[str]]:
-    """Modes that are used: as many as the body has, the strongest."""
-    most, m = _most(given), modal.modes.order
-    warnings = list(modal.warnings)
-    shapes = modal.modes.mode_shapes()
-    strength = np.sum((modal.modes.amplitude * modal.frequency[:, None]) ** 2, axis=1)
-    faint = [k for k in range(m) if strength[k] < FAINT**2 * np.max(strength)]
-    used = tuple(sorted(int(k) for k in np.argsort(-strength)[:most] if k not in faint))
-    why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
-    if faint:
-        why.append(
-            f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
-            + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in faint)
-            + ". So small a mode may be what a swing that is not quite linear makes of the others."
-        )
-    m -= len(faint)
-    if m > most:
-        out = [k for k in range(modal.modes.order) if k not in used and k not in faint]
-        why.append(
-            f"Of {m} modes found the {most} strongest by velocity are used, for the body on this stand has {most}; "
-            "left out: " + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in out) + "."
-        )
-        weakest = min(strength[list(used)])
-        close = [k for k in out if strength[k] > 0.1 * weakest]
-        if close:
-            warnings.append(
-                f"the mode at {modal.frequency[close[0]]:.6g} rad/s was left out, but is hardly weaker than one that "
-                "was used; choose with identification.band or identification.order"
-            )
-    for k in used:
-        if shapes.realness[k] < 0.95:
-            warnings.append(
-                f"mode {k + 1} ({modal.frequency[k]:.6g} rad/s) does not move all sensors in phase (collinearity "
-                f"{shapes.realness[k]:.2f}): two modes close together, or strong damping"
-            )
-    return used, why, warnings
 
 
 def _solve(
@@ -485,24 +448,6 @@ def _how(inertia: Inertia, case: Case) -> str:
         f"Least squares of {with_shapes}, weighted by their covariances, on the linear model with {model}; begun at "
         "the best of the stated body and of the direct solutions from the modes."
     )
-
-
-def _few(given: OnSprings, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> str:
-    """What to say of fewer modes than the sensors could show; else nothing."""
-    motions = np.concatenate([directions, np.cross(sensors, directions)], axis=1)
-    most = min(int(np.linalg.matrix_rank(motions, tol=1e-6 * float(np.abs(motions).max()))), _most(given))
-    if len(used) >= most or given.identification.band is not None:
-        return ""
-    told = ", ".join(f"{modal.frequency[k]:.6g}" for k in used)
-    return (
-        f"only {len(used)} of the {most} modes that these sensors can show were found (at {told} rad/s); let go at a "
-        "point that sets all of them going, or record for longer"
-    )
-
-
-def _most(given: OnSprings) -> int:
-    """Modes that the body has."""
-    return 3 if given.stand.support == "guided" or given.identification.model == "vertical" else 6
 
 
 def _ambiguous(given: OnSprings, stand: Stand, body: Body, modal: Modal, used: tuple[int, ...]) -> None:
