@@ -17,6 +17,8 @@ from evolvent.weighing.modal import Modal
 STEPS, MOST_STEPS = 16, 400
 #: Amplitude over the natural length below which nothing is computed: the shift is of the order of its square.
 SMALL = 1e-3
+#: Motion over the natural length above which a failure may be due to it.
+LARGE = 0.3
 #: Share of the amplitude that stands for an infinitely small one.
 TINY = 1e-4
 
@@ -82,16 +84,32 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
 
 def refuse(length: np.ndarray, modal: Modal) -> None:
     """Refuse signals that move as far as the springs are long."""
-    order = _derivatives(modal.reading.unit)
-    if order is None:
-        return
-    each = order[0] * modal.modes.amplitude / modal.frequency[:, None] ** order[1]
-    name, far = modal.reading.names[int(np.argmax(each.sum(axis=0)))], float(each.sum(axis=0).max())
+    name, far = _furthest(modal)
     if far >= length.min():
         raise InputError(
             f"{name} moves by {far:.3g} m, but the springs are {length.min():.3g} m long; check units, sensitivities "
             "and how far the body swings"
         )
+
+
+def large(length: np.ndarray, modal: Modal) -> str:
+    """What to say of a swing too large for a linear model; else nothing."""
+    name, far = _furthest(modal)
+    if far < LARGE * length.min():
+        return ""
+    return (
+        f"{name} moves by {far:.3g} m on springs of {length.min():.3g} m, too far for modes that do not depend on each "
+        "other: let it swing less"
+    )
+
+
+def _furthest(modal: Modal) -> tuple[str, float]:
+    """The sensor that moves most, and how far, m; 0 where the signals are no lengths."""
+    order = _derivatives(modal.reading.unit)
+    if order is None:
+        return "", 0.0
+    each = (order[0] * modal.modes.amplitude / modal.frequency[:, None] ** order[1]).sum(axis=0)
+    return modal.reading.names[int(np.argmax(each))], float(each.max())
 
 
 def _derivatives(unit: str) -> tuple[float, int] | None:

@@ -87,17 +87,22 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
+    if not used:
+        raise InputError("; ".join(merged))
     few = "; ".join(merged) or choice.few(given, modal, used, sensors, directions)
     if not given.identification.shapes:
         _ambiguous(given, stand, body, modal, used)
     try:
         case, inertia, body, start_assumed = _solve(given, modal, used, stand, sensors, directions, keys, mean)
+        values = np.array([inertia.values[name] for name in case.problem.unknown])
+        badly: list[str] = []
+        model_frequency, agreement, model_shapes = _compare(case, values, modal, used, badly)
     except InputError as error:
-        raise InputError(f"{error}; {few}" if few else str(error)) from None
+        hints = [hint for hint in (few, amplitude.large(stand.length, modal)) if hint]
+        raise InputError("; ".join([str(error), *hints])) from None
     warnings += [few] if few else []
     warnings += [w for w in inertia.warnings if not w.startswith("the model misses")]
-    values = np.array([inertia.values[name] for name in case.problem.unknown])
-    model_frequency, agreement, model_shapes = _compare(case, values, modal, used, warnings)
+    warnings += badly
     inputs = [*_inputs(given, modal), *start_assumed]
     shares, covariance, consistency, widened, P, bent = _budget(case, values, inputs, own, modal.certain)
     if np.isfinite(consistency) and consistency > TOLD_MISFIT:
