@@ -39,7 +39,7 @@ LABELS = {
 
 
 #: Modes above half the sampling rate are thought of up to so many times the heave, in at most so many ways.
-HIGHEST, MOST_FOLDED = 4.0, 24
+HIGHEST, MOST_FOLDED = 4.0, 10
 #: A second-order part of the standard uncertainty above this is told.
 BENT = 0.1
 #: A shift by the amplitude above this share of the standard uncertainty is told.
