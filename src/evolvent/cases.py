@@ -8,7 +8,7 @@ import os
 import pathlib
 import pkgutil
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, get_args
 
 import yaml
@@ -252,6 +252,17 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
     return key.strip(), parse_yaml(value, f"--set {assignment}")
 
 
+def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
+    """What several ``--set`` change; no key twice."""
+    found: dict[str, Any] = {}
+    for assignment in assignments:
+        key, value = parse_assignment(assignment)
+        if key in found:
+            raise InputError(f"--set gives {key!r} twice; give it once")
+        found[key] = value
+    return found
+
+
 def _override(content: dict[str, Any], key: str, value: Any) -> None:
     """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0."""
     *path, last = parts = key.split(".")
@@ -314,7 +325,8 @@ def _sentence(error: ValidationError, kind: type[Section]) -> str:
     """The first error as one sentence; an unknown key comes first, for it often explains the others."""
     errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     first = errors[0]
-    key = ".".join(str(part) for part in first["loc"])
+    # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
+    key = ".".join(str(part) for part in first["loc"] if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
     value, message, context = first["input"], first["msg"], first.get("ctx", {})
     match first["type"]:
         case "extra_forbidden":

@@ -16,7 +16,7 @@ import click
 
 from evolvent import __version__
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
-from evolvent.studies.command import sweep
+from evolvent.studies.command import once, sweep
 from evolvent.weighing.command import identify
 
 if TYPE_CHECKING:
@@ -132,22 +132,14 @@ def schema(system: str) -> None:
     click.echo(json.dumps(cases.json_schema(system), indent=2))
 
 
-def _once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
-    """The value of an option that may be given once."""
-    if len(values) > 1:
-        name = max(parameter.opts, key=len)
-        raise click.UsageError(f"{name} is given {len(values)} times, as {', '.join(map(repr, values))}", ctx)
-    return values[0] if values else None
-
-
 @commands.command()
 @click.argument("case", metavar="CASE|FILE")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("-o", "--output", multiple=True, callback=_once, metavar="RUN.NC", help="Keep the results as NetCDF.")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
 @click.option(
     "--figures",
     multiple=True,
-    callback=_once,
+    callback=once,
     metavar="DIR",
     help="Folder for figures and animation.  [default: RUN-figures, or CASE-figures]",
 )
@@ -162,7 +154,7 @@ def run(
     """
     from evolvent import cases
 
-    loaded = cases.load(case, _overrides(assignments))
+    loaded = cases.load(case, cases.parse_assignments(assignments))
     module = cases.system(loaded.system)
     folder = _claim(case, output, figures, no_figures)
     plan = module.plan(loaded)
@@ -180,19 +172,6 @@ def run(
     if status == "interrupted":
         click.echo(f"evolvent: {message}", err=True)
         raise click.exceptions.Exit(INTERRUPTED)
-
-
-def _overrides(assignments: tuple[str, ...]) -> dict[str, Any]:
-    """What ``--set`` changes; no key twice."""
-    from evolvent import cases
-
-    found: dict[str, Any] = {}
-    for assignment in assignments:
-        key, value = cases.parse_assignment(assignment)
-        if key in found:
-            raise InputError(f"--set gives {key!r} twice; give it once")
-        found[key] = value
-    return found
 
 
 def _claim(case: str, output: str | None, figures: str | None, no_figures: bool) -> str | None:
@@ -322,7 +301,7 @@ def info(path: str) -> None:
 @commands.command()
 @click.argument("path", metavar="RUN.NC")
 @click.option(
-    "--figures", multiple=True, callback=_once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
+    "--figures", multiple=True, callback=once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
 )
 def plot(path: str, figures: str | None) -> None:
     """Draw figures and an animation of a results file."""

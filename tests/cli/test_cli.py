@@ -199,6 +199,17 @@ BAD = {
     "output twice": (["run", "heliogyro", "-o", "a", "-o", "b"], "--output is given 2 times, as 'a', 'b'"),
     "figures twice": (["run", "heliogyro", "--figures", "a", "--figures", "b"], "--figures is given 2 times"),
     "key twice": (["run", "heliogyro", *2 * ["--set", "blade.nodes=3"]], "--set gives 'blade.nodes' twice"),
+    "certificate twice": (["identify", "a", "--stand", "b", "-o", "c", "-o", "d"], "--output is given 2 times"),
+    "stand's key twice": (["identify", "a", "--stand", "b", *2 * ["--set", "body.mass=1"]], "--set gives 'body.mass'"),
+    "certificate is the stand": (["identify", "a", "--stand", "bad.yaml", "-o", "bad.yaml"], "is the stand's file"),
+    "certificate is the signal": (
+        ["identify", "a", "heliogyro.yaml", "--stand", "b", "-o", "./heliogyro.yaml"],
+        "-o './heliogyro.yaml' is one of the signals' files; name another, such as 'certificate.html'",
+    ),
+    "order 0": (
+        ["run", "inertia-stand", "--set", "identification.order=0"],
+        "evolvent: identification.order is 0; it must be",
+    ),
     "output is a device": (["run", "heliogyro", "-o", "/dev/null"], "'/dev/null': it is not a regular file"),
     "output is the case": (["run", "heliogyro.yaml", "-o", "./heliogyro.yaml"], "is the case file itself"),
     "output has no name": (["run", "heliogyro", "-o", ""], "cannot write '': the name is empty"),

@@ -182,6 +182,41 @@ def test_what_is_no_signal_is_refused(tmp_path: pathlib.Path, name: str, content
     assert "\n" not in str(error.value)
 
 
+def test_files_that_are_cut_off_are_refused(
+    tmp_path: pathlib.Path, samples: np.ndarray, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.wav"
+    scipy.io.wavfile.write(path, int(RATE), samples[:, 1:].astype("float32"))
+    path.write_bytes(path.read_bytes()[:-403])
+    with pytest.raises(InputError, match="begins like a WAV file, but is damaged"):
+        signals.read(path)
+    tdms = pytest.importorskip("nptdms")
+    path = tmp_path / "a.tdms"
+    with tdms.TdmsWriter(str(path)) as writer:
+        writer.write_segment([tdms.ChannelObject("rig", f"{k}", samples[:, k]) for k in (1, 2)])
+    path.write_bytes(path.read_bytes()[:-700])
+    with pytest.raises(InputError, match=r"unequal numbers of samples|is damaged"):
+        signals.read(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_rate_on_a_group_and_structs(tmp_path: pathlib.Path, samples: np.ndarray) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["rig/x"] = samples[:, 1:]
+        file["rig"].attrs["fs"] = RATE
+    assert signals.read(tmp_path / "a.h5").rate == RATE
+    scipy.io.savemat(tmp_path / "a.mat", {"s": {"x": samples, "fs": RATE}})
+    with pytest.raises(InputError, match="'s' is a struct or cell, which is not read; save its fields as arrays"):
+        signals.read(tmp_path / "a.mat")
+
+
+def test_names_parted_by_another_sign_than_the_numbers(tmp_path: pathlib.Path, samples: np.ndarray) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time (s),left (mm),right (mm)\n" + "\n".join(";".join(f"{x:.9f}" for x in row) for row in samples))
+    found = signals.read(path)
+    assert (found.names, found.units) == (("time", "left", "right"), ("s", "mm", "mm"))
+
+
 def test_missing_files_and_folders(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         signals.read(tmp_path / "none.csv")

@@ -133,3 +133,10 @@ def test_what_wires_refuse(tmp_path: pathlib.Path, changes: dict[str, object], s
     with pytest.raises(InputError, match=said) as error:
         weigh(path, wires(), changes)
     assert os.linesep not in str(error.value)
+
+
+def test_recordings_that_scatter_beyond_their_noise_are_told(tmp_path: pathlib.Path) -> None:
+    paths = [swing(tmp_path / f"{k}.csv", w) for k, w in enumerate((5.9, 5.92, 5.91, 5.93))]
+    told = [w for w in weigh(paths, wires()).warnings if w.startswith("I scatters over the recordings by")]
+    assert len(told) == 1
+    assert "u of a single recording does not" in told[0]

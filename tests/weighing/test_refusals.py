@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from evolvent import EvolventError, InputError
+from evolvent.inertia import Body, linear_model
 from evolvent.weighing import identify, json_schema, load, weigh, write
 from weighing import rig
 
@@ -94,7 +95,7 @@ def test_columns_and_units(knock: str, tmp_path: pathlib.Path) -> None:
     mixed = {"signals.unit": "m", "signals.sensors.2.unit": "V"}
     refused("sensor 3 is in V, sensor 1 in m; they must be of one kind", bare, mixed)
     refused("sensitivity is 'much'; it must be a reading", knock, {"signals.sensors.0.sensitivity": "much"})
-    refused("sensitivity is '2 mm'; it must be in m per", knock, {"signals.sensors.0.sensitivity": "2 mm"})
+    refused("sensitivity is '2 mm'; .* it must be in m per", knock, {"signals.sensors.0.sensitivity": "2 mm"})
     refused("noise of sensor 2 is not given", knock, {"signals.sensors.0.noise": "0.1 mm"})
     refused("noise is '1 V'; it must be a value", knock, {"signals.sensors.0.noise": "1 V"})
 
@@ -108,6 +109,50 @@ def test_columns_that_are_swapped_or_turned(tmp_path: pathlib.Path) -> None:
         rig.write_csv(tmp_path / "b.csv", t, x),
         {"signals.sensors.1.direction": [0, -1, 0]},
     )
+
+
+def test_a_rate_that_is_not_the_files(knock: str, tmp_path: pathlib.Path) -> None:
+    refused("signals.rate is 50.5 Hz, but by the column 'time' .* has 50 Hz; leave", knock, {"signals.rate": "50.5 Hz"})
+    weigh(knock, EXAMPLE, {**rig.SET, "signals.rate": "50.01 Hz"})
+    t, x = rig.knock()
+    bare = rig.write_csv(tmp_path / "b.csv", 1e3 * t, x).replace("time (s)", "time")
+    path = pathlib.Path(bare)
+    path.write_text(path.read_text().replace("time (s)", "time"))  # in ms, as nobody says
+    assert weigh(path, EXAMPLE, {**rig.SET, "signals.rate": "50 Hz"})["Ixx"] == pytest.approx(3703.0, rel=1e-3)
+
+
+def test_a_sensitivity_in_the_wrong_unit(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(), unit=" (mm)")
+    said = "signals.sensors.0.sensitivity is '2 V/mm'; the column 'sensor 1' is in mm, so it must be in mm per"
+    refused(said, path, {"signals.sensors.0.sensitivity": "2 V/mm"})
+
+
+def test_a_drift_and_a_late_release_are_named(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    drifting = rig.write_csv(tmp_path / "a.csv", t, x + 0.01 * t[:, None])
+    refused("no mode stands out of the noise; .*; sensor 1 drifts by .*: set identification.detrend=linear", drifting)
+    weigh(drifting, EXAMPLE, {**rig.SET, "identification.detrend": "linear"})
+    quiet = 1e-4 * np.random.default_rng(5).standard_normal((60, 4))
+    late = rig.write_csv(tmp_path / "b.csv", np.arange(672) / rig.RATE, np.concatenate([quiet, x]))
+    said = r"the samples are quiet until 1.2 s, where the swing seems to begin; set signals.start to it"
+    refused(f"; {said}$", late)
+    assert not weigh(late, EXAMPLE, {**rig.SET, "signals.start": "1.2 s"}).warnings[1:]
+
+
+def test_too_few_modes_are_counted(tmp_path: pathlib.Path) -> None:
+    s, body = rig.stand(), Body(mass=15190.0, centre=(0.0, 0.0, 0.0), inertia=(3703.0, 43920.0, 43920.0))
+    modes, t = linear_model(s, body).modes(), np.arange(400) / rig.RATE
+    x = modes.motion(t, modes.release((0.0, -9806.65, 0.0), np.array([0.0, 0.0, 0.87])), s.points).T
+    path = rig.write_csv(tmp_path / "a.csv", t, x + 1e-4 * np.random.default_rng(2).standard_normal(x.shape))
+    with pytest.raises(InputError, match=r"Izz does not show in the data; only 2 of the 3 modes .* 13.96.*, 24.5[89]"):
+        weigh(path, EXAMPLE)
+
+
+def test_frequencies_alone_list_all_pairs(knock: str) -> None:
+    alone = {"identification.shapes": False}
+    refused(r"6 pairs of Ixx and Izz give these frequencies \(.*370\d.* and 439\d\d", knock, alone)
+    started = {"body.Ixx": "unknown near 3700", "body.Izz": "unknown near 44000"}
+    assert weigh(knock, EXAMPLE, {**rig.SET, **alone, **started})["Ixx"] == pytest.approx(3703.0, rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------ stand and body
@@ -135,6 +180,12 @@ def test_columns_that_are_swapped_or_turned(tmp_path: pathlib.Path) -> None:
         ({"body.Iyy": "unknown"}, "the data cannot tell the unknowns: Iyy does not show in the data"),
         ({"body.mass": "unknown", "stand.common_factor": "unknown"}, "vibrations tell only their ratio"),
         ({"identification.order": 1, "identification.shapes": False}, "the data cannot tell the unknowns"),
+        # what an uncertainty leads to
+        ({"body.mass": "15190 kg +- 200 %"}, r"the standard uncertainty of body.mass, 3.04e\+04 kg, leads to"),
+        (
+            {"stand.half_width": "0.87 m +- 20 cm", "uncertainty.method": "monte-carlo"},
+            "the Monte Carlo draws inputs that no .* can have .* the widest is stand.half_width, 0.87 .- 0.2 m",
+        ),
         # what no body has
         ({"body.Iyy": "10000"}, "inertia tensor with .* assumed that no body has: its largest principal moment"),
         ({"body.Ixz": "20000"}, "the search would begin at an inertia .* that no body has: its least principal"),

@@ -11,11 +11,13 @@ import scipy.io
 
 import evolvent
 import evolvent.results
+from evolvent import InputError
 from evolvent.inertia import Body, linear_model
 from evolvent.weighing import load, weigh
 from weighing import rig
 
 EXAMPLE = rig.EXAMPLES / "stand.yaml"
+CENTRED = Body(mass=15190.0, centre=(0.0, 0.0, 0.0), inertia=(3703.0, 43920.0, 43920.0))
 
 
 def within(found: object, truth: dict[str, float], *, times: float = 4.0) -> None:
@@ -220,7 +222,8 @@ def test_intervals_cover(tmp_path: pathlib.Path) -> None:
     content["body"] |= {"mass": 15190, "offset_x": 0.1, "offset_z": 0.05, "height": 0, "Iyy": 43920, "Ixz": 0}
     held = 0
     for seed in range(40):
-        path = rig.write_csv(tmp_path / "a.csv", *rig.knock(seed=100 + seed, damping=0.0))
+        t, x = rig.knock(seed=100 + seed, damping=0.0)
+        path = rig.write_csv(tmp_path / "a.csv", t, 0.04 * x)  # so small that the amplitude shifts nothing
         found = weigh(path, content)
         held += int(np.sum(np.abs(found.values - [3703.0, 43920.0]) < found.expanded))
     assert 70 <= held <= 80  # 76.4 of 80 expected
@@ -230,3 +233,86 @@ def test_descriptions_are_written_back_and_read_again() -> None:
     given = load(EXAMPLE)
     assert load(given) == given
     assert load(rig.EXAMPLES / "trifilar.yaml").recordings["5s_0.25.csv"] == {"tare.0.radius": "0.25 m"}
+
+
+def test_faster_modes_that_look_the_same_are_told(tmp_path: pathlib.Path) -> None:
+    """At 6.25 Hz the roll at 24.6 rad/s is seen at 14.7 rad/s, and both are a body's."""
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(rate=6.25, samples=80, body=CENTRED))
+    found = weigh(path, EXAMPLE)
+    assert found["Ixx"] == pytest.approx(10389.0, rel=0.02)
+    assert any("faster modes look the same and fit as well (24." in w and "Ixx = 370" in w for w in found.warnings)
+    near = weigh(path, EXAMPLE, {"body.Ixx": "unknown near 10000"})
+    assert not any("look the same" in w for w in near.warnings)
+    assert dict(near.evaluations[0].assumed)["sampling"].startswith("no mode of the body lies above half the sampling")
+    eccentric = rig.write_csv(tmp_path / "b.csv", *rig.knock(rate=6.25, samples=80))
+    with pytest.raises(InputError, match=r"the modes fit better as faster ones .24.65.* Ixx = 370"):
+        weigh(eccentric, EXAMPLE, rig.SET)
+
+
+@pytest.mark.parametrize("change", [{"body.Ixz": "0 +- 1000 kg m^2"}, {"body.offset_x": "0 +- 60 mm"}])
+def test_inputs_that_act_in_the_second_order_count(tmp_path: pathlib.Path, change: dict[str, str]) -> None:
+    """A body in the middle of its springs: first derivatives by its offsets and Ixz are zero."""
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
+    base, wide = weigh(path, EXAMPLE), weigh(path, EXAMPLE, change)
+    drawn = weigh(path, EXAMPLE, change | {"uncertainty.method": "monte-carlo", "uncertainty.draws": 2000})
+    assert wide.std[1] > 3.0 * base.std[1]
+    np.testing.assert_allclose(wide.std[1], drawn.std[1], rtol=0.1)
+    assert any(f"{next(iter(change))} with +-" in w and "monte-carlo" in w for w in wide.warnings)
+    assert not any("in proportion" in w for w in base.warnings)
+
+
+def test_a_noise_stated_too_small_is_told(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    stated = {f"signals.sensors.{k}.noise": "0.0002 mm" for k in range(4)}
+    told = weigh(path, EXAMPLE, rig.SET | stated).warnings
+    assert any("is stated as 2e-07 m, but the modes leave 0.000" in w and "it is stated too small" in w for w in told)
+    assert not any("not white" in w for w in told)
+
+
+def test_contributions_that_are_rounding_are_zero(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock(body=CENTRED))
+    sizes = np.abs([s.contribution for s in weigh(path, EXAMPLE).shares])
+    assert sizes[sizes > 0.0].min() > 1e-10
+
+
+@pytest.mark.parametrize("support", ["hanging", "guided"])
+def test_what_the_amplitude_shifts_is_known_and_told(tmp_path: pathlib.Path, support: str) -> None:
+    """Ten centimetres on springs of half a metre: the true error of the nonlinear run."""
+    run = evolvent.run("inertia-stand", {"excitation.force": [0.0, -1e5, 0.0], "stand.support": support})
+    evolvent.results.save(run, tmp_path / "swing.nc")
+    found = weigh(tmp_path / "swing.nc", EXAMPLE, {"stand.support": support})
+    share = next(s.contribution for s in found.shares if s.label == "amplitude of the swing")
+    np.testing.assert_allclose(share, found.values - [3703.0, 43920.0], rtol=0.1)
+    told = [w for w in found.warnings if "the springs' ends move by 101 mm" in w]
+    assert "shifts Ixx by about 3" in told[0]
+
+
+def test_a_swing_as_long_as_the_springs_is_refused(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    path = rig.write_csv(tmp_path / "a.csv", t, 100.0 * x)
+    with pytest.raises(InputError, match=r"sensor 1 moves by 0.99\d* m, but the springs are 0.5 m long; check units"):
+        weigh(path, EXAMPLE, rig.SET)
+
+
+def test_a_hanging_stand_with_products_and_two_sways_in_one(tmp_path: pathlib.Path) -> None:
+    """Six modes at twelve sensors: those of the swing's second order and the two equal sways are set aside."""
+    ask = {"sensors.directions": "horizontal and vertical", "sensors.noise": "0.01 mm", "sensors.duration": "20 s"}
+    run = evolvent.run("inertia-stand", ask | {"excitation.force": [3000.0, -9800.0, 4000.0]})
+    evolvent.results.save(run, tmp_path / "swing.nc")
+    content = rig.description()
+    content["signals"]["sensors"] = [
+        {"column": f"sensor {3 * k + i + 1}", "point": k + 1, "direction": "xyz"[i]} for k in range(4) for i in range(3)
+    ]
+    found = weigh(tmp_path / "swing.nc", content)
+    np.testing.assert_allclose([found["Ixx"], found["Izz"]], [3703.0, 43920.0], rtol=1e-3)
+    e = found.evaluations[0]
+    np.testing.assert_allclose(e.modal.frequency[list(e.used)], [5.414, 13.964, 16.421, 24.584], rtol=2e-3)
+    assert any("makes of stronger modes: " in why and "is twice 4.2" in why for why in e.why)
+    told = "the body's modes at 4.2214 and 4.2214 rad/s cannot be told apart in 20 s and are seen as one at 4.2"
+    assert any(w.startswith(told) for w in found.warnings)
+
+
+def test_a_stated_damping_is_said_to_be_unused(tmp_path: pathlib.Path) -> None:
+    path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
+    found = weigh(path, EXAMPLE, rig.SET | {"stand.damping": "200 N s/m"})
+    assert "it is not used" in dict(found.evaluations[0].assumed)["damping of the springs"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -561,6 +563,11 @@ def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
     guesses: list[dict[str, float]] = []
     if p.shapes is None:
         return result
+    if len(p.frequency) < 3:  # which motions these are is open
+        places = [p.unknown.index(name) for name in ("Ixx", "Izz") if name in p.unknown]
+        for factors in itertools.product((0.3, 1.0, 3.0), repeat=len(places)):
+            result.append(result[0].copy())
+            result[-1][places] *= factors
     try:
         if len(p.frequency) == 3 and {"Ixx", "Izz"} <= set(p.unknown):
             vertical = not np.any(p.directions - Y)
@@ -600,28 +607,42 @@ def solve(
         return np.where(np.isfinite(r), r, 1e9)
 
     rows = len(p.frequency) + (0 if p.shapes is None else p.shapes.size) + len(p.prior)
-    first = min(begin, key=lambda values: float(np.sum(residual(values / scale) ** 2)))
+    given = begin[0]
+    begin = sorted(begin, key=lambda values: float(np.sum(residual(values / scale) ** 2)))
+    first = begin[0]
     if np.all(residual(first / scale) >= 1e9):
-        p.residual(begin[0])  # says why
+        p.residual(given)  # says why
         raise InputError(
             "the search has no start at which the stand holds the body; give a body nearer to the true one"
         )
     told = undetermined(p.jacobian(first), p.unknown, scale)
     if rows < len(p.unknown):
         raise InputError(f"the data cannot tell the unknowns: {'; '.join(told)}")
-    found = scipy.optimize.least_squares(
-        residual,
-        first / scale,
-        jac=lambda x: p.jacobian(x * scale) * scale,
-        method="lm",
-        xtol=1e-14,
-        ftol=1e-14,
-        gtol=1e-14,
-        max_nfev=200,
-    )
+
+    def search(start: np.ndarray) -> Any:
+        return scipy.optimize.least_squares(
+            residual,
+            start / scale,
+            jac=lambda x: p.jacobian(x * scale) * scale,
+            method="lm",
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+            max_nfev=200,
+        )
+
+    found = search(first)
     if found.status == 0:
         raise InputError("the search for mass and inertia does not converge; give a body nearer to the true one")
-    return finish(p, found.x * scale, method, inputs=inputs)
+    try:
+        return finish(p, found.x * scale, method, inputs=inputs)
+    except InputError as error:
+        for start in begin[1:] if p.shapes is not None else []:  # another that fits as well, and that a body has
+            other = search(start)
+            if other.status > 0 and other.cost < 2.0 * found.cost + rows:
+                with contextlib.suppress(InputError):
+                    return finish(p, other.x * scale, method, inputs=inputs)
+        raise error
 
 
 def finish(
@@ -671,6 +692,9 @@ def finish(
         held = [n for n in MOMENTS if n not in p.unknown]
         because = f" with {', '.join(held)} assumed" if held else ""
         if moments[0] <= 0.0 or moments[2] - moments[0] - moments[1] > spread:
-            raise InputError(f"the data give an inertia tensor{because} that no body has: {reason}; check the data")
+            raise InputError(
+                f"the data give an inertia tensor{because} that no body has: {reason}; check the data "
+                "and the stand's description"
+            )
         warnings.append(f"the inertia tensor{because} is at the edge of what a body can have: {reason}")
     return dataclasses.replace(result, warnings=tuple(warnings))

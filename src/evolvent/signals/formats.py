@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import io
+import logging
 import os
 import pathlib
 import re
@@ -149,7 +150,12 @@ def _one_rate(steps: Iterable[float], name: str) -> float | None:
 def _tdms(name: str, raw: bytes) -> Content:
     TdmsFile = importlib.import_module("nptdms").TdmsFile
 
-    file = TdmsFile.read(io.BytesIO(raw))
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)  # the library logs what is damaged beside raising it
+    try:
+        file = TdmsFile.read(io.BytesIO(raw))
+    finally:
+        logging.disable(before)
     channels = [c for group in file.groups() for c in group.channels() if len(c) and c.dtype.kind in "biuf"]
     plain = [c.name for c in channels]
     names = _distinct(n if plain.count(n) == 1 else f"{c.group_name}/{n}" for n, c in zip(plain, channels, strict=True))
@@ -191,7 +197,9 @@ def _uff_name(data_set: Mapping[str, Any]) -> str:
 def _wav(name: str, raw: bytes) -> Content:
     from scipy.io import wavfile
 
-    rate, data = wavfile.read(io.BytesIO(raw))
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*(EOF|truncat|incomplete).*")
+        rate, data = wavfile.read(io.BytesIO(raw))
     data = data.reshape(len(data), -1)
     values = data.astype(float)
     if data.dtype.kind == "u":
@@ -204,8 +212,17 @@ def _wav(name: str, raw: bytes) -> Content:
 def _mat(name: str, raw: bytes) -> Content:
     from scipy.io import loadmat
 
-    found = loadmat(io.BytesIO(raw), squeeze_me=True)
-    return _arrays({key: value for key, value in found.items() if not key.startswith("__")}, {}, name)
+    found = {key: value for key, value in loadmat(io.BytesIO(raw), squeeze_me=True).items() if key[:2] != "__"}
+    content = _arrays(found, {}, name)
+    structs = [
+        key for key, value in found.items() if np.asarray(value).dtype.names or np.asarray(value).dtype == object
+    ]
+    if structs and not content.columns:
+        raise InputError(
+            f"cannot read {name!r}: it holds no array, and {structs[0]!r} is a struct or cell, which is not read; save "
+            "its fields as arrays of their own"
+        )
+    return content
 
 
 def _hdf5(name: str, raw: bytes) -> Content:
@@ -217,20 +234,23 @@ def _hdf5(name: str, raw: bytes) -> Content:
         transposed = raw.startswith(b"MATLAB 7.3")
 
         def visit(key: str, item: Any) -> None:
+            if isinstance(item, h5py.Group):
+                rates(item)
             if not isinstance(item, h5py.Dataset) or key.startswith("#") or item.dtype.kind not in "biuf":
                 return
             value = np.asarray(item[()])
             arrays[key] = np.squeeze(value.T if transposed else value)
             unit = item.attrs.get("units", item.attrs.get("unit", ""))
             units[key] = unit.decode() if isinstance(unit, bytes) else str(unit)
+            rates(item)
+
+        def rates(item: Any) -> None:
             for attribute, number in item.attrs.items():
                 if attribute.lower() in (*RATES, *STEPS) and np.size(number) == 1:
                     arrays.setdefault(attribute, np.asarray(number).ravel()[0])
 
         file.visititems(visit)
-        for attribute, number in file.attrs.items():
-            if attribute.lower() in (*RATES, *STEPS) and np.size(number) == 1:
-                arrays.setdefault(attribute, np.asarray(number).ravel()[0])
+        rates(file)
     return _arrays(arrays, units, name)
 
 

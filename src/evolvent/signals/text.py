@@ -30,6 +30,9 @@ def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, s
     width = len(_split(lines[first], separator))
     above = [_split(line, separator) for line in lines[:first] if line.strip() and not _comment(line, separator, width)]
     titles = [row for row in above if len(row) == width]
+    if not titles and lines[:first]:  # names may be parted by another sign than the numbers
+        others = [_split(lines[first - 1], sign) for sign in "\t;," if sign != separator]
+        titles = [row for row in others if len(row) == width > 1]
     heads, marks = (titles[-2], titles[-1]) if _units_row(titles) else (titles[-1] if titles else [], [])
     columns = _numbers(lines[first:], separator, width, name, first)
     names: list[str] = []

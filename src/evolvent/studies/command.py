@@ -18,9 +18,19 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 
 
+def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
+    """The value of an option that may be given once."""
+    if len(values) > 1:
+        name = max(parameter.opts, key=len)
+        raise click.UsageError(f"{name} is given {len(values)} times, as {', '.join(map(repr, values))}", ctx)
+    return values[0] if values else None
+
+
 @click.command()
 @click.argument("study", metavar="STUDY|FILE")
-@click.option("-o", "--output", metavar="DIR", help="Folder of the study; left out, its name.")
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder of the study; left out, its name."
+)
 @click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; left out, as many as it is worth.")
 @click.option("--scheduler", metavar="ADDRESS", help="Use the workers of a Dask scheduler, such as tcp://host:8786.")
 @click.option("--figures", metavar="DIR", help="Draw lines and maps into a folder.")

@@ -221,7 +221,8 @@ def _budget(found: Weighing) -> str:
     figure = _figure(pictures.budget(found), "Shares of the variance.")
     note = (
         "<p>Contribution of each input: the change of the result for a change of the input by its standard uncertainty "
-        "(JCGM 100:2008, 5.1.3); for groups the standard deviation that they give.</p>"
+        "(JCGM 100:2008, 5.1.3), with the second order where it counts (5.1.2, note); "
+        "for groups the standard deviation that they give.</p>"
     )
     return f"<section><h2>Uncertainty budget</h2>{note}{''.join(tables)}{figure}</section>"
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import click
+
+from evolvent.errors import InputError
+from evolvent.studies.command import once
 
 if TYPE_CHECKING:
     from evolvent.weighing.found import Weighing
@@ -21,7 +25,9 @@ _MOST_WARNINGS = 8
 @click.option(
     "--stand", required=True, metavar="STAND.YAML", help="Description of the signals, the stand and the body."
 )
-@click.option("-o", "--output", metavar="REPORT.HTML", help="Write a certificate as one HTML page.")
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="Write a certificate as one HTML page."
+)
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the description.")
 @click.option("--quiet", is_flag=True, help="Print no table.")
 def identify(
@@ -35,9 +41,10 @@ def identify(
     from evolvent.weighing import certificate, description
     from evolvent.weighing.weighing import weigh
 
-    overrides = dict(cases.parse_assignment(assignment) for assignment in assignments)
+    overrides = cases.parse_assignments(assignments)
     if output is not None:
         results.claim(output)
+        _not_an_input(output, {stand: "the stand's file", **dict.fromkeys(signals, "one of the signals' files")})
     given = description.load(stand, overrides)
     found = weigh(signals, given)
     if output is not None:
@@ -46,6 +53,13 @@ def identify(
         _table(found)
         if output is not None:
             click.echo(f"certificate: {output}")
+
+
+def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:
+    """Refuse to write over a file that is read."""
+    for path, what in inputs.items():
+        if os.path.exists(output) and os.path.exists(path) and os.path.samefile(output, path):
+            raise InputError(f"-o {output!r} is {what}; name another, such as 'certificate.html'")
 
 
 def _table(found: Weighing) -> None:
@@ -103,6 +117,9 @@ def _table(found: Weighing) -> None:
             budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
         console.print()
         console.print(budget)
+    for what, text in found.evaluations[0].assumed:
+        if what == "sampling":
+            console.print(f"assumed: {text}", soft_wrap=True)
     left = len(found.warnings) - _MOST_WARNINGS
     for text in found.warnings[: _MOST_WARNINGS if left > 1 else None]:
         console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)

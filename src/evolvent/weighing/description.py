@@ -178,8 +178,10 @@ class Springs(Section):
     )
     natural_length: uncertain.Lengths
     lateral_stiffness: uncertain.Laterals = (Uncertain(0.0),)
-    damping: uncertain.Dampings = (Uncertain(0.0),)
-    lateral_damping: uncertain.Dampings = (Uncertain(0.0),)
+    damping: uncertain.Dampings = Field(
+        (Uncertain(0.0),), description="of each spring; checked, but not used: the decay is measured"
+    )
+    lateral_damping: uncertain.Dampings = Field((Uncertain(0.0),), description="as damping: not used")
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
     @model_validator(mode="after")

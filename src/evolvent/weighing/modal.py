@@ -17,6 +17,12 @@ from evolvent.weighing.reading import Reading
 NEAR = 12
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
+#: Share of a signal's square in a straight line above which it drifts.
+DRIFT = 0.5
+#: Change of the samples, of the largest, below which a recording is quiet before the swing.
+QUIET = 0.2
+#: Residual over the stated noise above which the noise is stated too small.
+UNDERSTATED = 3.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -66,16 +72,19 @@ def find(reading: Reading, given: Description) -> Modal:
         As of `evolvent.identification.identify`.
     """
     chosen = given.identification
-    modes = identify(
-        reading.data,
-        time=reading.time,
-        method=chosen.method.replace("-", "_"),
-        order=None if chosen.order == "auto" else int(chosen.order),
-        names=reading.names,
-        noise=reading.noise,
-        band=chosen.band,
-        detrend=chosen.detrend,
-    )
+    try:
+        modes = identify(
+            reading.data,
+            time=reading.time,
+            method=chosen.method.replace("-", "_"),
+            order=None if chosen.order == "auto" else int(chosen.order),
+            names=reading.names,
+            noise=reading.noise,
+            band=chosen.band,
+            detrend=chosen.detrend,
+        )
+    except InputError as error:
+        raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
     p, widening = _widening(reading, modes)
     m = modes.order
     found = modes.mode_shapes()
@@ -94,13 +103,59 @@ def find(reading: Reading, given: Description) -> Modal:
         frequency_covariance=T @ C[: 2 * m, : 2 * m] @ T.T,
         shapes=found.real,
         shape_covariance=np.array(blocks),
-        warnings=(*_said(modes, widening, p), *_edge(modes, reading)),
+        warnings=(*_said(modes, widening, p, reading), *_edge(modes, reading)),
     )
 
 
-def _said(modes: Modes, widening: np.ndarray, p: float) -> list[str]:
+def _drift(reading: Reading) -> str:
+    """What to say of signals most of whose motion is a straight line; else nothing."""
+    for name, x in zip(reading.names, reading.data.T, strict=True):
+        there = np.isfinite(x)
+        t, x = reading.time[there], x[there] - x[there].mean()
+        line = np.polyval(np.polyfit(t, x, 1), t)
+        if np.sum(line**2) > DRIFT * np.sum(x**2):
+            return f"; {name} drifts by {line[-1] - line[0]:.3g} {reading.unit}: set identification.detrend=linear"
+    return ""
+
+
+def onset(reading: Reading) -> str:
+    """What to say of a recording that begins before the swing does; else nothing.
+
+    Notes
+    -----
+    A free vibration decays, so that its first samples change most. Quiet is a stretch at the beginning, longer than
+    half a period of what follows, in which the samples change by less than `QUIET` of the most.
+    """
+    change = np.abs(np.diff(np.nan_to_num(reading.data, nan=0.0), axis=0))
+    change[~np.isfinite(np.diff(reading.data, axis=0))] = 0.0
+    sizes = np.sqrt(np.mean(change**2, axis=0))
+    together = np.sqrt(np.mean((change / np.where(sizes > 0.0, sizes, 1.0)) ** 2, axis=1))
+    first = int(np.argmax(together > QUIET * together.max()))
+    if first < 8:
+        return ""
+    later = reading.data[first:] - np.nanmean(reading.data[first:], axis=0)
+    lines = (np.abs(np.fft.rfft(np.nan_to_num(later), axis=0)) ** 2).sum(axis=1)
+    period = len(later) / max(1, int(np.argmax(lines)))
+    if first < 0.5 * period:
+        return ""
+    begins = reading.start + reading.time[first + 1]
+    return f"the samples are quiet until {begins:.4g} s, where the swing seems to begin; set signals.start to it"
+
+
+def _said(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
     """Warnings of the identification, that on the residual with what was done about it."""
     said = [text for text in modes.warnings if not text.startswith("the residual is not white")]
+    if reading.noise is not None:
+        found = np.sqrt(np.nanmean(modes.residual**2, axis=0))
+        ratio = found / reading.noise
+        c = int(np.argmax(ratio))
+        if ratio[c] > UNDERSTATED:
+            return [
+                *said,
+                f"the noise of {reading.names[c]} is stated as {reading.noise[c]:.3g} {reading.unit}, but the modes "
+                f"leave {found[c]:.3g} {reading.unit}: it is stated too small, or the signals hold more than these "
+                "modes; deviations are widened by what is left",
+            ]
     if p < WHITE:
         most = int(np.argmax(widening))
         said.append(

@@ -19,6 +19,8 @@ _TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
 _PIXELS = ("px", "pixel", "pixels")
 #: Largest share of missing samples, and distance of a time from the even grid in steps.
 MOST_MISSING, UNEVEN = 0.5, 0.01
+#: Relative difference of a stated rate from the file's own that is refused.
+RATE = 1e-3
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -107,7 +109,9 @@ def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, in
     """Times in s, None where a rate stands for them; and the place of their column."""
     if given.rate is not None:
         lowered = [name.lower() for name in source.names]
-        return None, next((lowered.index(t) for t in _TIMES if t in lowered), None)
+        place = next((lowered.index(t) for t in _TIMES if t in lowered), None)
+        _same_rate(source, place, given.rate)
+        return None, place
     if given.time is not None:
         place = source.index(given.time, "signals.time")
     else:
@@ -127,6 +131,28 @@ def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, in
     except units.UnitError:
         raise InputError(f"the column {source.names[place]!r} has the unit {unit!r}; a time is in s, ms, min") from None
     return source.data[:, place] * factor, place
+
+
+def _same_rate(source: Signals, place: int | None, rate: float) -> None:
+    """Refuse a rate that is not the file's own; a time column that is none, or in a unit unknown, says nothing."""
+    own, what = source.rate, "its own rate"
+    if place is not None:
+        time = source.data[:, place]
+        try:
+            factor = units.parse(f"1 {source.units[place] or 's'}", "s")
+        except units.UnitError:
+            return
+        steps = np.diff(time)
+        if not (steps.size and np.all(np.isfinite(steps)) and np.all(steps > 0.0)):
+            return
+        own, what = steps.size / float((time[-1] - time[0]) * factor), f"the column {source.names[place]!r}"
+        if not source.units[place] and any(abs(own * other / rate - 1.0) < RATE for other in (1e3, 1e6, 60.0)):
+            return  # a time in ms, us or min
+    if own is not None and abs(own / rate - 1.0) > RATE:
+        raise InputError(
+            f"signals.rate is {rate:.6g} Hz, but by {what} {source.path!r} has {own:.6g} Hz; leave signals.rate out, "
+            "or correct the file's clock by signals.clock"
+        )
 
 
 def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
@@ -230,9 +256,13 @@ def _converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int)
     registry = units._registry()
     quotient = registry.parse_units(unit) / registry.parse_units(per)
     factor = registry.Quantity(1.0 / value, quotient).to_reduced_units()
-    if unit.split("/")[0].strip() and registry.parse_units(per).is_compatible_with(registry.parse_units(unit)):
+    numerator = registry.parse_units(per.split("/")[0].strip() or "1")
+    read = registry.parse_units(unit)
+    # the column is divided by the sensitivity, so that the reading's own unit must go out
+    if registry.parse_units(per).is_compatible_with(read) or ("/" in per and not numerator.is_compatible_with(read)):
         raise InputError(
-            f"{key}.sensitivity is {sensor.sensitivity!r}; it must be in {unit} per quantity, such as {unit}/mm"
+            f"{key}.sensitivity is {sensor.sensitivity!r}; the column {sensor.column!r} is in {unit}, so it must be in "
+            f"{unit} per quantity, such as {unit}/mm"
         )
     return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.inertia.problem import Problem, assign, matching, undetermined
 from evolvent.inertia.stand import broken
+from evolvent.weighing import amplitude, choice
 from evolvent.weighing.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.weighing.found import Evaluation, Output, Share
 from evolvent.weighing.modal import Modal, refuse_rate
@@ -36,8 +38,14 @@ LABELS = {
 }
 
 
-#: Velocity beside that of the strongest mode below which a mode may be no mode of the body: products of the others.
-FAINT = 1e-3
+#: Modes above half the sampling rate are thought of up to so many times the heave, in at most so many ways.
+HIGHEST, MOST_FOLDED = 4.0, 10
+#: A second-order part of the standard uncertainty above this is told.
+BENT = 0.1
+#: A shift by the amplitude above this share of the standard uncertainty is told.
+TOLD_SHIFT = 0.3
+#: Contributions below this share of an output's size are rounding of the arithmetic.
+ROUNDING = 1e-13
 
 
 class Input(NamedTuple):
@@ -70,31 +78,52 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         that no motion of the body has, an inertia that no body has.
     """
     stand = _stand(given)
-    used, why, warnings = _chosen(given, modal)
-    frequency = modal.frequency[list(used)]
-    body, start_assumed = _body(given, stand, frequency)
+    used, why, warnings = choice.chosen(given, modal)
+    body, _ = _body(given, stand, modal.frequency[list(used)])
     _expected(given, stand, body, modal)
     sensors, directions = _sensors(given, stand)
+    used, merged = choice.apart(linear_model(stand, body).modes(), modal, used, sensors, directions)
+    amplitude.refuse(stand.length, modal)
     _rigid(modal, used, sensors, directions)
     keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
     mean = float(np.mean(stand.stiffness))
-    case, inertia = _solve(given, modal, used, stand, body, sensors, directions, keys, mean)
-    if start_assumed:  # Iyy follows the moments found
-        body, start_assumed = _body(given, stand, frequency, inertia.values)
-        case, inertia = _solve(given, modal, used, stand, body, sensors, directions, keys, mean)
+    if not used:
+        raise InputError("; ".join(merged))
+    few = "; ".join(merged) or choice.few(given, modal, used, sensors, directions)
+    if not given.identification.shapes:
+        _ambiguous(given, stand, body, modal, used)
+    try:
+        case, inertia, body, start_assumed = _solve(given, modal, used, stand, sensors, directions, keys, mean)
+        values = np.array([inertia.values[name] for name in case.problem.unknown])
+        badly: list[str] = []
+        model_frequency, agreement, model_shapes = _compare(case, values, modal, used, badly)
+    except InputError as error:
+        hints = [hint for hint in (few, amplitude.large(stand.length, modal)) if hint]
+        raise InputError("; ".join([str(error), *hints])) from None
+    warnings += [few] if few else []
     warnings += [w for w in inertia.warnings if not w.startswith("the model misses")]
-    values = np.array([inertia.values[name] for name in case.problem.unknown])
-    model_frequency, agreement, model_shapes = _compare(case, values, modal, used, warnings)
+    warnings += badly
     inputs = [*_inputs(given, modal), *start_assumed]
-    shares, covariance, consistency, widened, P = _budget(case, values, inputs, own, modal.certain)
+    shares, covariance, consistency, widened, P, bent = _budget(case, values, inputs, own, modal.certain)
     if np.isfinite(consistency) and consistency > TOLD_MISFIT:
         warnings.append(
             f"the model misses the data by {consistency:.1f} of the deviations that hold for all inputs; the data's "
             "part of the uncertainty is widened by it"
         )
+    bias = _amplitude(case, values, modal, used, P)
+    if bias is not None:
+        share, told = bias
+        shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
+        warnings += told(np.sqrt(np.diag(covariance)))
+    warnings += _folded(given, modal, used, stand, sensors, directions, keys, mean, inertia, consistency)
     draws = None
-    if given.uncertainty.method == "monte-carlo":
+    if given.uncertainty.method == "gum":
+        warnings += bent
+    else:
         draws = _monte_carlo(case, values, inputs, given, widened, P)
+        if bias is not None:
+            random = np.random.default_rng(given.uncertainty.seed + 1)
+            draws = draws + random.standard_normal((len(draws), 1)) * bias[0].contribution
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     scale = np.array([1.0 / mean if k == "common_factor" else 1.0 for k in keys])
     if draws is not None:
@@ -108,7 +137,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         covariance=covariance * np.outer(scale, scale),
         shares=shares,
         why=(*why, _how(inertia, case)),
-        assumed=_assumed(given, body, start_assumed),
+        assumed=_assumed(given, body, start_assumed, np.pi * modal.reading.rate),
         cannot=_cannot(case, values, given),
         model_frequency=model_frequency,
         agreement=agreement,
@@ -236,7 +265,7 @@ def _inputs(given: OnSprings, modal: Modal) -> list[Input]:
     return found
 
 
-def _assumed(given: OnSprings, body: Body, extra: list[Input]) -> tuple[tuple[str, str], ...]:
+def _assumed(given: OnSprings, body: Body, extra: list[Input], half: float) -> tuple[tuple[str, str], ...]:
     """What entered as known: with its uncertainty, or exact."""
     from evolvent.weighing.numbers import shown
 
@@ -264,7 +293,9 @@ def _assumed(given: OnSprings, body: Body, extra: list[Input]) -> tuple[tuple[st
     held = "held sideways and in yaw" if s.support == "guided" else "free in six degrees of freedom"
     rows.append(("support", f"{s.support}: {held}"))
     if any(np.isnan(getattr(given.body, k).value) for k in ("mass", "Ixx", "Izz")):
-        rows.append(("sampling", "no mode of the body lies above half the sampling rate"))
+        rows.append(("sampling", f"no mode of the body lies above half the sampling rate, {half:.6g} rad/s"))
+    if any(v.value for v in (*s.damping, *s.lateral_damping)):
+        rows.append(("damping of the springs", "as stated it is not used: the decay is measured with the frequencies"))
     rows.append(("body and sensors", "rigid; small motion about the rest; springs linear and without mass"))
     return tuple(rows)
 
@@ -285,46 +316,27 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
         refuse_rate(float(seen.max()), modal.reading.rate, "the body's highest mode")
 
 
-def _chosen(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], list[str]]:
-    """Modes that are used: as many as the body has, the strongest."""
-    vertical = given.stand.support == "guided" or given.identification.model == "vertical"
-    most, m = 3 if vertical else 6, modal.modes.order
-    warnings = list(modal.warnings)
-    shapes = modal.modes.mode_shapes()
-    strength = np.sum((modal.modes.amplitude * modal.frequency[:, None]) ** 2, axis=1)
-    faint = [k for k in range(m) if strength[k] < FAINT**2 * np.max(strength)]
-    used = tuple(sorted(int(k) for k in np.argsort(-strength)[:most] if k not in faint))
-    why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
-    if faint:
-        why.append(
-            f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "
-            + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in faint)
-            + ". So small a mode may be what a swing that is not quite linear makes of the others."
-        )
-    m -= len(faint)
-    if m > most:
-        out = [k for k in range(modal.modes.order) if k not in used and k not in faint]
-        why.append(
-            f"Of {m} modes found the {most} strongest by velocity are used, for the body on this stand has {most}; "
-            "left out: " + ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in out) + "."
-        )
-        weakest = min(strength[list(used)])
-        close = [k for k in out if strength[k] > 0.1 * weakest]
-        if close:
-            warnings.append(
-                f"the mode at {modal.frequency[close[0]]:.6g} rad/s was left out, but is hardly weaker than one that "
-                "was used; choose with identification.band or identification.order"
-            )
-    for k in used:
-        if shapes.realness[k] < 0.95:
-            warnings.append(
-                f"mode {k + 1} ({modal.frequency[k]:.6g} rad/s) does not move all sensors in phase (collinearity "
-                f"{shapes.realness[k]:.2f}): two modes close together, or strong damping"
-            )
-    return used, why, warnings
-
-
 def _solve(
+    given: OnSprings,
+    modal: Modal,
+    used: tuple[int, ...],
+    stand: Stand,
+    sensors: np.ndarray,
+    directions: np.ndarray,
+    keys: tuple[str, ...],
+    mean: float,
+) -> tuple[Case, Inertia, Body, list[Input]]:
+    """What was solved, its solution, where the search began, and inputs that nobody stated."""
+    frequency = modal.frequency[list(used)]
+    body, assumed = _body(given, stand, frequency)
+    case, inertia = _fit(given, modal, used, stand, body, sensors, directions, keys, mean)
+    if assumed:  # Iyy follows the moments found
+        body, assumed = _body(given, stand, frequency, inertia.values)
+        case, inertia = _fit(given, modal, used, stand, body, sensors, directions, keys, mean)
+    return case, inertia, body, assumed
+
+
+def _fit(
     given: OnSprings,
     modal: Modal,
     used: tuple[int, ...],
@@ -361,6 +373,73 @@ def _solve(
     return Case(inertia.problem, sensors, directions, keys, mean), inertia
 
 
+def _folded(
+    given: OnSprings,
+    modal: Modal,
+    used: tuple[int, ...],
+    stand: Stand,
+    sensors: np.ndarray,
+    directions: np.ndarray,
+    keys: tuple[str, ...],
+    mean: float,
+    inertia: Inertia,
+    consistency: float,
+) -> list[str]:
+    """Warn of other bodies with modes above half the sampling rate, whose samples would look the same.
+
+    Notes
+    -----
+    Samples at the rate f do not tell w from 2 pi f n +- w. Tried are the partners up to `HIGHEST` times the heave,
+    unless the stated starts are nearer to the body found.
+    """
+    turn = 2.0 * np.pi * modal.reading.rate
+    limit = HIGHEST * float(np.sqrt(stand.stiffness.sum() / inertia.values["mass"]))
+    times = range(1, int(limit / turn) + 2)
+    ways = [
+        [w, *(x for n in times for x in (n * turn - w, n * turn + w) if x < limit)] for w in modal.frequency[list(used)]
+    ]
+    tried = sorted(itertools.product(*ways), key=lambda way: sum(w > 0.5 * turn for w in way))[1 : MOST_FOLDED + 1]
+    told = []
+    for way in tried:
+        frequency = modal.frequency.copy()
+        frequency[list(used)] = way
+        other = dataclasses.replace(modal, frequency=frequency)
+        try:
+            case, found, _, extra = _solve(given, other, used, stand, sensors, directions, keys, mean)
+            values = np.array([found.values[name] for name in case.problem.unknown])
+            _compare(case, values, other, used, [])
+            agreement = _budget(case, values, [*_inputs(given, modal), *extra], (), modal.certain)[2]
+        except InputError:
+            continue
+        if agreement > max(TOLD_MISFIT, 1.5 * consistency) or _off(given, found) > _off(given, inertia):
+            continue
+        moved = ", ".join(
+            f"{w:.6g} for {v:.6g} rad/s" for w, v in zip(way, (x[0] for x in ways), strict=True) if w != v
+        )
+        values_told = ", ".join(
+            f"{k} = {found.values[n]:.6g} {LABELS[k][1]}" for k, n in PROPERTIES.items() if n in case.problem.unknown
+        )
+        told.append(f"{moved}: {values_told}")
+        if agreement < 0.5 * consistency and consistency > TOLD_MISFIT:
+            raise InputError(
+                f"sampled at {modal.reading.rate:.6g} Hz, the modes fit better as faster ones ({told[-1]}); state this "
+                "with a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
+            )
+    if not told:
+        return []
+    return [
+        f"sampled at {modal.reading.rate:.6g} Hz, faster modes look the same and fit as well ({'; '.join(told[:3])}); "
+        "give the unknowns a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
+    ]
+
+
+def _off(given: OnSprings, found: Inertia) -> float:
+    """How far a body is from where the unknowns were said to be, in logarithms; 0 where nothing was said."""
+    starts = {n: getattr(given.body, n) for n in ("mass", "Ixx", "Iyy", "Izz")}
+    known = {n: v.value for n, v in starts.items() if v is not None and v.unknown and v.value > 0.0}
+    return round(sum(abs(float(np.log(found.values[n] / v))) for n, v in known.items()), 3)
+
+
 def stand_factor(given: OnSprings) -> float:
     """The common factor that the stand was set up with."""
     value = given.stand.common_factor.value
@@ -374,6 +453,21 @@ def _how(inertia: Inertia, case: Case) -> str:
         f"Least squares of {with_shapes}, weighted by their covariances, on the linear model with {model}; begun at "
         "the best of the stated body and of the direct solutions from the modes."
     )
+
+
+def _ambiguous(given: OnSprings, stand: Stand, body: Body, modal: Modal, used: tuple[int, ...]) -> None:
+    """Refuse three frequencies alone where nothing says which of several bodies it is."""
+    b = given.body
+    asked = [b.Ixx, b.Izz]
+    if len(used) != 3 or not all(v.unknown for v in asked) or any(np.isfinite(v.value) for v in asked):
+        return
+    found = candidates(stand, body, modal.frequency[list(used)])
+    if len(found) > 1:
+        pairs = "; ".join(f"{c.Ixx:.6g} and {c.Izz:.6g} with springs of {c.stiffness:.6g} N/m" for c in found)
+        raise InputError(
+            f"{len(found)} pairs of Ixx and Izz give these frequencies ({pairs}); leave identification.shapes on, or "
+            "give a start, such as Ixx: unknown near 3700 kg m^2"
+        )
 
 
 def _rigid(modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> None:
@@ -512,10 +606,67 @@ def _residual(
     return moved.residual(values, (), None, frequency, shapes)
 
 
+def _ends(p: Problem, values: np.ndarray, inputs: Sequence[Input], share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
+
+    Raises
+    ------
+    InputError
+        Where no stand or body can have the input so far off; it names the input.
+    """
+    steps = np.diag([share * i.std for i in inputs])
+    shifts = np.concatenate([steps, -steps])
+    with np.errstate(all="ignore"):
+        try:
+            r = _residual(p, values, inputs, shifts)
+            if np.all(np.isfinite(r)):
+                return shifts, r
+        except (InputError, np.linalg.LinAlgError):
+            pass
+        for k, shift in enumerate(shifts):
+            item = inputs[k % len(inputs)]
+            reason = "the model has no modes"
+            try:
+                if np.all(np.isfinite(_residual(p, values, inputs, shift[None]))):
+                    continue
+            except InputError as error:
+                reason = str(error)
+            except np.linalg.LinAlgError:
+                pass
+            raise InputError(
+                f"the standard uncertainty of {item.key}, {item.std:.3g} {item.unit}, leads to what cannot be "
+                f"evaluated, at {item.value + shift[k % len(inputs)]:.6g} {item.unit}: {reason}"
+            )
+    raise InputError("the uncertainties lead to what cannot be evaluated; state smaller ones")
+
+
+def _bent(p: Problem, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
+    """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
+
+    Notes
+    -----
+    GUM (2008), 5.1.2, note: of a quadratic input f'' du^2 / 2 the variance is f''^2 u^4 / 2. Products of different
+    inputs are left out.
+    """
+    if not inputs:
+        return np.zeros((0, len(values)))
+    shifts, _ = _ends(p, values, inputs, 1.0)
+    shifts = np.concatenate([shifts, np.zeros((1, len(inputs)))])
+    found = np.broadcast_to(values, (len(shifts), len(values)))
+    with np.errstate(all="ignore"):
+        for _ in range(4):
+            try:
+                found = found - _residual(p, found, inputs, shifts) @ P.T
+            except (InputError, np.linalg.LinAlgError):
+                found = np.full_like(found, np.nan)
+    q = len(inputs)
+    return np.asarray((found[:q] + found[q:-1] - 2.0 * found[-1]) / np.sqrt(2.0))
+
+
 def _budget(
     case: Case, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str], certain: bool
-) -> tuple[tuple[Share, ...], np.ndarray, float, float, np.ndarray]:
-    """Shares, covariance, consistency, the factor on the data's deviations, and dp = -P dr.
+) -> tuple[tuple[Share, ...], np.ndarray, float, float, np.ndarray, list[str]]:
+    """Shares, covariance, consistency, the factor on the data's deviations, dp = -P dr, and what is not linear.
 
     Notes
     -----
@@ -529,8 +680,7 @@ def _budget(
     P = scale[:, None] * np.linalg.pinv(J)
     D = np.zeros((len(J), 0))
     if inputs:
-        steps = np.diag([0.5 * i.std for i in inputs])
-        plus, minus = np.split(_residual(p, values, inputs, np.concatenate([steps, -steps])), 2)
+        plus, minus = np.split(_ends(p, values, inputs, 0.5)[1], 2)
         D = (plus - minus).T
     r = p.residual(values)
     free = len(r) - len(values) - (0 if p.shapes is None else len(p.shapes))
@@ -543,21 +693,63 @@ def _budget(
     widened = max(1.0, consistency) if np.isfinite(consistency) else 1.0
     m = len(p.frequency)
     last = len(r) - len(p.prior)
+    first, second = -(P @ D).T, np.nan_to_num(_bent(p, values, inputs, P), posinf=0.0, neginf=0.0)
+    sign = np.sign(np.where(np.abs(first) >= np.abs(second), first, second))
+    given = sign * np.hypot(first, second)
+    given[np.abs(given) < ROUNDING * scale] = 0.0
     shares = [
-        Share(i.key, i.unit, i.value, i.std, -P @ D[:, k], i.key in own or any(i.key.startswith(o) for o in own))
+        Share(i.key, i.unit, i.value, i.std, given[k], i.key in own or any(i.key.startswith(o) for o in own))
         for k, i in enumerate(inputs)
     ]
     groups = []
     if certain:
         groups = [("noise: frequencies", P[:, :m], widened), ("noise: mode shapes", P[:, m:last], widened)]
     groups += [("other measurements of the unknowns", P[:, last:], 1.0)]
-    covariance = (P @ D) @ (P @ D).T
+    covariance = given.T @ given
     for label, part, factor in groups:
         if part.shape[1]:
             covariance = covariance + factor**2 * part @ part.T
             contribution = factor * np.sqrt(np.sum(part**2, axis=1))
+            contribution[contribution < ROUNDING * scale] = 0.0
             shares.append(Share(label, "", np.nan, np.nan, contribution, label.startswith("noise")))
-    return tuple(shares), covariance, consistency, widened, P
+    std = np.sqrt(np.diag(covariance))
+    bent = [
+        f"{i.key} with +- {i.std:.3g} {i.unit} does not act on {' and '.join(name for name in acted)} in proportion; "
+        "the second order is in u, but for the coverage interval take uncertainty.method=monte-carlo"
+        for k, i in enumerate(inputs)
+        if (acted := [n for j, n in enumerate(case.keys) if abs(second[k, j]) > BENT * std[j]])
+    ]
+    return tuple(shares), covariance, consistency, widened, P, bent
+
+
+def _amplitude(
+    case: Case, values: np.ndarray, modal: Modal, used: tuple[int, ...], P: np.ndarray
+) -> tuple[Share, Callable[[np.ndarray], list[str]]] | None:
+    """What the amplitude of the swing shifts, as a share of the budget, and its warnings for given deviations."""
+    p = case.problem
+    found = amplitude.shift(assign(p.base, p.unknown, values), modal, used, case.sensors, case.directions)
+    if found is None:
+        return None
+    told = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
+    lost = not np.all(np.isfinite(found.frequency))
+    step = (
+        np.zeros(len(values))
+        if lost
+        else P @ (p.residual(values, frequency=p.frequency - found.frequency) - p.residual(values))
+    )
+    keys = case.keys
+
+    def warnings(std: np.ndarray) -> list[str]:
+        if lost:
+            return [f"{told}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
+        shown = [
+            f"{k} by about {x:.2g} {LABELS[k][1]}"
+            for k, x, u in zip(keys, step, std, strict=True)
+            if abs(x) > TOLD_SHIFT * u
+        ]
+        return [f"{told}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
+
+    return Share("amplitude of the swing", "", np.nan, np.nan, step), warnings
 
 
 def _monte_carlo(
@@ -575,7 +767,14 @@ def _monte_carlo(
     other = random.standard_normal((n, len(p.prior)))
     found = np.broadcast_to(values, (n, len(values)))
     for _ in range(6):
-        r = _residual(p, found, inputs, shifts, (noise[0], noise[1]))
+        try:
+            r = _residual(p, found, inputs, shifts, (noise[0], noise[1]))
+        except (InputError, np.linalg.LinAlgError) as error:
+            widest = max(inputs, key=lambda i: i.std / abs(i.value) if i.value else 0.0)
+            raise InputError(
+                f"the Monte Carlo draws inputs that no stand or body can have ({error}); the widest is {widest.key}, "
+                f"{widest.value:.6g} +- {widest.std:.3g} {widest.unit}"
+            ) from None
         if p.prior:
             r[..., -len(p.prior) :] -= other
         found = found - r @ P.T

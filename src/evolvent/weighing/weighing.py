@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -73,10 +74,17 @@ def weigh(
 
 def _evaluation(given: Description, source: files.Signals) -> Evaluation:
     own_given, own = for_recording(given, os.path.basename(source.path))
-    found = modal.find(read(source, own_given.signals), own_given)
-    if isinstance(own_given, OnSprings):
-        return springs.evaluate(own_given, found, own)
-    return pendulum.evaluate(own_given, found, own)
+    reading = read(source, own_given.signals)
+    quiet = modal.onset(reading)
+    try:
+        found = modal.find(reading, own_given)
+        if isinstance(own_given, OnSprings):
+            evaluation = springs.evaluate(own_given, found, own)
+        else:
+            evaluation = pendulum.evaluate(own_given, found, own)
+    except InputError as error:
+        raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
+    return dataclasses.replace(evaluation, warnings=(quiet, *evaluation.warnings)) if quiet else evaluation
 
 
 def _together(given: Description, sources: Sequence[files.Signals], evaluations: list[Evaluation]) -> Weighing:
@@ -110,6 +118,7 @@ def _together(given: Description, sources: Sequence[files.Signals], evaluations:
             "and nothing of the stand's calibration"
         )
     if n > 1:
+        warnings += _scattered(evaluations, values)
         warnings += _outliers(evaluations, values)
     return Weighing(
         description=given,
@@ -157,6 +166,19 @@ def _degrees(shares: Sequence[Share], variance: np.ndarray) -> np.ndarray:
         if np.isfinite(share.dof):
             part = part + share.contribution**4 / share.dof
     return np.divide(variance**2, part, out=np.full(len(variance), np.inf), where=part > 0.0)
+
+
+def _scattered(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:
+    """Values that scatter more than their own uncertainties let expect (chi squared, 1 %)."""
+    own = np.mean([np.sum([s.contribution**2 for s in e.shares if s.own], axis=0) for e in evaluations], axis=0)
+    scatter = values.var(axis=0, ddof=1)
+    n = len(values) - 1
+    return [
+        f"{output.key} scatters over the recordings by {np.sqrt(s):.2g} {output.unit}, {np.sqrt(s / o):.1f} times what "
+        "noise and own inputs let expect: u of the mean holds it, u of a single recording does not"
+        for output, s, o in zip(evaluations[0].outputs, scatter, own, strict=True)
+        if o > 0.0 and s / o > scipy.stats.chi2.ppf(0.99, n) / n
+    ]
 
 
 def _outliers(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:
