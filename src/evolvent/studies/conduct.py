@@ -8,6 +8,7 @@ import queue
 import signal
 import sys
 import tempfile
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -133,7 +134,7 @@ class _Sweep:
             return
         if scheduler is not None:
             with _scheduler(scheduler) as client:
-                _Spread(self, client).run()
+                self._spread(client)
             return
         self._warm_up()
         if workers is None:
@@ -141,9 +142,14 @@ class _Sweep:
         workers = min(workers, len(self.pending))
         if workers > 1:
             with _cluster(workers) as client:
-                _Spread(self, client).run()
+                self._spread(client)
         while self.pending:
             self._here(self.take(1))
+
+    def _spread(self, client: Any) -> None:
+        spread = _Spread(self, client)
+        with _ctrl_c_noted(spread.pressed):
+            spread.run()
 
     def _here(self, indices: Sequence[int]) -> None:
         self.keep(work.compute(work.task(self.study, indices)), len(indices))
@@ -211,11 +217,14 @@ class _Spread:
         self.deaths: dict[int, int] = {}
         self.workers = set(client.nthreads())
         self.looked = time.monotonic()
+        self.pressed = threading.Event()
 
     def run(self) -> None:
         """Compute all that is pending."""
         try:
             while True:
+                if self.pressed.is_set():
+                    raise KeyboardInterrupt
                 self._submit()
                 if not self.running:
                     self._look(at_once=True)
@@ -330,6 +339,25 @@ def _scheduler(address: str) -> Iterator[Any]:
         if not client.nthreads():
             raise InputError(f"the scheduler at {address!r} has no workers; start one with: dask worker {address}")
         yield client
+
+
+@contextlib.contextmanager
+def _ctrl_c_noted(pressed: threading.Event) -> Iterator[None]:
+    """Have the first Ctrl-C set an event: raised inside a finalizer of a library, it would be lost."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+
+    def note(number: int, frame: Any) -> None:
+        pressed.set()
+        signal.signal(signal.SIGINT, before)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager
