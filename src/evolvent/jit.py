@@ -220,6 +220,12 @@ def event_law(function: Callable) -> Any:
     return _law("event", function)
 
 
+def _pointer(compiled: Any, signature: Any) -> int:
+    """Address of a function that is compiled for a signature."""
+    result = compiled.get_compile_result(signature)
+    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+
+
 def law_address(law: Any, kind: str) -> int:
     """Address of a compiled law of the given `kind`; the caller keeps the law alive as long as the address.
 
@@ -235,8 +241,7 @@ def law_address(law: Any, kind: str) -> int:
     signatures = getattr(law, "nopython_signatures", None)
     if signatures is None or [s.args for s in signatures] != [signature.args]:
         raise TypeError(f"the law {getattr(law, '__name__', law)!r} must be decorated with @evolvent.{kind}_law")
-    result = law.get_compile_result(signature)
-    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+    return _pointer(law, signature)
 
 
 def _make_lookup(signature: Any) -> Any:
@@ -276,8 +281,7 @@ def address(function: Any, kind: str) -> int:
     if config.DISABLE_JIT:
         _plain_laws.append(compiled)
         return len(_plain_laws) - 1
-    result = compiled.get_compile_result(FUNCTIONS[kind])
-    return int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+    return _pointer(compiled, FUNCTIONS[kind])
 
 
 cell_force_at = _make_lookup(FUNCTIONS["cell_force"])

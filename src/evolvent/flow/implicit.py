@@ -6,6 +6,7 @@ compliance, gap + (damping rate - la)/stiffness = 0, so that it couples whatever
 
 import math
 
+from evolvent.flow.inventory import add_momentum
 from evolvent.jit import inlined, kernel
 from evolvent.kernels import blocks, couplings, flexible, loads, rigid, springs, touch
 from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_product, add_turning, side_columns
@@ -30,11 +31,11 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     """
     info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
-    F, P, G, joints = f.F, f.P, f.G, f.joints
+    F, P, weight, joints = f.F, f.P, f.G, f.joints
     first = r.size - joints.size
     for i in range(n_v):
         F[i] = 0.0
-        P[i] = factor * G[i]
+        P[i] = factor * weight[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
     rigid.kinematics(t, y, bodies)
@@ -174,7 +175,7 @@ def _pad(f, matrix):
     """Ones for the unknowns that a node with fewer vectors leaves in its block."""
     m = matrix.A.shape[1]
     for k in range(f.beams.size):
-        size = 3 * (2 if f.beams[k].kind == flexible.CABLE else 4)
+        size = 3 * flexible.NODE_VECTORS[f.beams[k].kind]
         for b in range(f.beams[k].block, f.beams[k].block + f.beams[k].nodes):
             for r in range(size, m):
                 matrix.A[b, r, m + r] = 1.0
@@ -269,14 +270,7 @@ def energies(t, y, model, out):
     for i in range(points.size):
         v = points[i].iv
         out[0] += 0.5 * points[i].mass * (y[v] * y[v] + y[v + 1] * y[v + 1] + y[v + 2] * y[v + 2])
-    for k in range(model.springs.size):
-        if model.springs[k].law == 0:
-            a = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].a)
-            b = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].b)
-            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            extension = math.sqrt(dx * dx + dy * dy + dz * dz) - model.springs[k].length
-            out[1] += springs.spring_energy(model.springs[k].stiffness, extension)
-            out[1] += springs.lateral_energy(model.springs, k, dx, dy, dz)
+    out[1] += springs.springs_energy(y, model.springs, model.markers, points, bodies)
     for k in range(f.cylinders.size):
         out[1] += f.cylinders[k].energy
 
@@ -291,20 +285,14 @@ def momenta(y, model, out):
     flexible.beam_momenta(y, model.flexible, P, H)
     for i in range(points.size):
         q, v, m = points[i].iq, points[i].iv, points[i].mass
-        hx, hy, hz = cross(y[q], y[q + 1], y[q + 2], m * y[v], m * y[v + 1], m * y[v + 2])
-        H[0] += hx
-        H[1] += hy
-        H[2] += hz
+        add_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
         for c in range(3):
             P[c] += m * y[v + c]
     for b in range(bodies.size):
         R, v = bodies[b].R, bodies[b].iv
         if bodies[b].motion == rigid.FREE:
             q, m, J = bodies[b].iq, bodies[b].mass, bodies[b].inertia
-            hx, hy, hz = cross(y[q], y[q + 1], y[q + 2], m * y[v], m * y[v + 1], m * y[v + 2])
-            H[0] += hx
-            H[1] += hy
-            H[2] += hz
+            add_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
             for c in range(3):
                 P[c] += m * y[v + c]
                 h = 0.0
@@ -354,8 +342,8 @@ def load_torque(y, P, model):
     bodies, points, f, n_q = model.bodies, model.points, model.flexible, model.info[0].nq
     tx = ty = tz = 0.0
     for k in range(f.beams.size):
-        at = f.cells[f.beams[k].cell].iv - n_q
-        for i in range(f.beams[k].nodes * (2 if f.beams[k].kind == flexible.CABLE else 4)):
+        at = f.beams[k].iv - n_q
+        for i in range(f.beams[k].nodes * flexible.NODE_VECTORS[f.beams[k].kind]):
             q, p = f.beams[k].iq + 3 * i, at + 3 * i
             x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
             tx, ty, tz = tx + x, ty + yy, tz + z
@@ -376,7 +364,7 @@ def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
     """Add to the velocities in `out` those of a turn at (wx, wy, wz) about the point (cx, cy, cz), rad/s and m."""
     bodies, points, f = model.bodies, model.points, model.flexible
     for k in range(f.beams.size):
-        v, n = f.cells[f.beams[k].cell].iv, 2 if f.beams[k].kind == flexible.CABLE else 4
+        v, n = f.beams[k].iv, flexible.NODE_VECTORS[f.beams[k].kind]
         for i in range(f.beams[k].nodes * n):
             q, p, place = f.beams[k].iq + 3 * i, v + 3 * i, 1.0 if i % n == 0 else 0.0
             x, yy, z = cross(wx, wy, wz, y[q] - place * cx, y[q + 1] - place * cy, y[q + 2] - place * cz)
@@ -476,7 +464,7 @@ def total_mass(model):
     """Mass of all that moves freely, kg."""
     f, total = model.flexible, 0.0
     for k in range(f.cells.size):
-        half = 2 if f.beams[f.cells[k].beam].kind == flexible.CABLE else 4
+        half = flexible.NODE_VECTORS[f.beams[f.cells[k].beam].kind]
         M = f.M12[f.cells[k].mass] if half == 2 else f.M24[f.cells[k].mass]
         total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
     for i in range(model.points.size):

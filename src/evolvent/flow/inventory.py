@@ -60,13 +60,7 @@ def inventory(t, y, s, model, out):
         add_momentum(out, H_BODY, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
         for c in range(3):
             out[P_ALL + c] += m * y[v + c]
-    for k in range(model.springs.size):
-        if model.springs[k].law == 0:
-            a = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].a)
-            c = springs.marker_kinematics(y, model.markers, points, bodies, model.springs[k].b)
-            extension = np.sqrt((a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2 + (a[2] - c[2]) ** 2) - model.springs[k].length
-            out[ELASTIC] += springs.spring_energy(model.springs[k].stiffness, extension)
-            out[ELASTIC] += springs.lateral_energy(model.springs, k, c[0] - a[0], c[1] - a[1], c[2] - a[2])
+    out[ELASTIC] += springs.springs_energy(y, model.springs, model.markers, points, bodies)
     for p in range(threads.size):
         thread_inventory(y, s, model, p, out)
 

@@ -32,9 +32,10 @@ def add_flexible_forces(t, y, model, dy):
     if f.cells.size > 0:
         by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], n_q, f, F)
         dissipated += by_mass + by_stiffness
-        gravity = model.info[0].gravity
-        if gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0:
-            flexible.add_gravity(gravity, n_q, f, P)
+        for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
+            at = f.beams[k].iv - n_q
+            for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
+                P[i] = f.G[i]
         flexible.add_pushes(t, y, n_q, f, 1.0, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]

@@ -295,14 +295,23 @@ def add_joint_tangent(k, la, row, scale, damped, n_q, flexible, bodies, matrix):
 
 
 @inlined
-def _hinge_axes(hinges, bodies, k):
-    """Zero direction, direction across it and axis of hinge k, inertial axes: 9 numbers."""
-    R = bodies[hinges[k].body].R
+def _hinge_geometry(y, hinges, bodies, k):
+    """Zero direction a and the one across it b, parts p and q of the slope along them, and g = d(angle)/d(slope).
+
+    Notes
+    -----
+    angle = atan2(q, p), g = (p b - q a)/(p^2 + q^2).
+    """
+    R, iq = bodies[hinges[k].body].R, hinges[k].iq
     z, n = hinges[k].zero, hinges[k].axis
     ax, ay, az = turn(R, z[0], z[1], z[2])
     nx, ny, nz = turn(R, n[0], n[1], n[2])
     bx, by, bz = cross(nx, ny, nz, ax, ay, az)
-    return ax, ay, az, bx, by, bz, nx, ny, nz
+    ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
+    p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
+    rr = p * p + q * q
+    g = ((p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr)
+    return (ax, ay, az), (bx, by, bz), p, q, g
 
 
 @inlined
@@ -332,19 +341,14 @@ def add_hinges(y, n_q, flexible, bodies, F):
 
     Notes
     -----
-    With p, q the parts of the slope u along `zero` and across it: angle = atan2(q, p), d(angle)/du = (p b - q a)/(p^2 +
-    q^2) = g, and a turn w of the body changes it by -(u x g) . w.
+    With g = d(angle)/du of the slope u, a turn w of the body changes the angle by -(u x g) . w.
     """
     hinges = flexible.hinges
     energy = power = 0.0
     for k in range(hinges.size):
-        ax, ay, az, bx, by, bz, _, _, _ = _hinge_axes(hinges, bodies, k)
+        _, _, p, q, (gx, gy, gz) = _hinge_geometry(y, hinges, bodies, k)
         iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
-        ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
-        p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
-        rr = p * p + q * q
-        gx, gy, gz = (p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr
-        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
+        tx, ty, tz = cross(y[iq], y[iq + 1], y[iq + 2], gx, gy, gz)
         w = bodies[body].w
         rate = gx * y[iv] + gy * y[iv + 1] + gz * y[iv + 2] - tx * w[0] - ty * w[1] - tz * w[2]
         angle = math.atan2(q, p)
@@ -374,15 +378,13 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
     hinges, place = flexible.hinges, flexible.place
     K = flexible.K12
     for k in range(hinges.size):
-        ax, ay, az, bx, by, bz, _, _, _ = _hinge_axes(hinges, bodies, k)
+        a, b, p, q, g = _hinge_geometry(y, hinges, bodies, k)
         iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
         ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
-        p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
         rr = p * p + q * q
-        g = ((p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr)
         torque, stiffness, damping, _, _ = hinge_law(hinges, k, hinges[k].angle, hinges[k].rate)
         slope = stiffness + c_rate * damping
-        a, b, w = (ax, ay, az), (bx, by, bz), bodies[body].w
+        w = bodies[body].w
         rx, ry, rz = cross(w[0], w[1], w[2], ux, uy, uz)
         r = (y[iv] - rx, y[iv + 1] - ry, y[iv + 2] - rz)
         s, d = 2.0 * p * q / (rr * rr), (q * q - p * p) / (rr * rr)
@@ -402,8 +404,8 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
             local[0], local[1], local[2] = turn_back(bodies[body].R, ux, uy, uz)
             body_columns(bodies, place, n_q, body, local, False, flexible.J[1])
             f = (torque * g[0], torque * g[1], torque * g[2])
-            add_relative(matrix, bodies, place, n_q, body, local, False, flexible.J[1], K, f, at, 1.0)
-            add_relative_body(matrix, bodies, place, n_q, body, local, False, flexible.J[1], K, f)
+            add_relative(matrix, bodies, place, n_q, body, flexible.J[1], K, f, at, 1.0)
+            add_relative_body(matrix, bodies, place, n_q, body, False, flexible.J[1], K, f)
 
 
 # ---------------------------------------------------------------------------------------------- forces seen from a body
@@ -425,12 +427,12 @@ def _turn_axis(bodies, index, motion, c):
 
 
 @kernel
-def add_relative(matrix, bodies, place, n_q, index, local, is_place, J, K, f, row, share):
+def add_relative(matrix, bodies, place, n_q, index, J, K, f, row, share):
     """Couple a vector of coordinates at `row` with a body on whose axes alone the force f on its vector depends.
 
     Parameters
     ----------
-    local : (3,) float, the vector u as seen from the body; J : columns of that place of the body
+    J : columns of the vector u, fixed to the body for the moment (`body_columns`)
     K : (3, 3) float, derivative of f, the force on the left of the equations, by u, inertial axes
     f : 3 floats, inertial axes
     share : float, of u in the vector of coordinates
@@ -438,7 +440,7 @@ def add_relative(matrix, bodies, place, n_q, index, local, is_place, J, K, f, ro
     Notes
     -----
     A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
-    du changes by R^T f x R^T du - local x R^T K du.
+    du changes by R^T f x R^T du - local x R^T K du; local is u as seen from the body.
     """
     motion, R = bodies[index].motion, bodies[index].R
     at = place[bodies[index].iv - n_q]
@@ -465,7 +467,7 @@ def add_relative(matrix, bodies, place, n_q, index, local, is_place, J, K, f, ro
 
 
 @kernel
-def add_relative_body(matrix, bodies, place, n_q, index, local, is_place, J, K, f):
+def add_relative_body(matrix, bodies, place, n_q, index, is_place, J, K, f):
     """The body's own part of `add_relative`."""
     motion, R = bodies[index].motion, bodies[index].R
     at = place[bodies[index].iv - n_q]

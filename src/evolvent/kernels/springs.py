@@ -74,6 +74,21 @@ def lateral_energy(springs, k, ex, ey, ez):
     return 0.5 * springs[k].lateral_stiffness * (ex * ex + ey * ey + ez * ez - along * along)
 
 
+@kernel
+def springs_energy(y, springs, markers, points, bodies):
+    """Energy of all springs that have a stiffness (a user's law has none that is known), J."""
+    energy = 0.0
+    for k in range(springs.size):
+        if springs[k].law == 0:
+            a = marker_kinematics(y, markers, points, bodies, springs[k].a)
+            b = marker_kinematics(y, markers, points, bodies, springs[k].b)
+            dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            extension = math.sqrt(dx * dx + dy * dy + dz * dz) - springs[k].length
+            energy += spring_energy(springs[k].stiffness, extension)
+            energy += lateral_energy(springs, k, dx, dy, dz)
+    return energy
+
+
 @inlined
 def spring_forces(t, y, springs, markers, points, bodies, parameters):
     """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""

@@ -187,8 +187,8 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                     K[a, b] *= s
             for p in range(4):
                 row = place[checks[i].iv[p] - n_q]
-                add_relative(matrix, bodies, place, n_q, body, q, True, J, K, f, row, checks[i].S[p])
-            add_relative_body(matrix, bodies, place, n_q, body, q, True, J, K, f)
+                add_relative(matrix, bodies, place, n_q, body, J, K, f, row, checks[i].S[p])
+            add_relative_body(matrix, bodies, place, n_q, body, True, J, K, f)
 
 
 @kernel

@@ -28,22 +28,24 @@ import numpy as np
 from evolvent.flow import implicit as eq
 from evolvent.jit import inlined, kernel
 from evolvent.kernels import couplings, rigid, touch
-from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 # places in March.tally; OVER: looks in a row at which the account has gained too much
-STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, NO_START = range(10)
-# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; RATE: of Newton's convergence;
-# NET: what the account has gained since the start, LARGEST: since its lowest; LAST: step that the algorithmic
-# accelerations belong to; EVENT: the next step's limit, where a latch lies
-TIME, STEP, FACTOR, QUALITY, RATE, LARGEST, NET, LAST, EVENT, N_CLOCK = range(10)
+STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, N_TALLY = range(10)
+# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; NET: what the account has gained
+# since the start, LARGEST: since its lowest; LAST: step that the algorithmic accelerations belong to; EVENT: the next
+# step's limit, where a latch lies
+TIME, STEP, FACTOR, QUALITY, LARGEST, NET, LAST, EVENT, N_CLOCK = range(9)
 # places in March.ledger: what causes have taken, what came in, energy now and at the start
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
-# places in Scheme.options
-ALPHA_M, ALPHA_F, BETA, GAMMA, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(13)
+# places in the options; SHARE: of contact forces that are means over a step
+ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(
+    14
+)
 #: Iterations of Newton's method before a step is given up.
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
@@ -87,7 +89,6 @@ class March(NamedTuple):
     clock: np.ndarray
     tally: np.ndarray
     ledger: np.ndarray
-    ledger0: np.ndarray
     impulse: np.ndarray
     kept: np.ndarray
     samples: np.ndarray
@@ -106,8 +107,7 @@ def displace(y0, dq, model, y):
     bodies, points, beams = model.bodies, model.points, model.flexible.beams
     n_q = model.info[0].nq
     for k in range(beams.size):
-        q, size = beams[k].iq, beams[k].nodes * 3 * (2 if beams[k].kind == 0 else 4)
-        at = _velocity(model, k) - n_q
+        q, at, size = beams[k].iq, beams[k].iv - n_q, beams[k].nodes * 3 * NODE_VECTORS[beams[k].kind]
         for i in range(size):
             y[q + i] = y0[q + i] + dq[at + i]
     for k in range(model.threads.size):
@@ -126,12 +126,6 @@ def displace(y0, dq, model, y):
             for c in range(3):
                 y[q + c] = y0[q + c] + dq[at + c]
             turned(y0, q + 3, dq[at + 3], dq[at + 4], dq[at + 5], y)
-
-
-@inlined
-def _velocity(model, k):
-    """Place of the velocities of beam k in the state."""
-    return model.flexible.cells[model.flexible.beams[k].cell].iv
 
 
 @inlined
@@ -348,7 +342,6 @@ def step_of(calls, t1, h, model, matrix, options, march):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
-            march.clock[RATE] = ratio
             return iteration + 1
         last = norm
     march.tally[FRESH] = 1
@@ -395,6 +388,12 @@ def gain(calls, t, model, march):
     for cause in range(BY_MASS, BY_SPRINGS + 1):
         gained += ledger[cause]
     return gained
+
+
+@inlined
+def gain_scale(ledger, options):
+    """Energy beside which a gain counts: the largest there was, or the work, J."""
+    return max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS])) + options[FLOOR]
 
 
 @inlined
@@ -463,7 +462,6 @@ def begin(calls, model, matrix, options, march):
     if status != DONE:
         return status
     t = march.clock[TIME]
-    calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
     touch.settle_contacts(march.y, model.flexible, model.bodies)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
@@ -513,8 +511,6 @@ def advance(calls, model, matrix, options, march, budget):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
             march.powers[1, i] = march.powers[0, i]
-        for i in range(N_LEDGER):
-            march.ledger0[i] = ledger[i]
         paths(t, h, model, march)
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
@@ -558,7 +554,7 @@ def advance(calls, model, matrix, options, march, budget):
             net = gain(calls, t_end, model, march)
             clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
             clock[NET] = net
-            scale = max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS])) + options[FLOOR]
+            scale = gain_scale(ledger, options)
             tally[OVER] = tally[OVER] + 1 if clock[LARGEST] > options[GAIN] * scale else 0
         # a few steps from rest gain as much as there is, and then less and less beside it
         if tally[OVER] >= 20 or (tally[OVER] >= 2 and t1 >= march.samples[n_t - 1] - near):
@@ -613,12 +609,11 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
         return False
     calls.solve[0](matrix, march.x)
     beta, gamma = options[BETA], options[GAMMA]
-    share = (1.0 - options[ALPHA_M]) / (2.0 * beta * (1.0 - options[ALPHA_F]))
     for i in range(n_v):
         w[i] = c_mass * march.x[model.flexible.place[i]]
         march.y[n_q + i] += h * w[i] * (1.0 - gamma / (2.0 * beta))
         march.v1[0, i] -= w[i] / (2.0 * beta)
-        march.v1[1, i] -= share * w[i]
+        march.v1[1, i] -= options[SHARE] * w[i]
     return True
 
 

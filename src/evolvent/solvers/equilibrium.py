@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.flow.implicit import COUPLED_ENERGY
 from evolvent.jit import inlined, kernel
 from evolvent.kernels import loads, rigid, touch
 from evolvent.kernels.couplings import add_entry
@@ -94,11 +95,11 @@ def turning(factor, spin, y, model, a):
         a[i] = 0.0
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, beams, cells = model.info[0].nq, model.flexible.beams, model.flexible.cells
+    n_q, beams = model.info[0].nq, model.flexible.beams
     points, bodies = model.points, model.bodies
     for k in range(beams.size):
         vectors = NODE_VECTORS[beams[k].kind]
-        at = cells[beams[k].cell].iv - n_q
+        at = beams[k].iv - n_q
         for i in range(beams[k].nodes * vectors):
             q, held = beams[k].iq + 3 * i, 1.0 if i % vectors == 0 else 0.0
             x, yy, z = y[q] - held * spin[3], y[q + 1] - held * spin[4], y[q + 2] - held * spin[5]
@@ -197,7 +198,7 @@ def unbalance(calls, t, step, factor, share, model, b, r):
 
     Parameters
     ----------
-    step : float, 1 where friction is at work, else 0
+    step : float, 1 where friction is at work, else -1
     """
     for k in range(model.loads.size):
         if model.loads[k].kind >= loads.AT_MARKER:
@@ -434,4 +435,4 @@ def accept(calls, t, model, b, energies):
     energies[3] = 0.0
     for k in range(model.flexible.cylinders.size):
         energies[3] += model.flexible.cylinders[k].energy
-    energies[4] = b.powers[5]
+    energies[4] = b.powers[COUPLED_ENERGY]

@@ -18,7 +18,7 @@ from evolvent.errors import InputError
 from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
@@ -106,12 +106,12 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     linear = []
     for beam in flexible.beams:
         size = 3 * NODE_VECTORS[beam["kind"]]
-        first = flexible.cells["iv"][beam["cell"]] - n_q
+        first = beam["iv"] - n_q
         for i in range(beam["nodes"]):
             linear.append(first + i * size)
             places.append(assembly.y[beam["iq"] + i * size :][:3])
         cell = flexible.cells[beam["cell"]]
-        pool = flexible.M12 if beam["kind"] == 0 else flexible.M24
+        pool = flexible.M12 if beam["kind"] == CABLE else flexible.M24
         masses.append(2.0 * pool[cell["mass"]][0, 0])
     for row in model.threads:
         linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
@@ -208,9 +208,9 @@ def solve_implicit(
     options[alpha.MASS] = mass
     options[alpha.FLOOR] = _floor(assembly, mass, weight)
     options[alpha.SPAN] = first if step is not None else 10.0 * first
-    share = (1.0 - options[alpha.ALPHA_M]) / (2.0 * options[alpha.BETA] * (1.0 - options[alpha.ALPHA_F]))
+    options[alpha.SHARE] = (1.0 - options[alpha.ALPHA_M]) / (2.0 * options[alpha.BETA] * (1.0 - options[alpha.ALPHA_F]))
     cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, share, 1.0)
+    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, options[alpha.SHARE], 1.0)
     march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
     if aside is not None:
@@ -328,7 +328,7 @@ def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     flexible, info = assembly.model.flexible, assembly.model.info[0]
     lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
     strained = sum(
-        abs(float((flexible.U12 if flexible.beams["kind"][cell["beam"]] == 0 else flexible.U24)[cell["form"]]))
+        abs(float((flexible.U12 if flexible.beams["kind"][cell["beam"]] == CABLE else flexible.U24)[cell["form"]]))
         for cell in flexible.cells
     )
     return 1e-9 * (lifted + strained)
@@ -368,14 +368,7 @@ def _march(
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
     pushes = model.flexible.pushes
-    ends = [
-        model.flexible.joints["until"],
-        pushes["start"],
-        pushes["start"] + pushes["ramp"],
-        pushes["end"],
-        model.breaks,
-        release_times(assembly, times[0], times[-1]),
-    ]
+    ends = [pushes["start"] + pushes["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"] = np.inf
@@ -385,7 +378,7 @@ def _march(
     for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
         clocks[place] = value
     clocks[alpha.QUALITY], clocks[alpha.EVENT] = 1.0, np.inf
-    tally = np.zeros(10, dtype=np.int64)
+    tally = np.zeros(alpha.N_TALLY, dtype=np.int64)
     tally[alpha.FRESH] = 1
     return alpha.March(
         y=assembly.y.copy(),
@@ -404,7 +397,6 @@ def _march(
         clock=clocks,
         tally=tally,
         ledger=np.zeros(alpha.N_LEDGER),
-        ledger0=np.zeros(alpha.N_LEDGER),
         impulse=np.zeros(n_c),
         kept=np.full(12, np.nan),
         samples=times.copy(),
@@ -458,9 +450,7 @@ def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarr
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, or "
             f"constraints have become redundant; look at the last samples"
         )
-    scale = max(
-        float(march.ledger[alpha.PEAK]), abs(float(march.ledger[alpha.LOADS])) + abs(float(march.ledger[alpha.DRIVES]))
-    )
+    scale = float(alpha.gain_scale(march.ledger, options))
     share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "

@@ -395,7 +395,7 @@ def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
     n_q = int(model.info["nq"][0])
     if family == "beams":
         row = model.flexible.beams[index]
-        first = int(model.flexible.cells["iv"][row["cell"]]) - n_q
+        first = int(row["iv"]) - n_q
         return slice(first, first + 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"]))
     if family == "points":
         first = int(model.points["iv"][index]) - n_q
@@ -700,7 +700,7 @@ def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
         vectors, n = NODE_VECTORS[row["kind"]], int(row["nodes"])
         e = y[row["iq"] : row["iq"] + 3 * vectors * n].reshape(n, vectors, 3).copy()
         e[:, 0] -= c
-        first = int(model.flexible.cells["iv"][row["cell"]])
+        first = int(row["iv"])
         y[first : first + e.size] = np.cross(w, e).ravel()
     for row in model.points:
         y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
