@@ -3,7 +3,7 @@
 import math
 
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import contact, rigid
+from evolvent.kernels import contact, layers, rigid
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
 
@@ -35,6 +35,9 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
     """
     cylinders, checks = flexible.cylinders, flexible.checks
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layers(y, step, n_q, flexible, bodies, k, F)
+            continue
         body = cylinders[k].body
         R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
         o, axis, G = cylinders[k].centre, cylinders[k].axis, cylinders[k].F
@@ -134,6 +137,9 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
     J, K = flexible.J[1], flexible.K12
     m = matrix.A.shape[1]
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layer_tangents(n_q, flexible, k, c_rate, matrix)
+            continue
         body = cylinders[k].body
         moves = bodies[body].motion != rigid.DRIVEN
         R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
@@ -214,6 +220,8 @@ def settle_contacts(y, flexible, bodies):
                 q[0], q[1], q[2] = turn_back(R, x - X[0], yy - X[1], z - X[2])
                 for c in range(3):
                     u[c] = u1[c] if checks[i].force > 0.0 else 0.0
+        if cylinders[k].under >= 0:
+            layers.settle_layers(y, flexible, bodies, k)
     return slip, damped
 
 

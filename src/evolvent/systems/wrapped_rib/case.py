@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -114,6 +114,11 @@ class Rib(Section):
         from evolvent.elements import Material
 
         return Material(E=self.young_modulus, nu=self.poisson, density=self.density)
+
+    def thickness_at(self, share: Any) -> Any:
+        """Thickness at shares of the length from the root, m."""
+        tip = self.thickness if self.tip_thickness is None else self.tip_thickness
+        return self.thickness + share * (tip - self.thickness)
 
     def section(self, element: int) -> CrossSection:
         """Section of an element, counted from 0 at the root."""
@@ -242,7 +247,9 @@ class Contact(Section):
     dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
     points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="check points in each element")
     friction: Friction = Field(0.0, description="mu, Coulomb friction with the hub, and between turns")
-    self: bool = Field(False, description="whether turns touch each other, and so lie over one another")
+    self: bool = Field(
+        False, description="whether turns touch each other, and so lie over one another; takes several times as long"
+    )
 
 
 class Solver(Section):
@@ -376,6 +383,11 @@ class Case(Section):
             raise InputError(
                 f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
                 f"hub; it must be {least} or more"
+            )
+        if self.contact.self and self.contact.law == "conservative":
+            raise InputError(
+                "contact.law is 'conservative', which contact of the turns does not know; take hunt-crossley, or "
+                "contact.self: false"
             )
         if isinstance(self.damping.elements, tuple) and max(self.damping.elements) > self.rib.elements:
             raise InputError(

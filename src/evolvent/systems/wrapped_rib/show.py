@@ -43,7 +43,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     found |= {"energy_dissipated": time | {"cause": len(CAUSES)}}
     found |= dict.fromkeys(("angular_momentum", "linear_momentum"), time | {"axis": 3})
     names = ("tip_speed", "tip_radius", "wrap_angle", "contact_points", "contact_force", "contact_impulse")
-    found |= dict.fromkeys(names, rib)
+    found |= dict.fromkeys((*names, "turn_points", "turn_force") if case.contact.self else names, rib)
     found |= dict.fromkeys(("curvature", "tension"), rib | {"point": points})
     found |= {"position": rib | {"point": points, "axis": 3}}
     return found
@@ -66,6 +66,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
                 label="largest contact force, one sample", value=f"{_peak(time, force, 'N')} (it depends on the mesh)"
             ),
         ]
+    if case.contact.self:
+        pressed = f"{run.turn_force.values[-1, 0]:.4g} N at {run.turn_points.values[-1, 0]:.0f} check points"
+        found.append(Number(label="turns on one another at the end", value=pressed))
     if np.any(run.hub_torque.values):
         found.append(Number(label="torque on the hub at the end", value=f"{run.hub_torque.values[-1]:.4g} N m"))
     if case.hub.motion != "fixed":

@@ -108,6 +108,9 @@ def _system(case: Case, begin: Start) -> System:
                 ),
                 f"drive-{k}",
             )
+    if contact.self:
+        for k in range(1, case.rib.count + 1):
+            system.add(_layers(case, begin, k), f"layer-{k}")
     if motion == "driven":
         system.add(parts.Turn(body="hub", feed=_feed(case, None)), "turn")
     return system
@@ -153,6 +156,27 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     )
 
 
+def _layers(case: Case, begin: Start, k: int) -> Any:
+    """Turns of rib k (from 1) on the turns below: its own, or those of the next rib."""
+    from evolvent import parts
+
+    rib, contact = case.rib, case.contact
+    return parts.Layers(
+        body="hub",
+        over=f"rib-{k}",
+        under=f"rib-{k % rib.count + 1}" if rib.count > 1 else "",
+        thickness=[rib.thickness_at((i + 0.5) / rib.elements) for i in range(rib.elements)],
+        width=rib.width,
+        law=contact.law,
+        stiffness=begin.stiffness,
+        exponent=contact.exponent,
+        damping=contact.damping if contact.law == "paper" else contact.dissipation,
+        points=contact.points,
+        friction=contact.friction,
+        stick_stiffness=STICK * begin.stiffness,
+    )
+
+
 def _damped(case: Case) -> list[int]:
     """Damped elements, from 0."""
     chosen = case.damping.elements
@@ -194,8 +218,6 @@ def _check(case: Case) -> None:
     """Refuse what no part does yet."""
     if case.solver.method != METHOD:
         raise InputError(f"solver.method is {case.solver.method!r}, which does not know ribs yet; take {METHOD}")
-    if case.contact.self:
-        raise InputError("contact.self is true, but turns do not touch each other yet; leave it out")
     if case.damping.elements != "all" and case.damping.alpha > 0.0:
         raise InputError(
             "damping.elements is given, but damping.alpha acts on the whole rib; take damping.alpha: 0 and damping.beta"
@@ -380,7 +402,7 @@ def _results(
     arc = length / per * np.arange(rib.elements * per + 1)
     ends = np.arange(per + 1) / per
     strain = _strain(motion.nodes, length, per)
-    thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
+    thickness = rib.thickness_at(arc / rib.length)
     tension = rib.young_modulus * rib.width * thickness * strain * np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
@@ -400,6 +422,7 @@ def _results(
         ),
         "wrap_angle": variable(ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers"),
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
+        **_turns(case, assembly, solution),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_impulse": variable(ribs, touched[..., 7], "N s", "integral of the normal forces since the start"),
         **_pressed(case, begin, motion, R),
@@ -490,6 +513,20 @@ def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[s
     return {
         "contact_pressure": variable(dims, force.sum(axis=-1) / length, "N m-1", "normal force on the hub per length"),
         "contact_gap": variable(dims, gap.min(axis=-1), "m", "least distance of the element's check points to the hub"),
+    }
+
+
+def _turns(case: Case, assembly: Assembly, solution: ImplicitSolution) -> dict[str, xr.Variable]:
+    """Contact of the turns with one another, where it is switched on."""
+    from evolvent.results import variable
+
+    if not case.contact.self:
+        return {}
+    touched = solution.cylinders[:, [assembly.index(f"layer-{b + 1}", "cylinders") for b in range(case.rib.count)]]
+    ribs = ("time", "rib")
+    return {
+        "turn_points": variable(ribs, touched[..., 8], "1", "check points in contact with the turn below"),
+        "turn_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the turns below"),
     }
 
 
