@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.systems._common import rotation_matrices, tilt_of
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
 from evolvent.systems.wrapped_rib.case import Case
@@ -54,6 +54,8 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 def numbers(run: xr.Dataset) -> list[Number]:
     """The results that a user wants to see at once; of several ribs, those of the first."""
+    from evolvent.results import closing_numbers
+
     case = case_of(run)
     time, strip = run.time.values, case.strip
     found = [Number(label="time reached", value=f"{time[-1]:.6g} s"), _wound(run, strip)]
@@ -75,20 +77,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         found += _momentum_numbers(run, free=case.hub.motion == "free")
     found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
-    if run.attrs.get("warning"):
-        found.append(Number(label="warning", value=run.attrs["warning"]))
-    statistics = json.loads(run.attrs["statistics"])
-    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
-    if statistics.get("rejected_steps"):
-        steps += f", {int(statistics['rejected_steps']):,} rejected"
-    if statistics.get("iterations"):
-        steps += f", {int(statistics['iterations']):,} iterations"
-    if statistics.get("step"):
-        steps += f", {statistics['step']:.4g} s each"
-    found.append(Number(label="steps", value=steps))
-    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
-    found.append(Number(label="time of the solve", value=text))
-    return found
+    return found + closing_numbers(run)
 
 
 def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
@@ -448,11 +437,11 @@ def scene(run: xr.Dataset) -> Scene | None:
     tilt[:, 0] = 1.0
     if "hub_quaternion" in run:
         attitude = run.hub_quaternion.values
-        tilt = _tilt(attitude, angle)
+        tilt = tilt_of(attitude, angle)
     else:
         zero = np.zeros(count)
         attitude = np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
-    points = _in_body(run.position.values - origin[:, None, None], attitude)
+    points = np.einsum("tji,tbnj->tbni", rotation_matrices(attitude), run.position.values - origin[:, None, None])
     by_tension = case.phase != "deploy"
     along = run.tension.values if by_tension else case.hub.radius * run.curvature.values
     edge = 0.5 * case.hub.height
@@ -477,19 +466,3 @@ def scene(run: xr.Dataset) -> Scene | None:
             "contact force, N": run.contact_force.values[:, 0],
         },
     )
-
-
-def _in_body(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Vectors (nt, ribs, points, 3) seen from bodies of attitude q (nt, 4)."""
-    w, v = q[:, 0, None, None, None], -q[:, None, None, 1:]
-    turn = 2.0 * np.cross(np.broadcast_to(v, x.shape), x)
-    turned: np.ndarray = x + w * turn + np.cross(np.broadcast_to(v, x.shape), turn)
-    return turned
-
-
-def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """What is left of attitudes q once the turn by `angle` about z is taken out: (angle about z)^-1 q."""
-    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
-    left = [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]]
-    turned = np.stack(left, axis=1)
-    return np.where(turned[:, :1] < 0.0, -turned, turned)

@@ -11,10 +11,11 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
+from evolvent.systems._common import refuse_laws, rotation_matrices, sample_times
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.show import CAUSES, comparable_string
-from evolvent.systems.wrapped_rib.start import Start, hermite, rotation, start
+from evolvent.systems.wrapped_rib.start import Start, hermite, start
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from evolvent.system import System
 
 METHOD = "generalized-alpha"
-#: Largest number of values of the state that a run may keep, and of steps of a fixed length that it may take.
-MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
+#: Largest number of steps of a fixed length that a run may take.
+MOST_STEPS = 100_000_000
 #: Angle over which a hub or a carried tip reaches its rate at least, rad: at once it would take an infinite force.
 LEAST_RAMP = 0.1
 #: Share of the energy that the method itself may take, or add, before a run tells.
@@ -54,7 +55,7 @@ def _system(case: Case, begin: Start) -> System:
 
     system = System()
     _add_hub(system, case, begin)
-    R = rotation(begin.hub.quaternion)
+    R = rotation_matrices(begin.hub.quaternion)
     motion, contact, drive = case.hub.motion, case.contact, case.drive
     for b in range(case.rib.count):
         k = b + 1
@@ -210,18 +211,10 @@ def _check(case: Case) -> None:
 
 def _samples(case: Case) -> np.ndarray:
     """Times of the samples; no fixed step is cut short for one."""
-    every, end = case.output.every, case.duration
+    every = case.output.every
     if case.solver.step != "auto":
         every = max(every, float(case.solver.step))
-    count = end / every
-    values = count * case.rib.count * (case.rib.elements + 1) * 24
-    if values > MOST_VALUES:
-        raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many")
-    samples = every * np.arange(int(count + 1e-9) + 1)
-    if samples.size == 1 or end - samples[-1] > 1e-6 * every:
-        return np.append(samples, end)
-    samples[-1] = end
-    return samples
+    return sample_times(every, case.duration, values=24 * case.rib.count * (case.rib.elements + 1))
 
 
 def run(
@@ -236,8 +229,7 @@ def run(
     """
     from evolvent.solvers.implicit import solve_implicit
 
-    if laws:
-        raise InputError(f"laws are given ({', '.join(laws)}), but wrapped-rib places no law of the user's")
+    refuse_laws(laws, case.system)
     _check(case)
     samples = _samples(case)
     begin = start(case)
@@ -373,7 +365,7 @@ def _results(
 
     rib, motion = case.rib, _motion(case, begin, assembly, solution)
     length, per = rib.element_length, case.output.points
-    R = rotation(motion.q)
+    R = rotation_matrices(motion.q)
     xi = np.arange(per) / per
     inner = _along(motion.nodes, length, xi)
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
@@ -617,7 +609,7 @@ def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarra
     if case.hub.motion == "free":
         P += hub["mass"] * motion.v
         H += hub["mass"] * np.cross(motion.x, motion.v)
-        H += np.einsum("tij,jk,tk->ti", rotation(motion.q), hub["inertia"], motion.w)
+        H += np.einsum("tij,jk,tk->ti", rotation_matrices(motion.q), hub["inertia"], motion.w)
     elif case.hub.motion != "fixed":
         H[:, 2] += hub["spin_inertia"] * motion.w[:, 2]
     return P, H
