@@ -323,7 +323,12 @@ def _nearest_key(kind: type[Section], location: tuple[Any, ...]) -> str:
 
 def sentence(error: ValidationError, kind: type[Section]) -> str:
     """The first error as one sentence; an unknown key comes first, for it often explains the others."""
-    errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+
+    def order(e: Any) -> tuple[bool, bool]:
+        """Last come the words that a list might have been: what is wrong with the list tells more."""
+        return e["type"] != "extra_forbidden", e["type"] == "literal_error" and isinstance(e["input"], (list, dict))
+
+    errors = sorted(error.errors(include_url=False), key=order)
     first = errors[0]
     # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
     key = ".".join(str(part) for part in first["loc"] if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
