@@ -90,6 +90,8 @@ def test_a_length_of_time_is_found():
     assert cases.load(DEPLOY).duration == pytest.approx(8587.0, abs=1.0)
     assert cases.load(WIND, {"drive": {"kind": "tip", "rate": 0.1, "ramp": 5}}).duration == pytest.approx(245.0)
     assert cases.load(WIND, {"solver.duration": 7}).duration == 7.0
+    with pytest.raises(InputError, match=r"solver.duration is auto, but .* is not wound within 1e\+06 s"):
+        _ = cases.load(WIND, {"damping.alpha": 1e9}).duration
 
 
 @pytest.mark.parametrize(
@@ -103,6 +105,8 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.length": 0}, ["rib.length is 0", "above 0"]),
         ("wind", {"rib.elements": 0}, ["rib.elements is 0", "whole number from 1"]),
         ("wind", {"rib.elements": 6}, ["rib.elements is 6", "191 deg", "7 or more"]),
+        ("wind", {"rib.length": 1e30}, ["each would go 2.387e+30 deg", "even 10000 bear a rib of 1.885e+04 m"]),
+        ("wind", {"damping.elements": [0]}, ["damping.elements.0 is 0", "whole number from 1"]),
         ("wind", {"rib.poisson": 0.5}, ["rib.poisson is 0.5", "below 0.5"]),
         ("wind", {"rib.poisson": -1}, ["rib.poisson is -1", "above -1"]),
         ("wind", {"rib.formulation": "cabel"}, ["rib.formulation is 'cabel'", "did you mean 'cable'?"]),
@@ -123,6 +127,7 @@ def test_a_length_of_time_is_found():
         ("wind", {"drive": {"kind": "torque"}}, ["drive.torque is missing", "'0.2 N m'"]),
         ("wind", {"drive.torque": 0}, ["drive.torque is 0", "above 0"]),
         ("wind", {"drive.torque": "20 N m"}, ["drive.torque is 20 N m", "74.1 %", "below 13.5 N m"]),
+        ("wind", {"drive.torque": "20 N m", "rib.tip_thickness": "1 mm"}, ["74.1 %", "below 13.5 N m"]),
         ("wind", {"drive.rate": 1}, ["drive.rate is given", "'torque'"]),
         ("wind", {"drive.stretch": 0.01}, ["drive.stretch is given", "kind tip"]),
         ("wind", {"drive": {"kind": "tip"}}, ["drive.rate is missing", "'tip'"]),

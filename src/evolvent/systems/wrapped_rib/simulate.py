@@ -32,6 +32,8 @@ MOST_STEPS = 100_000_000
 LEAST_RAMP = 0.1
 #: Share of the energy that the method itself may take, or add, before a run tells.
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
+#: Depth, of the hub's radius, to which a rib may sink into it before a run tells.
+SUNK_TOLD = 0.01
 #: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
 WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
 #: Stiffness of what sticks on the hub, of that of the contact.
@@ -390,7 +392,9 @@ def _results(
         "tip_radius": variable(
             ribs, np.hypot(own[..., 0], own[..., 1]), "m", "distance of the tip from the hub's axis"
         ),
-        "wrap_angle": variable(ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers"),
+        "wrap_angle": variable(
+            ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers, negative the other way"
+        ),
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_impulse": variable(ribs, touched[..., 7], "N s", "integral of the normal forces since the start"),
@@ -508,7 +512,7 @@ def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
     Notes
     -----
     Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
-    acos(R/r) of its distance r.
+    acos(R/r) of its distance r; negative where the rib lies the other way round.
     """
     xi = np.arange(8) / 8
     inner = _along(motion.nodes, case.rib.element_length, xi)
@@ -516,8 +520,9 @@ def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
     own = np.einsum("tji,tbnj->tbni", R, path - motion.x[:, None, None])
     angle = np.unwrap(np.arctan2(own[..., 1], own[..., 0]), axis=-1)
     radius = np.maximum(np.hypot(own[..., -1, 0], own[..., -1, 1]), case.hub.radius)
-    found: np.ndarray = angle[..., -1] - angle[..., 0] - np.arccos(case.hub.radius / radius)
-    return np.clip(found, 0.0, None)
+    turned, tail = angle[..., -1] - angle[..., 0], np.arccos(case.hub.radius / radius)
+    found: np.ndarray = np.sign(turned) * np.clip(np.abs(turned) - tail, 0.0, None)
+    return found
 
 
 # ------------------------------------------------------------------------------------------------ accounts
@@ -624,6 +629,13 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
         found.append(
             f"the rib was strained by up to {100.0 * most:.3g} %, at t = {run.time.values[k]:.6g} s, beyond what "
             f"linear elasticity and most sections bear"
+        )
+    gap = run.contact_gap.values.min(axis=(1, 2))
+    if float(gap.min()) < -SUNK_TOLD * case.hub.radius:
+        k = int(np.argmin(gap))
+        found.append(
+            f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
+            f"contact.stiffness, or auto"
         )
     balance = run.energy_balance.values
     if float(balance.max()) > GAIN_TOLD:
