@@ -75,10 +75,11 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         message = f"no such option: {error.option_name}; {nearest(error.option_name, known)}"
     elif isinstance(error, click.ClickException):
         message = error.format_message()
+        message = message[:1].lower() + message[1:]  # click begins with a capital, and names stay as they are
         if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
             message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
     message = " ".join(message.split()).rstrip(".")
-    click.echo(f"evolvent: {message[:1].lower() + message[1:]}", err=True)
+    click.echo(f"evolvent: {message}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
 
 
