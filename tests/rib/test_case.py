@@ -107,6 +107,7 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.elements": 6}, ["rib.elements is 6", "191 deg", "7 or more"]),
         ("wind", {"rib.length": 1e30}, ["each would go 2.387e+30 deg", "even 10000 bear a rib of 1.885e+04 m"]),
         ("wind", {"damping.elements": [0]}, ["damping.elements.0 is 0", "whole number from 1"]),
+        ("wind", {"rib.elements": 7, "contact.points": 1}, ["contact.points is 1", "1.714 m apart", "2 or more"]),
         ("wind", {"rib.poisson": 0.5}, ["rib.poisson is 0.5", "below 0.5"]),
         ("wind", {"rib.poisson": -1}, ["rib.poisson is -1", "above -1"]),
         ("wind", {"rib.formulation": "cabel"}, ["rib.formulation is 'cabel'", "did you mean 'cable'?"]),
@@ -187,6 +188,10 @@ def test_refusals_are_one_sentence_that_names_the_key(phase, overrides, words):
         ("wind", {"rib.formulation": "full", "rib.elements": 10}, ["2.35e+06 times as stiff", "10 full elements"]),
         ("wind", {"rib.formulation": "full", "rib.elements": 2000}, ["'full' bends 1.35 times too stiff"]),
         ("deploy", {"rib.formulation": "assumed_strain", "rib.elements": 20}, ["0.847 times as stiff", "57.3 deg"]),
+        # EI/(2 R) of the paper's mesh and of a thick rib
+        ("wind", {"rib.formulation": "full", "rib.elements": 10}, ["takes EI/(2 R) = 0.661 N m", "0.3 m apart"]),
+        ("wind", {"rib.thickness": "2 cm", "rib.young_modulus": "70 GPa"}, ["does not wind this rib all round"]),
+        ("wind", {"rib.elements": 10, "contact.points": 2}, ["0.6 m apart", "may sink 0.08 m", "contact.points"]),
     ],
 )
 def test_warnings_name_the_key_and_the_number(phase, overrides, words):

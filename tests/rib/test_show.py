@@ -152,6 +152,16 @@ def test_the_running_mean_of_a_constant_and_of_a_line():
     assert running_mean(time, time, 1.0)[inner] == pytest.approx(time[inner], abs=1e-3)
 
 
+def test_the_mean_force_is_that_of_the_impulse():
+    """What strikes between samples is in the mean."""
+    run = synthetic(HOLD)
+    time = run.time.values
+    run["contact_impulse"] = run.contact_impulse + 5.0 * (time > 30.0)[:, None]
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "contact force, N")
+    (mean,) = (line for line in panel.lines if line.label.startswith("mean of"))
+    assert mean.y.max() == pytest.approx(10.0 / 3.0 + 5.0 / 2.4, rel=0.01)
+
+
 def test_scene_shows_the_ribs_as_the_hub_sees_them(run, tmp_path):
     scene = system.scene(run)
     assert scene.points.shape == (run.sizes["time"], 1, run.sizes["point"], 3)

@@ -387,6 +387,13 @@ class Case(Section):
                 f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
                 f"hub; {allowed}"
             )
+        if self.check_spacing >= 2.0 * self.hub.radius:
+            least = int(self.rib.length / (self.rib.elements * 2.0 * self.hub.radius)) + 1
+            raise InputError(
+                f"contact.points is {self.contact.points}, which makes check points {self.check_spacing:.4g} m apart; "
+                f"the rib would pass between them through the hub, {2.0 * self.hub.radius:.4g} m across; it must be "
+                f"{least} or more"
+            )
         if isinstance(self.damping.elements, tuple) and max(self.damping.elements) > self.rib.elements:
             raise InputError(
                 f"damping.elements names element {max(self.damping.elements)}, but rib.elements is {self.rib.elements}"
@@ -405,6 +412,11 @@ class Case(Section):
                 f"solver.step is {self.solver.step:g} s, too large for the contact, which rk4 bears up to {most:.3g} "
                 f"s; take step: auto, or a smaller contact.stiffness"
             )
+
+    @property
+    def check_spacing(self) -> float:
+        """Length of rib between check points of the contact, m."""
+        return self.rib.element_length / self.contact.points
 
     @property
     def begins(self) -> str:
@@ -442,7 +454,7 @@ class Case(Section):
         if contact.stiffness != "auto":
             return float(contact.stiffness)
         R, n = strip.radius, contact.exponent
-        spacing = strip.length / (self.rib.elements * contact.points)
+        spacing = self.check_spacing
         pull = strip.bending_stiffness / R**2
         if drive is not None and drive.torque is not None:
             pull += drive.torque / R
@@ -462,7 +474,7 @@ class Case(Section):
         Of a law that is not linear, at a penetration of the rib's thickness.
         """
         rib, contact = self.rib, self.contact
-        mass = self.strip.line_density * rib.length / (rib.elements * contact.points)
+        mass = self.strip.line_density * self.check_spacing
         stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
         return math.sqrt(stiffness / mass)
 

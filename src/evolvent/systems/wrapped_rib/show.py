@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
 #: Share of a run over which contact forces are averaged, since single samples depend on the mesh.
 WINDOW = 0.04
+#: Work of bending, of that of the torque, above which a light string is no measure of a rib.
+LIGHT = 0.1
 #: Smallest stored energy that is drawn, of the largest energy: less is round-off.
 STORED_SHOWN = 1e-10
 #: Shapes that are drawn of a run.
@@ -178,6 +180,8 @@ def comparable_string(case: Case) -> reference.Winding | None:
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
         return None
     if case.hub.motion != "fixed" or drive.ramp > 0.0 or case.damping.elements != "all" or case.strip.taper != 1.0:
+        return None
+    if case.strip.bending_stiffness > 2.0 * LIGHT * case.strip.radius * drive.torque:
         return None
     return reference.string_winding(case.strip, drive.torque, case.damping.alpha, start_angle=case.rib.start_angle)
 
@@ -340,6 +344,11 @@ def _points_figure(run: xr.Dataset, case: Case) -> Figure:
 def running_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:
     """Mean of `values` over the time `window` about every sample, shorter at both ends."""
     total = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))])
+    return mean_of_integral(time, total, window)
+
+
+def mean_of_integral(time: np.ndarray, total: np.ndarray, window: float) -> np.ndarray:
+    """The same of what has the integral `total`: of a force, its impulse, which knows what lies between samples."""
     low, high = np.maximum(time - 0.5 * window, time[0]), np.minimum(time + 0.5 * window, time[-1])
     mean: np.ndarray = (np.interp(high, time, total) - np.interp(low, time, total)) / (high - low)
     return mean
@@ -356,7 +365,7 @@ def _force_figure(run: xr.Dataset, case: Case) -> Figure:
             force.append(Line(x=time, y=values, label="samples", color=6, width=0.7))
         else:
             force.append(Line(x=time, y=values, color=_color(b), style=":", width=0.7))
-        mean = running_mean(time, values, window)
+        mean = mean_of_integral(time, run.contact_impulse.values[:, b], window)
         label = f"mean of {window:.3g} s {_label(run, b)}".strip()
         force.append(Line(x=time, y=mean, label=label, color=_color(b)))
         impulse.append(Line(x=time, y=run.contact_impulse.values[:, b], color=_color(b)))

@@ -32,8 +32,6 @@ MOST_STEPS = 100_000_000
 LEAST_RAMP = 0.1
 #: Share of the energy that the method itself may take, or add, before a run tells.
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
-#: Depth, of the hub's radius, to which a rib may sink into it before a run tells.
-SUNK_TOLD = 0.01
 #: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
 WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
 #: Stiffness of what sticks on the hub, of that of the contact.
@@ -631,7 +629,7 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"linear elasticity and most sections bear"
         )
     gap = run.contact_gap.values.min(axis=(1, 2))
-    if float(gap.min()) < -SUNK_TOLD * case.hub.radius:
+    if float(gap.min()) < -advice.SUNK_TOLD * case.hub.radius:
         k = int(np.argmin(gap))
         found.append(
             f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
