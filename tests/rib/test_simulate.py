@@ -298,6 +298,20 @@ def test_every_kind_of_rib_runs(changes):
     assert all(np.all(np.isfinite(run[name].values)) for name in run.data_vars)
 
 
+def test_a_rib_that_sinks_into_the_hub_is_told():
+    run = evolvent.run("wrapped-rib", {"rib.elements": 12, "solver.duration": 30, "contact.stiffness": 1e-6})
+    assert float(run.contact_gap.min()) < -0.1
+    assert "into the hub" in run.attrs["warning"]
+    assert "contact.stiffness" in run.attrs["warning"]
+
+
+def test_a_rib_that_swings_on_wraps_the_other_way_round():
+    changes = {"rib.elements": 10, "rib.length": 3, "rib.thickness": "1 mm", "solver.duration": 600}
+    run = evolvent.run("wrapped-rib-deploy", changes | {"output.every": 5})
+    assert float(run.wrap_angle[0, 0]) == pytest.approx(5.0, rel=0.01)
+    assert float(run.wrap_angle.min()) < -1.0
+
+
 def test_the_parts_of_a_system_have_names():
     case = cases.load("wrapped-rib", {"rib.count": 2, "rib.elements": 10})
     assembly = system.build(case).assemble()

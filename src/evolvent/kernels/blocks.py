@@ -443,13 +443,6 @@ def solve(matrix, x):
         _backward(matrix.A, x, m)
 
 
-@kernel
-def solve_many(matrix, X):
-    """Solve for every row of X : (s, n m + k), in place."""
-    for j in range(X.shape[0]):
-        solve(matrix, X[j])
-
-
 @inlined
 def _forward(A, pivots, x, m):
     """X = l^-1 P (x - V x'), from the last block to the first."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.errors import InputError
+from evolvent.systems._common import rotation_matrices
 from evolvent.systems.wrapped_rib.advice import bent_element
 from evolvent.systems.wrapped_rib.case import Case
 
@@ -211,7 +212,7 @@ def _from_run(case: Case) -> Start:
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
     if case.hub.motion != "free":
         _check_upright(case, hub)
-    R = rotation(hub.quaternion)
+    R = rotation_matrices(hub.quaternion)
     refined = [
         _refined(case, run.end_coordinates.values[b], run.end_velocities.values[b], R) for b in range(case.rib.count)
     ]
@@ -265,37 +266,8 @@ def hermite(
     xi: np.ndarray, length: float, p: np.ndarray, px: np.ndarray, q: np.ndarray, qx: np.ndarray, *, order: int = 0
 ) -> np.ndarray:
     """Place (order 0) on elements' axes, or its derivative by arc length, at xi : (k,), of vectors (..., k, 3)."""
-    if order == 0:
-        S = (
-            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
-            length * (xi - 2.0 * xi**2 + xi**3),
-            3.0 * xi**2 - 2.0 * xi**3,
-            length * (xi**3 - xi**2),
-        )
-    elif order == 1:
-        S = (
-            (6.0 * xi**2 - 6.0 * xi) / length,
-            1.0 - 4.0 * xi + 3.0 * xi**2,
-            (6.0 * xi - 6.0 * xi**2) / length,
-            3.0 * xi**2 - 2.0 * xi,
-        )
-    else:
-        S = (
-            (12.0 * xi - 6.0) / length**2,
-            (6.0 * xi - 4.0) / length,
-            (6.0 - 12.0 * xi) / length**2,
-            (6.0 * xi - 2.0) / length,
-        )
+    from evolvent.elements import axis_shape
+
+    S = axis_shape(length, xi, order=order)
     total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
     return total
-
-
-def rotation(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body to inertial, scalar part first."""
-    w, x, y, z = np.moveaxis(np.asarray(q), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
