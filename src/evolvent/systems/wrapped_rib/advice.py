@@ -46,7 +46,7 @@ def locking(case: Case) -> tuple[float, str]:
         f"bent to the hub's radius, the mesh is {off} as the rib: each of {rib.elements} {rib.formulation} elements "
         f"spans {angle:.3g} deg; take more elements"
     )
-    if rib.formulation not in ("cable", "assumed_strain"):
+    if rib.formulation not in ("cable", "cable_stretch", "assumed_strain"):
         text += ", or rib.formulation: cable"
     return ratio, text
 
@@ -54,7 +54,7 @@ def locking(case: Case) -> tuple[float, str]:
 def bending_stiffness_ratio(case: Case) -> float:
     """Effective over true bending stiffness; see `locking`."""
     rib, R = case.rib, case.hub.radius
-    thinnest = _thinnest(case)
+    thinnest = _thinnest(rib)
     section = rib.section(thinnest)
     ends = [section.at(xi).properties(rib.poisson).Iz for xi in (0.0, 0.5, 1.0)]
     EI = rib.young_modulus * (ends[0] + 4.0 * ends[1] + ends[2]) / 6.0
@@ -62,8 +62,7 @@ def bending_stiffness_ratio(case: Case) -> float:
     return energy / float(0.5 * EI * rib.element_length / R**2)
 
 
-def _thinnest(case: Case) -> int:
-    rib = case.rib
+def _thinnest(rib: Rib) -> int:
     return 0 if rib.tip_thickness is None or rib.tip_thickness > rib.thickness else rib.elements - 1
 
 
@@ -79,7 +78,9 @@ def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
     from evolvent.elements.forms import products
 
     rib = case.rib
-    form = _form(rib, _thinnest(case))
+    if rib.formulation == "cable_stretch":
+        return _bent_stretch_cable(rib, angle)
+    form = _form(rib, _thinnest(rib))
     half = 0.5 * angle
     # e = B p, p the chord, the length of both slopes, of both y and of both z directors
     c, s = math.cos(half), math.sin(half)
@@ -88,7 +89,7 @@ def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
     every[1, :2, 1], every[5, :2, 1] = (c, -s), (c, s)
     every[2, :2, 2], every[6, :2, 2] = (s, c), (-s, c)
     every[3, 2, 3] = every[7, 2, 3] = 1.0
-    used = every[[0, 1, 4, 5], :, :2] if rib.formulation == "cable" else every
+    used = every[[0, 1, 4, 5], :, :2] if rib.vectors == 2 else every
     B = used.reshape(-1, used.shape[-1])
     # products are quadratic in p: g = sum_ab Q_ab p_a p_b
     unit = np.eye(B.shape[1])
@@ -112,6 +113,39 @@ def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
         if np.abs(change).max() < 1e-13 * rib.element_length:
             break
     return energy(p), p
+
+
+def _bent_stretch_cable(rib: Rib, angle: float) -> tuple[float, np.ndarray]:
+    """As `bent_element`, of the cable with engineering strain: least squares of its strains and curvatures."""
+    length, half = rib.element_length, 0.5 * angle
+    c, s = math.cos(half), math.sin(half)
+    at, weight = np.polynomial.legendre.leggauss(3)
+    xi, weight = 0.5 * (1.0 + at), 0.5 * length * weight
+    section = rib.section(_thinnest(rib))
+    own = [section.at(x).properties(rib.poisson) for x in xi]
+    roots = np.sqrt(weight * rib.young_modulus * np.array([[p.area for p in own], [p.Iz for p in own]]))
+    # r,x and r,xx are linear in p, the chord and the length of both slopes : (points, plane, p)
+    first = [(6.0 * xi - 6.0 * xi**2) / length, 1.0 - 4.0 * xi + 3.0 * xi**2, 3.0 * xi**2 - 2.0 * xi]
+    second = [(6.0 - 12.0 * xi) / length**2, (6.0 * xi - 4.0) / length, (6.0 * xi - 2.0) / length]
+    A, Q = (
+        np.stack([np.stack([d, c * (a + b)], axis=1), np.stack([0.0 * d, s * (b - a)], axis=1)], axis=1)
+        for d, a, b in (first, second)
+    )
+    p = np.array([2.0 * length / angle * s, 1.0])
+    for _ in range(100):
+        a, q = A @ p, Q @ p
+        stretch = np.linalg.norm(a, axis=1)
+        k = (a[:, 0] * q[:, 1] - a[:, 1] * q[:, 0]) / stretch**2
+        r = np.concatenate([roots[0] * (stretch - 1.0), roots[1] * k])
+        along = np.einsum("ki,kip->kp", a, A) / stretch[:, None]
+        turned = A[:, 0] * q[:, 1:] - A[:, 1] * q[:, :1] + a[:, :1] * Q[:, 1] - a[:, 1:] * Q[:, 0]
+        bends = turned / stretch[:, None] ** 2 - 2.0 * (k / stretch)[:, None] * along
+        J = np.concatenate([roots[0][:, None] * along, roots[1][:, None] * bends])
+        change = np.linalg.lstsq(J, -r, rcond=None)[0]
+        p = p + change
+        if np.abs(change).max() < 1e-13 * length:
+            break
+    return 0.5 * float(r @ r), p
 
 
 @functools.lru_cache(maxsize=8)

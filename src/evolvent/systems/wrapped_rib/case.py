@@ -50,10 +50,11 @@ RK4_LIMIT = 2.8
 class Rib(Section):
     """Every rib: a thin strip, straight at rest, that winds with its flat side on the hub."""
 
-    formulation: Literal["cable", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
+    formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
         "cable",
-        description="of the elements: cable (position and slope), assumed_strain (the beam that does not lock), or the "
-        "beams that lock: elastic_line, nu_split, full (the paper's)",
+        description="of the elements: cable (position and slope), cable_stretch (the same with engineering strain, for "
+        "more than a per cent of it), assumed_strain (the beam that does not lock), or the beams that lock: "
+        "elastic_line, nu_split, full (the paper's)",
     )
     elements: Annotated[int, units.Whole(least=1, most=10_000)] = Field(40, description="elements of equal length")
     length: units.Length = Field(12.0, description="from root to tip")
@@ -107,6 +108,11 @@ class Rib(Section):
     def element_length(self) -> float:
         """Of one element, m."""
         return self.length / self.elements
+
+    @property
+    def vectors(self) -> int:
+        """Vectors of a node: place and slope of a cable; place and three slopes of a beam."""
+        return 2 if self.formulation in ("cable", "cable_stretch") else 4
 
     @property
     def material(self) -> Material:
@@ -381,6 +387,11 @@ class Case(Section):
             raise InputError(
                 f"damping.elements names element {max(self.damping.elements)}, but rib.elements is {self.rib.elements}"
             )
+        if self.damping.beta > 0.0 and self.damping.kind == "paper" and self.rib.formulation == "cable_stretch":
+            raise InputError(
+                "damping.kind is 'paper', but rib.formulation 'cable_stretch' has the objective one only; take damping."
+                "kind: objective, or rib.formulation: cable"
+            )
         if self.damping.alpha > 0.0 or self.damping.beta > 0.0:
             return
         if self.damping.elements != "all":
@@ -425,6 +436,20 @@ class Case(Section):
         )
 
     @property
+    def damped(self) -> tuple[int, ...]:
+        """Elements that are damped, from 0."""
+        chosen = self.damping.elements
+        if chosen == "all":
+            return tuple(range(self.rib.elements))
+        return (0,) if chosen == "first" else tuple(sorted(int(k) - 1 for k in chosen))
+
+    @property
+    def damped_arcs(self) -> tuple[tuple[float, float], ...] | None:
+        """Arc lengths from the root, from and to, of what is damped, m; None for all of it."""
+        length = self.rib.element_length
+        return None if self.damping.elements == "all" else tuple((k * length, (k + 1) * length) for k in self.damped)
+
+    @property
     def contact_stiffness(self) -> float:
         """Stiffness of the contact, N/m^n; see `Contact.stiffness`."""
         contact, strip, drive = self.contact, self.strip, self.drive
@@ -438,7 +463,9 @@ class Case(Section):
         elif drive is not None and drive.kind == "tip":
             pull += strip.axial_stiffness * drive.stretch
         elif drive is not None and drive.rate is not None:  # drag of a straight rib
-            pull += self.damping.alpha * strip.line_density * abs(drive.rate) * strip.length**3 / (3.0 * R)
+            arcs = self.damped_arcs or ((0.0, strip.length),)
+            third = sum(b**3 - a**3 for a, b in arcs) / 3.0
+            pull += self.damping.alpha * strip.line_density * abs(drive.rate) * third / R
         held = pull / R * spacing / (SINKS * R) ** n
         speed = reference.deployment_speed(strip)
         falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
@@ -466,7 +493,11 @@ class Case(Section):
         turns = self.rib.length / self.hub.radius
         if drive is not None and drive.kind == "torque" and drive.torque is not None:
             motion = reference.string_winding(
-                self.strip, drive.torque, self.damping.alpha, start_angle=self.rib.start_angle
+                self.strip,
+                drive.torque,
+                self.damping.alpha,
+                damped=self.damped_arcs,
+                start_angle=self.rib.start_angle,
             )
             return 1.2 * float(motion.time[-1]) + drive.ramp
         if drive is not None and drive.rate is not None:

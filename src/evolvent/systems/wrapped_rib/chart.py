@@ -9,8 +9,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.show import WINDOW, running_mean
+from evolvent.systems.wrapped_rib.show import WINDOW, comparable_string, running_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,7 +110,7 @@ def _peaks(study: xr.Dataset, key: str) -> Figure:
 
 
 def _strings(study: xr.Dataset, key: str) -> np.ndarray:
-    """Time at which a light string is wound, for each value of the key; NaN where the drive is no torque."""
+    """Time at which a light string is wound, for each value of the key; NaN where it has none to compare."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
     found = []
     for value in study[key].values:
@@ -120,8 +119,6 @@ def _strings(study: xr.Dataset, key: str) -> np.ndarray:
         except InputError:
             found.append(np.nan)
             continue
-        drive = case.drive
-        winds = case.begins == "straight" and drive is not None and drive.kind == "torque"
-        string = reference.string_winding(case.strip, drive.torque, case.damping.alpha) if winds else None
+        string = comparable_string(case)
         found.append(string.end_time if string is not None else np.nan)
     return np.array(found)

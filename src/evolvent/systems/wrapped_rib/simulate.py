@@ -13,7 +13,7 @@ from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.show import CAUSES, comparable_string
+from evolvent.systems.wrapped_rib.show import CAUSES, estimating_string
 from evolvent.systems.wrapped_rib.start import Start, hermite, rotation, start
 
 if TYPE_CHECKING:
@@ -149,14 +149,8 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
         mass_damping=damping.alpha,
         stiffness_damping=damping.beta,
         damping=damping.kind,
-        damped=None if damping.elements == "all" else _damped(case),
+        damped=case.damped,
     )
-
-
-def _damped(case: Case) -> list[int]:
-    """Damped elements, from 0."""
-    chosen = case.damping.elements
-    return [0] if chosen == "first" else [int(k) - 1 for k in chosen if not isinstance(k, str)]
 
 
 def _feed(case: Case, whole: float | None) -> RampFeed:
@@ -196,10 +190,6 @@ def _check(case: Case) -> None:
         raise InputError(f"solver.method is {case.solver.method!r}, which does not know ribs yet; take {METHOD}")
     if case.contact.self:
         raise InputError("contact.self is true, but turns do not touch each other yet; leave it out")
-    if case.damping.elements != "all" and case.damping.alpha > 0.0:
-        raise InputError(
-            "damping.elements is given, but damping.alpha acts on the whole rib; take damping.alpha: 0 and damping.beta"
-        )
     step = case.solver.step
     if step != "auto" and case.duration > MOST_STEPS * float(step):
         raise InputError(
@@ -263,7 +253,7 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
     The last bit of a rib whips onto the hub within some ms.
     """
-    string = comparable_string(case) if case.solver.step == "auto" else None
+    string = estimating_string(case) if case.solver.step == "auto" else None
     if string is None or not math.isfinite(string.end_time):
         return samples, np.ones(samples.size, dtype=bool)
     low, high = (share * string.end_time for share in WHIP)
@@ -320,7 +310,7 @@ class _Motion(NamedTuple):
 
 def _motion(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution) -> _Motion:
     model, y, t = assembly.model, solution.y, solution.t
-    k = 2 if case.rib.formulation == "cable" else 4
+    k = case.rib.vectors
     shape = (t.size, case.rib.elements + 1, k, 3)
     size = 3 * k * (case.rib.elements + 1)
     nodes, rates = [], []
@@ -379,9 +369,11 @@ def _results(
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
     arc = length / per * np.arange(rib.elements * per + 1)
     ends = np.arange(per + 1) / per
-    strain = _strain(motion.nodes, length, per)
+    engineering = rib.formulation == "cable_stretch"
+    strain = _strain(motion.nodes, length, per, engineering=engineering)
+    stretch = 1.0 if engineering else np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
     thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
-    tension = rib.young_modulus * rib.width * thickness * strain * np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
+    tension = rib.young_modulus * rib.width * thickness * strain * stretch
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]
@@ -447,17 +439,19 @@ def _results(
     return dataset
 
 
-def _strain(nodes: np.ndarray, length: float, per: int) -> np.ndarray:
+def _strain(nodes: np.ndarray, length: float, per: int, *, engineering: bool) -> np.ndarray:
     """Strain of the axis at `per` points of each element and the tip : (nt, ribs, elements per + 1).
 
     Notes
     -----
-    Means of Green's strain (r,x . r,x - 1)/2 over the elements, by the rule with which they take it, and straight lines
-    between the elements' middles: what varies within an element is mostly what its cubic adds to a bent shape.
+    Means of Green's strain (r,x . r,x - 1)/2, or of the engineering one |r,x| - 1, over the elements, by the rule with
+    which they take it, and straight lines between the elements' middles: what varies within an element is mostly what
+    its cubic adds to a bent shape.
     """
     at, weight = np.polynomial.legendre.leggauss(3)
     slope = _along(nodes, length, 0.5 * (1.0 + at), 1)
-    mean = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0) @ (0.5 * weight)
+    squared = np.einsum("...i,...i->...", slope, slope)
+    mean = (np.sqrt(squared) - 1.0 if engineering else 0.5 * (squared - 1.0)) @ (0.5 * weight)
     if mean.shape[-1] == 1:
         return np.repeat(mean, per + 1, axis=-1)
     place = np.arange(mean.shape[-1] * per + 1) / per - 0.5
@@ -539,8 +533,11 @@ def _account(case: Case, assembly: Assembly, solution: ImplicitSolution, motion:
     ledger = solution.ledger
     kinetic, contact = ledger[:, at.KINETIC], ledger[:, at.CONTACT]
     elastic = ledger[:, at.ELASTIC] - contact
-    cable = case.rib.formulation == "cable"
-    bending = ledger[:, at.BENDING] if cable else _bending(assembly, motion)
+    bending = ledger[:, at.BENDING]
+    if case.rib.formulation == "cable_stretch":
+        bending = _stretch_bending(case, motion)
+    elif case.rib.vectors == 4:
+        bending = _bending(assembly, motion)
     work = ledger[:, at.LOADS] + ledger[:, at.DRIVES]
     gained = solution.gained
     taken = np.stack(
@@ -599,10 +596,25 @@ def _bending(assembly: Assembly, motion: _Motion) -> np.ndarray:
     return total
 
 
+def _stretch_bending(case: Case, motion: _Motion) -> np.ndarray:
+    """Bending energy of cables with engineering strain, J : (nt,); 1/2 int EI k^2 dx at the elements' three points."""
+    rib = case.rib
+    at, weight = np.polynomial.legendre.leggauss(3)
+    xi = 0.5 * (1.0 + at)
+    slope, bend = _along(motion.nodes, rib.element_length, xi, 1), _along(motion.nodes, rib.element_length, xi, 2)
+    squared = np.einsum("...i,...i->...", slope, slope)
+    across = np.cross(slope, bend)
+    curvature2 = np.einsum("...i,...i->...", across, across) / squared**2
+    Iz = np.array([[rib.section(k).at(x).properties(rib.poisson).Iz for x in xi] for k in range(rib.elements)])
+    EI = rib.young_modulus * Iz
+    found: np.ndarray = 0.25 * rib.element_length * np.einsum("tbnk,nk,k->t", curvature2, EI, weight)
+    return found
+
+
 def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular momentum about the inertial origin, (nt, 3) each."""
     f = assembly.model.flexible
-    pool = f.M12 if case.rib.formulation == "cable" else f.M24
+    pool = f.M12 if case.rib.vectors == 2 else f.M24
     P, H = np.zeros((motion.x.shape[0], 3)), np.zeros((motion.x.shape[0], 3))
     k = motion.nodes.shape[3]
     for b in range(motion.nodes.shape[1]):

@@ -76,7 +76,7 @@ def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
 
 def _vectors(case: Case, places: np.ndarray, slopes: np.ndarray, across: float = 1.0, along: float = 1.0) -> np.ndarray:
     """Nodes from places and slopes in the plane; directors of lengths `across` the rib and `along` the hub's axis."""
-    if case.rib.formulation == "cable":
+    if case.rib.vectors == 2:
         return np.stack([places, slopes], axis=1)
     e1 = slopes / np.linalg.norm(slopes, axis=1)[:, None]
     e2 = np.stack([-e1[:, 1], e1[:, 0], np.zeros(len(e1))], axis=1)
@@ -151,8 +151,7 @@ def _from_run(case: Case) -> Start:
     ):
         if mine != its:
             raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
-    k = 2 if before.rib.formulation == "cable" else 4
-    shape = (before.rib.count, before.rib.elements + 1, k, 3)
+    shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
     if (
         run.end_coordinates.shape != shape
         or run.end_velocities.shape != shape
@@ -189,7 +188,7 @@ def _check_upright(case: Case, hub: HubState) -> None:
 
 def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and rates of one rib on the case's elements; vectors that its formulation needs and the run lacks."""
-    wanted = 2 if case.rib.formulation == "cable" else 4
+    wanted = case.rib.vectors
     old, new = nodes.shape[0] - 1, case.rib.elements
     length = case.rib.length / old
     at = np.linspace(0.0, old, new + 1)
