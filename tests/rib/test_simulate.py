@@ -310,7 +310,6 @@ def test_the_parts_of_a_system_have_names():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"solver.method": "rk4"}, "which does not know ribs yet"),
         ({"contact.self": True}, "turns do not touch each other yet"),
         ({"output.every": "1 us"}, "too many"),
         ({"solver.step": "1 us"}, "too many|more than 1e+08"),

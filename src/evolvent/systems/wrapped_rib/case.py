@@ -254,8 +254,8 @@ class Contact(Section):
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["generalized-alpha", "rk4"] = Field(
-        "generalized-alpha", description="implicit, or the explicit one to compare with"
+    method: Literal["generalized-alpha", "rk4", "heun"] = Field(
+        "generalized-alpha", description="implicit, or an explicit one to compare with, of many short steps"
     )
     duration: units.DurationOrAuto = Field(
         "auto",
@@ -263,7 +263,7 @@ class Solver(Section):
         "form's end",
     )
     step: units.DurationOrAuto = Field(
-        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (rk4)"
+        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (others)"
     )
     tolerance: units.Tolerance = Field(3e-4, description="relative error of an adaptive step")
     spectral_radius: units.Fraction = Field(
@@ -470,6 +470,16 @@ class Case(Section):
         speed = reference.deployment_speed(strip)
         falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
         return max(held, falls)
+
+    @property
+    def penalty(self) -> tuple[float, float]:
+        """Stiffness of what holds a root under explicit methods: of its place (N/m) and of its direction (N m).
+
+        As a quarter of an element's length would stretch, and a tenth of what the element's slopes feel: so it gives
+        little way, and is about as fast as the element itself.
+        """
+        EA, length = self.strip.axial_stiffness, self.rib.element_length
+        return 4.0 * EA / length, 0.1 * EA * length
 
     @property
     def contact_frequency(self) -> float:

@@ -86,6 +86,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if statistics.get("step"):
         steps += f", {statistics['step']:.4g} s each"
     found.append(Number(label="steps", value=steps))
+    if statistics.get("penalty_stiffness"):
+        text = f"{statistics['penalty_stiffness']:.4g} N/m, in place of joints"
+        found.append(Number(label="roots held by penalties of", value=text))
     text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
     found.append(Number(label="time of the solve", value=text))
     return found

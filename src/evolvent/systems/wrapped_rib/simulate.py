@@ -62,7 +62,15 @@ def _system(case: Case, begin: Start) -> System:
         outwards = np.array([math.cos(turn), math.sin(turn), 0.0])
         root = tuple(R.T @ (begin.nodes[b, 0, 0] - begin.hub.position))
         system.add(_beam(case, begin.nodes[b], begin.rates[b]), f"rib-{k}")
-        joint = parts.Joint(a=("hub", root), b=(f"rib-{k}", "root"), kind=case.rib.root, axis=tuple(R[:, 2]))
+        place, turn_stiffness = (0.0, None) if case.solver.method == METHOD else case.penalty
+        joint = parts.Joint(
+            a=("hub", root),
+            b=(f"rib-{k}", "root"),
+            kind=case.rib.root,
+            axis=tuple(R[:, 2]),
+            stiffness=place,
+            turn_stiffness=turn_stiffness,
+        )
         system.add(joint, f"root-{k}")
         if case.rib.root_stiffness > 0.0 or case.rib.root_damping > 0.0:
             rest = turn + begin.directions[b]
@@ -180,14 +188,58 @@ def plan(case: Case) -> cases.Plan:
     """What a run will take; refuses what can be refused before it."""
     _check(case)
     samples = _samples(case)
-    build(case)
-    return cases.Plan(duration=float(samples[-1]), solver=METHOD)
+    system = build(case)
+    if case.solver.method == METHOD:
+        return cases.Plan(duration=float(samples[-1]), solver=METHOD)
+    step = case.solver.step
+    if step != "auto":
+        from evolvent.solvers.drive import choose_step
+
+        choose_step(system.assemble(), case.solver.method, float(step), float(samples[-1]))
+    length = advice.explicit_step(case)
+    note = (
+        f"{case.solver.method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
+        f"{length:.2g} s over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the ribs' "
+        f"joints; {METHOD} takes some thousand"
+    )
+    return cases.Plan(duration=float(samples[-1]), solver=_compiled(case.solver.method), note=note)
+
+
+def _compiled(method: str) -> str:
+    """Name under which an explicit method with beams is known as compiled, for it compiles more than without."""
+    return f"{method} with beams"
+
+
+def _check_explicit(case: Case) -> None:
+    """Refuse what explicit methods cannot carry, and a run of too many steps."""
+    solver, drive = case.solver, case.drive
+    instead = f"take solver.method: {METHOD}"
+    if drive is not None and drive.kind != "torque":
+        moved = "the hub" if drive.kind == "hub" else "the tip"
+        raise InputError(
+            f"drive.kind is {drive.kind!r}, which moves {moved} by a law that {solver.method} cannot follow; {instead}"
+        )
+    if case.contact.friction > 0.0:
+        raise InputError(
+            f"contact.friction is {case.contact.friction:g}, which is known step by step only, not to {solver.method}; "
+            f"{instead}, or leave it out"
+        )
+    if case.contact.self:
+        raise InputError(f"contact.self is true, which {solver.method} does not know; {instead}, or leave it out")
+    step = advice.explicit_step(case)
+    if case.duration > MOST_STEPS * step:
+        which = "solver.step" if solver.step != "auto" else f"the longest safe step of {solver.method}"
+        raise InputError(
+            f"{which} is about {step:.2g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, "
+            f"more than {MOST_STEPS:.0e}; shorten solver.duration, take cables, fewer rib.elements or a smaller "
+            f"contact.stiffness, or {instead}"
+        )
 
 
 def _check(case: Case) -> None:
     """Refuse what no part does yet."""
     if case.solver.method != METHOD:
-        raise InputError(f"solver.method is {case.solver.method!r}, which does not know ribs yet; take {METHOD}")
+        _check_explicit(case)
     if case.contact.self:
         raise InputError("contact.self is true, but turns do not touch each other yet; leave it out")
     step = case.solver.step
@@ -224,28 +276,54 @@ def run(
     InputError
         If laws are given (this system places none), or the case cannot be run.
     """
-    from evolvent.solvers.implicit import solve_implicit
-
     if laws:
         raise InputError(f"laws are given ({', '.join(laws)}), but wrapped-rib places no law of the user's")
     _check(case)
     samples = _samples(case)
     begin = start(case)
     assembly = _system(case, begin).assemble()
-    solver = case.solver
     every, kept = _with_whip(case, samples)
-    solution = solve_implicit(
-        assembly,
-        samples=every,
-        step=None if solver.step == "auto" else float(solver.step),
-        tolerance=solver.tolerance,
-        spectral_radius=solver.spectral_radius,
-        progress=progress,
-    )
+    solution = _solved(case, assembly, every, progress)
     if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
         solution = _at_start(solution, assembly, samples)
     peaks = _peaks(case, _motion(case, begin, assembly, solution), solution.t)
     return _results(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
+
+
+def _solved(
+    case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
+) -> ImplicitSolution:
+    """The motion by the case's method."""
+    solver = case.solver
+    step = None if solver.step == "auto" else float(solver.step)
+    if solver.method == METHOD:
+        from evolvent.solvers.implicit import solve_implicit
+
+        return solve_implicit(
+            assembly,
+            samples=samples,
+            step=step,
+            tolerance=solver.tolerance,
+            spectral_radius=solver.spectral_radius,
+            progress=progress,
+        )
+    from evolvent import jit
+    from evolvent.solvers import solve
+    from evolvent.solvers.drive import METHODS, choose_step
+    from evolvent.solvers.flexible import with_account
+    from evolvent.solvers.stability import stability_limit
+
+    if step is None:
+        duration = float(samples[-1])
+        own, _, mode = choose_step(assembly, solver.method, None, duration)
+        step = min(own, advice.SHARE * stability_limit(METHODS["rk4"], mode, duration))
+    solution = with_account(
+        assembly, solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
+    )
+    jit.mark_warm(_compiled(solver.method))
+    message = solution.message.replace(", or method dopri5", f", or solver.method: {METHOD}")
+    statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
+    return dataclasses.replace(solution, message=message, statistics=statistics)
 
 
 def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -432,7 +510,7 @@ def _results(
             "cause": ("cause", list(CAUSES)),
         },
     )
-    label(dataset, system=case.system, case=cases.to_yaml(case), method=METHOD, solution=solution, laws={})
+    label(dataset, system=case.system, case=cases.to_yaml(case), method=case.solver.method, solution=solution, laws={})
     told = [*advice.warnings(case), *_findings(case, dataset, strain)]
     if told:
         dataset.attrs["warning"] = "; ".join(told)
@@ -561,7 +639,9 @@ def _account(case: Case, assembly: Assembly, solution: ImplicitSolution, motion:
         "energy_membrane": variable(time, elastic - bending, "J", "strain energy of all but bending"),
         "energy_bending": variable(time, bending, "J", "strain energy of bending"),
         "energy_contact": variable(time, contact, "J", "energy of the contacts' springs"),
-        "energy_joints": variable(time, ledger[:, at.COUPLED], "J", "energy of springs in the hinges"),
+        "energy_joints": variable(
+            time, ledger[:, at.COUPLED], "J", "energy of springs in the hinges, and of penalties"
+        ),
         "energy_dissipated": variable(("time", "cause"), taken, "J", "energy taken so far, by what takes it"),
         "work_external": variable(time, work, "J", "work of the drive so far"),
         "energy_balance": variable(
@@ -646,14 +726,16 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"linear elasticity and most sections bear"
         )
     balance = run.energy_balance.values
+    implicit = case.solver.method == METHOD
+    smaller = "solver.tolerance or solver.step" if implicit else "solver.step"
     if float(balance.max()) > GAIN_TOLD:
         found.append(
             f"the run has gained up to {100.0 * balance.max():.2g} % of its energy from nothing; take a smaller "
-            f"solver.tolerance or solver.step"
+            f"{smaller}"
         )
     if -float(balance.min()) > NUMERICAL_TOLD:
         found.append(
-            f"the method itself has taken {-100.0 * balance.min():.2g} % of the energy; take a smaller "
-            f"solver.tolerance or solver.step, or a higher solver.spectral_radius"
+            f"the method itself has taken {-100.0 * balance.min():.2g} % of the energy; take a smaller {smaller}"
+            + (", or a higher solver.spectral_radius" if implicit else "")
         )
     return found
