@@ -40,5 +40,21 @@ from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
 from evolvent.systems.wrapped_rib.simulate import build, plan, run
+from evolvent.systems.wrapped_rib.start import check_follows
 
-__all__ = ["Case", "build", "figures", "layout", "numbers", "plan", "run", "scene", "study_figures"]
+#: Key of a case that takes the run from whose end it starts.
+START_KEY = "start"
+
+__all__ = [
+    "START_KEY",
+    "Case",
+    "build",
+    "check_follows",
+    "figures",
+    "layout",
+    "numbers",
+    "plan",
+    "run",
+    "scene",
+    "study_figures",
+]

@@ -33,6 +33,8 @@ LEAST_RAMP = 0.1
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
 #: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
 WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
+#: Depth, in radii, to which a saved run may have pressed its ribs into the hub as they whipped onto it.
+SUNK = 0.1
 #: Stiffness of what sticks on the hub, of that of the contact.
 STICK = 0.1
 
@@ -98,6 +100,7 @@ def _system(case: Case, begin: Start) -> System:
                 points=contact.points,
                 friction=contact.friction,
                 stick_stiffness=STICK * begin.stiffness,
+                sunk=1e-3 if case.begins in ("straight", "wound") else SUNK,
             ),
             f"contact-{k}",
         )

@@ -144,13 +144,7 @@ def _from_run(case: Case) -> Start:
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
     before = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
-    for key, mine, its in (
-        ("rib.length", case.rib.length, before.rib.length),
-        ("rib.count", case.rib.count, before.rib.count),
-        ("hub.radius", case.hub.radius, before.hub.radius),
-    ):
-        if mine != its:
-            raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
+    check_follows(before, case)
     shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
     if (
         run.end_coordinates.shape != shape
@@ -174,6 +168,23 @@ def _from_run(case: Case) -> Start:
     if case.contact.stiffness == "auto":  # what pressed on the hub before still does
         stiffness = max(stiffness, before.contact_stiffness)
     return Start(nodes, rates, hub, run.hinge_rest.values, stiffness)
+
+
+def check_follows(before: Case, after: Case) -> None:
+    """Refuse a case that cannot start from the end of another.
+
+    Raises
+    ------
+    InputError
+        If their ribs or hubs differ in what cannot change.
+    """
+    for key, mine, its in (
+        ("rib.length", after.rib.length, before.rib.length),
+        ("rib.count", after.rib.count, before.rib.count),
+        ("hub.radius", after.hub.radius, before.hub.radius),
+    ):
+        if mine != its:
+            raise InputError(f"{key} is {mine:g}, but the run {after.start!r}, from which this one starts, has {its:g}")
 
 
 def _check_upright(case: Case, hub: HubState) -> None:
