@@ -183,7 +183,10 @@ class Builder:
         n_threads = len(self.rows["threads"])
         s = np.zeros(2 * n_threads, dtype=np.int64)
         s[:n_threads] = self.released
-        y = np.array(self.q + self.v + [0.0] * mdl.N_ACCOUNTS)
+        accounts = mdl.N_ACCOUNTS
+        if self.rows["beams"]:
+            accounts += mdl.IMPULSE + len(self.rows["cylinders"])
+        y = np.array(self.q + self.v + [0.0] * accounts)
         info = mdl.zeros("info", 1)
         n_events = 2 * n_threads + len(self.rows["events"])
         for name, value in zip(info.dtype.names or (), (n_q, n_v, y.size, s.size, n_events, bandwidth), strict=False):

@@ -32,10 +32,12 @@ class Plan(NamedTuple):
     ----------
     duration : float, s, time that the run covers
     solver : str, the solver that must be compiled for it, '' for none
+    note : str, what to tell of its cost before it starts, '' for nothing
     """
 
     duration: float
     solver: str = ""
+    note: str = ""
 
 
 # ------------------------------------------------------------------------------------------------ systems

@@ -167,6 +167,8 @@ def run(
 
         if not jit.is_warm(plan.solver):
             click.echo("evolvent: compiling for this machine, once; this takes half a minute", err=True)
+    if plan.note and not quiet:
+        click.echo(f"evolvent: {plan.note}", err=True)
     with _progress(plan.duration, quiet) as progress:
         found = module.run(loaded, progress=progress)
     _keep(found, output, folder, quiet)

@@ -18,6 +18,9 @@ Array = np.ndarray
 ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
 DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
+#: Accounts that follow in a model with beams, under explicit methods: what causes have taken, and the impulse of the
+#: normal forces of every cylinder.
+BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_COUPLINGS, IMPULSE = range(5)
 #: Layout of what `inventory` writes.
 KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
 
@@ -63,9 +66,9 @@ RECORDS: dict[str, np.dtype] = {
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
     # flexible beams: cells are their elements; a node's coordinates stand together, node after node; paper: 1 where
     # the damping is the paper's, which a turn of the whole feels
-    "beams": _record("kind iq iv nodes cell cells block paper", "alpha length"),
+    "beams": _record("kind iq iv nodes cell cells block paper", "length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
-    "cells": _record("beam iq iv form mass force tangent energy", "length beta thickness"),
+    "cells": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
     "joints": _record(

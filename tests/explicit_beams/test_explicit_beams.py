@@ -196,3 +196,17 @@ def test_what_explicit_methods_refuse() -> None:
     refused(lambda s: s.add(hub, "hub"), "'hub' has friction.*generalized-alpha")
     hinge = parts.Hinge(body="ground", beam=("rib", "root"), latch=0.5, latch_stiffness=1.0)
     refused(lambda s: s.add(hinge, "lock"), "'lock' has a latch.*generalized-alpha")
+
+
+def test_a_joint_is_a_penalty_as_a_whole() -> None:
+    """Directions may have a stiffness of their own; it is no constraint where places are penalties."""
+    system = System()
+    system.add(beam(), "beam")
+    held = {"a": (0.0, 0.0, 0.0), "b": ("beam", "root"), "kind": "clamp", "stiffness": 500.0}
+    system.add(parts.Joint(**held, turn_stiffness=2.0), "clamp")
+    assert system.assemble().model.flexible.joints["stiffness"].tolist() == [500.0] * 3 + [2.0] * 2
+    refused = System()
+    refused.add(beam(), "beam")
+    refused.add(parts.Joint(**held, turn_stiffness=0.0), "clamp")
+    with pytest.raises(InputError, match=r"clamp.turn_stiffness is 0\.0, but clamp.stiffness is 500.0"):
+        refused.assemble()

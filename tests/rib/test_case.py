@@ -3,10 +3,15 @@
 import json
 import math
 
+import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from evolvent import cases
+from evolvent.elements import cable_stretch_form
 from evolvent.errors import InputError
+from evolvent.kernels.ancf import WORK
+from evolvent.kernels.cable import cable_stretch_energy
 from evolvent.systems.wrapped_rib.advice import locking, warnings
 from evolvent.systems.wrapped_rib.case import Case
 
@@ -150,6 +155,11 @@ def test_a_length_of_time_is_found():
         ("wind", {"damping.elements": [1, 1]}, ["damping.elements is [1, 1]", "twice"]),
         ("wind", {"damping.elements": []}, ["damping.elements is empty"]),
         ("wind", {"damping.elements": "first", "damping.alpha": 0}, ["damping.elements is given", "are 0"]),
+        (
+            "wind",
+            {"rib.formulation": "cable_stretch", "damping.beta": 0.01, "damping.kind": "paper"},
+            ["damping.kind is 'paper'", "'cable_stretch'"],
+        ),
         ("wind", {"contact.exponent": 0.5}, ["contact.exponent is 0.5", "1 or above"]),
         ("wind", {"contact.stiffness": 0}, ["contact.stiffness is 0", "above 0"]),
         ("wind", {"contact.self": "maybe"}, ["contact.self is 'maybe'", "true or false"]),
@@ -225,7 +235,30 @@ def test_stiffness_of_the_mesh(formulation, elements, ratio):
         assert found == pytest.approx(ratio, abs=6e-4)
 
 
-@pytest.mark.parametrize("formulation", ["cable", "assumed_strain", "elastic_line", "nu_split", "full"])
+@pytest.mark.parametrize("elements", [7, 10, 40])
+def test_stiffness_of_the_cable_with_engineering_strain(elements):
+    """The least energy by another search, of the element's own energy; 1.6 % too stiff at 2 rad."""
+    case = cases.load(WIND, {"rib.formulation": "cable_stretch", "rib.elements": elements})
+    rib, h = case.rib, case.rib.element_length
+    form = cable_stretch_form(h, rib.section(0), rib.material)
+    half = 0.5 * h / case.hub.radius
+    c, s = np.cos(half), np.sin(half)
+
+    def energy(x):
+        chord, slope = x * [h, 1.0]
+        e = np.array([0, 0, 0, slope * c, -slope * s, 0, chord, 0, 0, slope * c, slope * s, 0])
+        return cable_stretch_energy(e, form.H, form.h, form.U0, np.zeros(WORK)) / (0.5 * case.strip.bending_stiffness)
+
+    found = minimize(energy, [s / half, 1.0], method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-15})
+    ratio = found.fun / (h / case.hub.radius**2)
+    assert locking(case)[0] == pytest.approx(ratio, rel=1e-6)
+    if elements == 10:
+        assert ratio == pytest.approx(1.016, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "formulation", ["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"]
+)
 @pytest.mark.parametrize("elements", [7, 5000])
 def test_stiffness_is_found_for_the_coarsest_and_finest_mesh(formulation, elements):
     found = locking(cases.load(WIND, {"rib.formulation": formulation, "rib.elements": elements}))[0]

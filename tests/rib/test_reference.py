@@ -26,11 +26,24 @@ def test_a_light_string_is_wound_when_other_computations_say(alpha, end):
     assert np.argmax(found.tip_speed) == found.time.size - 1
 
 
-@pytest.mark.parametrize("alpha", [0.0, 0.2, 0.5])
-def test_the_strings_energy_is_the_work_less_the_drag(alpha):
-    found = reference.string_winding(PAPER, T, alpha)
+@pytest.mark.parametrize(("alpha", "damped"), [(0.0, None), (0.2, None), (0.5, None), (0.5, [(0.0, 2.0), (5.0, 7.0)])])
+def test_the_strings_energy_is_the_work_less_the_drag(alpha, damped):
+    found = reference.string_winding(PAPER, T, alpha, damped=damped)
     assert found.kinetic == pytest.approx(found.work - found.drag, rel=1e-7, abs=1e-9)
     assert np.any(found.drag > 0.0) == (alpha > 0.0)
+
+
+def test_a_string_that_is_damped_in_parts():
+    whole = reference.string_winding(PAPER, T, 0.5)
+    parts = reference.string_winding(PAPER, T, 0.5, damped=[(0.0, 3.0), (3.0, 12.0)])
+    assert parts.end_time == pytest.approx(whole.end_time, rel=1e-9)
+    # the power is alpha times the integral of m v^2 over what is damped
+    found = reference.string_winding(PAPER, T, 0.5, damped=[(4.0, 9.0)])
+    arc = np.linspace(4.0, 9.0, 100001)
+    across = np.clip(arc - PAPER.radius * found.wrap[1500], 0.0, None) * found.rate[1500]
+    power = 0.5 * PAPER.line_density * np.trapezoid(across**2, arc)
+    dt = found.time[1]
+    assert (found.drag[1501] - found.drag[1499]) / (2.0 * dt) == pytest.approx(power, rel=1e-3)
 
 
 def test_the_strings_motion_is_that_of_its_shape():

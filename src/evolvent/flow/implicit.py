@@ -313,7 +313,10 @@ def is_isolated(t, model):
     if model.loads.size > 0 or model.threads.size > 0:
         return False
     for k in range(f.beams.size):
-        if f.beams[k].alpha != 0.0 or f.beams[k].paper != 0:
+        if f.beams[k].paper != 0:
+            return False
+    for k in range(f.cells.size):
+        if f.cells[k].alpha != 0.0:
             return False
     for k in range(f.joints.size):
         if couplings.holds(t, f.joints, k):

@@ -8,7 +8,19 @@ from evolvent.flow.projection import project
 from evolvent.jit import kernel
 from evolvent.kernels import couplings, flexible, rigid, touch
 from evolvent.kernels.linalg import banded_solve_vectors
-from evolvent.model import ELASTIC, H_BODY, KINETIC, P_ALL, RELEASE
+from evolvent.model import (
+    BY_CONTACT,
+    BY_COUPLINGS,
+    BY_MASS,
+    BY_STIFFNESS,
+    ELASTIC,
+    H_BODY,
+    IMPULSE,
+    KINETIC,
+    N_ACCOUNTS,
+    P_ALL,
+    RELEASE,
+)
 
 
 @kernel
@@ -17,7 +29,7 @@ def add_flexible_forces(t, y, model, dy):
 
     Parameters
     ----------
-    dy : (ny,) float, the accelerations of the beams in it still zero
+    dy : (ny,) float, the accelerations of the beams in it still zero; rates of the beams' accounts are written into it
 
     Returns
     -------
@@ -28,10 +40,10 @@ def add_flexible_forces(t, y, model, dy):
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
-    dissipated = given = 0.0
+    by_mass = by_stiffness = by_contact = by_couplings = given = 0.0
+    account = n_q + n_v + N_ACCOUNTS
     if f.cells.size > 0:
         by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], n_q, f, F)
-        dissipated += by_mass + by_stiffness
         for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
             at = f.beams[k].iv - n_q
             for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
@@ -41,22 +53,27 @@ def add_flexible_forces(t, y, model, dy):
             given += P[i] * y[n_q + i]
         touch.add_contacts(y, -1.0, n_q, f, bodies, F)
         for k in range(f.cylinders.size):
-            dissipated += f.cylinders[k].power
+            by_contact += f.cylinders[k].power
+            dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.hinges.size > 0:
-        _, lost = couplings.add_hinges(y, n_q, f, bodies, F)
-        dissipated += lost
+        _, by_couplings = couplings.add_hinges(y, n_q, f, bodies, F)
     for k in range(f.joints.size):
         if is_held(t, f.joints, k):
             couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
             gap, rate = f.joints[k].gap, f.joints[k].rate
             stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
             couplings.add_joint_force(k, stiffness * gap + damping * rate, n_q, f, bodies, F)
-            dissipated += damping * rate * rate
+            by_couplings += damping * rate * rate
     if f.joints.size > 0:
         for i in range(points.size):
             for c in range(3):
                 points[i].f[c] -= F[points[i].iv - n_q + c]
-    return dissipated, given
+    if f.beams.size > 0:
+        dy[account + BY_MASS] = by_mass
+        dy[account + BY_STIFFNESS] = by_stiffness
+        dy[account + BY_CONTACT] = by_contact
+        dy[account + BY_COUPLINGS] = by_couplings
+    return by_mass + by_stiffness + by_contact + by_couplings, given
 
 
 @kernel

@@ -51,7 +51,7 @@ def add_cells(y, a, n_q, flexible, F):
     by_mass = by_stiffness = 0.0
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        alpha, at, force = beams[beam].alpha, iv - n_q, cell_force_at(cells[k].force)
+        alpha, at, force = cells[k].alpha, iv - n_q, cell_force_at(cells[k].force)
         n = 12 if beams[beam].kind == CABLE else 24
         e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
         for i in range(n):
@@ -74,7 +74,7 @@ def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
         beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(cells[k].tangent)
-        factor = c_mass + c_rate * beams[beam].alpha
+        factor = c_mass + c_rate * cells[k].alpha
         n = 12 if beams[beam].kind == CABLE else 24
         e, u = y[iq : iq + n], y[iv : iv + n]
         if n == 12:

@@ -47,7 +47,7 @@ class Beam:
     stiffness_damping : float, beta, s, forces -beta times the rate of the elastic ones
     damping : {"objective", "paper"}
         The rate of the stresses, which a rigid turn does not know, or K_e(e) e' (Yi et al. 2017), which damps that too.
-    damped : sequence of int, optional, elements with stiffness damping; all if left out
+    damped : sequence of int, optional, elements with damping, from 0; all if left out
     """
 
     length: float
@@ -109,6 +109,7 @@ class Beam:
         if rates.shape != nodes.shape or not np.all(np.isfinite(rates)):
             raise InputError(f"{name}.rates has the shape {rates.shape}; it must be {nodes.shape}, finite numbers")
         q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
+        alpha = not_negative(f"{name}.mass_damping", self.mass_damping)
         beta = not_negative(f"{name}.stiffness_damping", self.stiffness_damping)
         kind = kernels.CABLE if k == 2 else kernels.BEAM
         first = len(builder.rows["cells"])
@@ -123,7 +124,6 @@ class Beam:
             cells=n,
             block=block,
             paper=int(beta > 0.0 and self.damping == cells.PAPER),
-            alpha=not_negative(f"{name}.mass_damping", self.mass_damping),
             length=length,
         )
         builder.names[name] = ("beams", index)
@@ -152,6 +152,7 @@ class Beam:
                 tangent=jit.address(functions.tangent, "cell_tangent"),
                 energy=jit.address(functions.energy, "cell_energy"),
                 length=length / n,
+                alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
             )
 

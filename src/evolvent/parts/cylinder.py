@@ -39,6 +39,7 @@ class Cylinder:
     friction : float, coefficient mu
     stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a check point that sticks
     skip : int, check points next to the root that are left out (the root itself is joined to the cylinder)
+    sunk : float, depth, in radii, up to which beams may lie below the surface at the start
     """
 
     body: str
@@ -56,6 +57,7 @@ class Cylinder:
     stick_stiffness: float = 1e3
     stick_damping: float = 0.0
     skip: int = 0
+    sunk: float = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the cylinder and its check points."""
@@ -97,7 +99,7 @@ class Cylinder:
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
             off = float(np.linalg.norm(at - (at @ axis) * axis)) - self.radius
-            if off < -1e-3 * self.radius and abs(at @ axis) < self.half_length:
+            if off < -self.sunk * self.radius and abs(at @ axis) < self.half_length:
                 raise InputError(
                     f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
                 )

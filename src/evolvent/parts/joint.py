@@ -74,6 +74,7 @@ class Joint:
         Places coincide; so, and turn about `axis` only; so, and do not turn; places keep their distance.
     axis : (3,) float, of a hinge, inertial axes at the start
     stiffness : float, N/m and N m; above 0, a penalty in place of the constraint
+    turn_stiffness : float, N m, optional, of the penalties that hold directions; `stiffness` if left out
     damping : float, N s/m and N m s, of the penalty
     until : float, s, when the joint lets go
 
@@ -87,6 +88,7 @@ class Joint:
     kind: str = "point"
     axis: Sequence[float] = (0.0, 0.0, 1.0)
     stiffness: float = 0.0
+    turn_stiffness: float | None = None
     damping: float = 0.0
     until: float = math.inf
 
@@ -120,6 +122,13 @@ class Joint:
         if self.kind == "point":
             return
         axis = unit_vector(f"{name}.axis", self.axis)
+        if self.turn_stiffness is not None:
+            common["stiffness"] = not_negative(f"{name}.turn_stiffness", self.turn_stiffness)
+            if (common["stiffness"] > 0.0) != (self.stiffness > 0.0):
+                raise InputError(
+                    f"{name}.turn_stiffness is {self.turn_stiffness!r}, but {name}.stiffness is {self.stiffness!r}; "
+                    f"both must be above 0 (a penalty), or both 0"
+                )
         sides = self._directions(builder, name, a, b, axis)
         for one, other in sides:
             _row(builder, kernels.DIRECTION, one, other, value=float(one.u @ other.u), **common)

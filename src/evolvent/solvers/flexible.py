@@ -1,9 +1,10 @@
-"""Beams and penalties under explicit methods: what these cannot carry, and the fastest mode of the whole model."""
+"""Beams and penalties under explicit methods: what these cannot carry, the fastest mode, the account of a run."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sparse
@@ -15,7 +16,11 @@ from evolvent.errors import InputError
 from evolvent.flow import bind_rates
 from evolvent.flow.penalties import flexible_rates
 from evolvent.kernels import contact, couplings, rigid
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.flexible import NODE_VECTORS, beam_energies
+
+if TYPE_CHECKING:
+    from evolvent.solvers.drive import Solution
+    from evolvent.solvers.implicit import ImplicitSolution
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -51,6 +56,74 @@ def check_explicit(assembly: Assembly) -> None:
             )
         if family == "hinges" and math.isfinite(f.hinges["latch"][index]):
             raise InputError(f"{name!r} has a latch, which rk4, heun and dopri5 do not know; take generalized-alpha")
+
+
+def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
+    """An explicit run with what the implicit method keeps of its own: ledger, contacts and bodies' wrenches at samples.
+
+    Notes
+    -----
+    Of the accounts that the method integrates (see `evolvent.model`), and of the forces at the samples. Penalties stand
+    in COUPLED, as springs in hinges do. Accelerations and multipliers are none.
+    """
+    from evolvent.solvers import alpha as at
+    from evolvent.solvers.implicit import ImplicitSolution
+
+    model, t, y = assembly.model, solution.t, np.ascontiguousarray(solution.y)
+    f, n_q, n_v = model.flexible, int(model.info["nq"][0]), int(model.info["nv"][0])
+    derivative, sums = bind_rates(model)[0][0], bind_rates(model)[1][0]
+    ledger = np.zeros((t.size, at.N_LEDGER))
+    cylinders, wrenches = np.zeros((t.size, f.cylinders.size, at.N_CYLINDER)), np.zeros((t.size, model.bodies.size, 6))
+    dy, total, own, scratch = np.zeros_like(assembly.y), np.empty(mdl.N_INVENTORY), np.zeros(3), np.zeros(n_v)
+    accounts = y[:, n_q + n_v :]
+    causes = accounts[:, mdl.N_ACCOUNTS :]
+    for k in range(t.size):
+        sums(t[k], y[k], solution.s[k], model, total)
+        derivative(t[k], y[k], solution.s[k], model, dy)
+        wrenches[k] = model.bodies["F"]
+        cylinders[k, :, :6] = f.cylinders["F"]
+        cylinders[k, :, 6] = f.cylinders["normal"]
+        cylinders[k, :, 8] = f.cylinders["touching"]
+        own[:] = 0.0
+        beam_energies(y[k], f, own)
+        coupled = float(0.5 * f.joints["stiffness"] @ np.where(t[k] < f.joints["until"], f.joints["gap"], 0.0) ** 2)
+        if f.hinges.size:
+            coupled += couplings.add_hinges(y[k], n_q, f, model.bodies, scratch)[0]
+        ledger[k, at.KINETIC], ledger[k, at.BENDING] = total[mdl.KINETIC], own[2]
+        ledger[k, at.ELASTIC], ledger[k, at.COUPLED] = total[mdl.ELASTIC] - coupled, coupled
+        ledger[k, at.CONTACT] = f.cylinders["energy"].sum()
+    cylinders[:, :, 7] = causes[:, mdl.IMPULSE :]
+    for place, cause in (
+        (at.BY_MASS, mdl.BY_MASS),
+        (at.BY_STIFFNESS, mdl.BY_STIFFNESS),
+        (at.BY_CONTACT, mdl.BY_CONTACT),
+        (at.BY_JOINTS, mdl.BY_COUPLINGS),
+    ):
+        ledger[:, place] = causes[:, cause]
+    ledger[:, at.BY_SPRINGS] = accounts[:, mdl.DISSIPATED] - causes[:, : mdl.IMPULSE].sum(axis=1)
+    ledger[:, at.LOADS] = accounts[:, mdl.LOAD] + accounts[:, mdl.RELEASE]
+    ledger[:, at.DRIVES], ledger[:, at.SPOOLS] = accounts[:, mdl.DRIVE], accounts[:, mdl.SPOOL]
+    if t.size:
+        start = ledger[0, [at.KINETIC, at.ELASTIC, at.COUPLED]].sum()
+        ledger[:, at.START] = start
+        ledger[:, at.PEAK] = np.maximum.accumulate(ledger[:, [at.KINETIC, at.ELASTIC, at.COUPLED]].sum(axis=1))
+    return ImplicitSolution(
+        t=t,
+        y=y,
+        acceleration=np.zeros((t.size, n_v)),
+        la=np.zeros((t.size, f.joints.size)),
+        ledger=ledger,
+        cylinders=cylinders,
+        wrenches=wrenches,
+        status=solution.status,
+        message=solution.message,
+        statistics=dict(solution.statistics),
+        wall_time=solution.wall_time,
+        compile_time=solution.compile_time,
+        s=solution.s,
+        event_times=solution.event_times,
+        event_kinds=solution.event_kinds,
+    )
 
 
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:

@@ -14,13 +14,30 @@ A study is a YAML file::
 ``over`` holds for ``grid`` lists or {from, to, points, spacing: linear or log}; for ``list`` lists of one length; for
 the others {from, to} (uniform) or {mean, std} (normal), with ``samples``. ``seed`` fixes all that is drawn. ``keep``
 names variables of the run, with ``.first``, ``.last``, ``.min``, ``.max`` or ``.mean`` over its time, and statistics;
-left out, all that has no time. ``batch`` is the number of cases a task. Built-in studies are files ``*.study.yaml``
-beside their system.
+left out, all that has no time. ``batch`` is the number of cases a task.
+
+``stages`` has every case run several times, each run from the end of the one before::
+
+    stages:
+      - {name: wind, set: {phase: wind}}
+      - {name: deploy, set: {phase: deploy, drive: null}}
+    over: {rib.thickness: [0.2 mm, 0.3 mm], deploy.damping.alpha: [0, 0.1 1/s]}
+    keep: [wind.tip_speed_peak, deploy.tip_radius.last]
+
+A key of ``over`` that begins with a stage's name varies in that stage alone; what is kept begins with one, and stands
+in the results as ``deploy_tip_radius_last``, over dimensions such as ``deploy_time``. The runs are kept in the study's
+folder, ``stages/000001-deploy.nc``, and are not computed again. A stage that fails ends its case.
+
+Built-in studies are files ``*.study.yaml`` beside their system.
 
 A system's module may hold more for studies:
 
 ``SEED_KEY``
     Key of its case that takes a seed, ``"sensors.seed"``; every case then gets one of its own.
+``START_KEY``
+    Key of its case that takes the file of a saved run, from whose end it starts, ``"start"``: what stages need.
+``check_follows(before, after)``
+    Refuses, with an `InputError`, a case that cannot start from the end of another.
 ``run_batch(cases) -> [xarray.Dataset or Exception]``
     Runs of many cases at once; each must have the bits that it has alone.
 ``study_figures(dataset) -> {name: matplotlib.figure.Figure}``

@@ -22,7 +22,8 @@ class Axis:
 
     Attributes
     ----------
-    key : str, dotted
+    key : str, dotted, of the case; or after the name of the stage that it is for
+    stage : str, that stage's name, '' for all of them
     values : tuple, one for each point (grid) or for each case
     unit, what : str, of the key, as its schema says
     """
@@ -31,6 +32,12 @@ class Axis:
     values: tuple[Any, ...]
     unit: str
     what: str
+    stage: str = ""
+
+    @property
+    def path(self) -> str:
+        """Key of the case."""
+        return self.key.removeprefix(f"{self.stage}.") if self.stage else self.key
 
 
 def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
@@ -75,6 +82,11 @@ def annotation(kind: Any, key: str) -> tuple[Any, str]:
     return reader, field.description or what or key
 
 
+def _is_known(kind: Any, key: str) -> bool:
+    """Whether a case has the key."""
+    return ".".join(part for part in key.split(".") if not part.isdecimal()) in cases.keys(kind)
+
+
 def _metadata(annotated: Any) -> Iterator[Any]:
     """All that stands beside the types of a field."""
     yield from getattr(annotated, "metadata", ())
@@ -84,7 +96,9 @@ def _metadata(annotated: Any) -> Iterator[Any]:
             yield from _metadata(inner)
 
 
-def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed: int) -> tuple[Axis, ...]:
+def axes(
+    over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed: int, stages: Sequence[str] = ()
+) -> tuple[Axis, ...]:
     """The keys that vary, with their values.
 
     Parameters
@@ -93,6 +107,7 @@ def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed:
     sample : str, of the study
     kind : pydantic model of the case
     samples, seed : int, of values that are drawn
+    stages : sequence of str, names of the study's stages
 
     Raises
     ------
@@ -104,7 +119,9 @@ def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed:
     found = []
     drawn = _draws(sample, samples, len(over), seed)
     for k, (key, given) in enumerate(over.items()):
-        reader, what = annotation(kind, str(key))
+        stage, _, path = str(key).partition(".")
+        stage = stage if stage in stages and not _is_known(kind, str(key)) else ""
+        reader, what = annotation(kind, path if stage else str(key))
         where = f"over.{key}"
         if drawn is not None:
             values = _spread(where, given, reader, drawn[:, k])
@@ -116,7 +133,7 @@ def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed:
             allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
             raise InputError(f"{where} is {cases.shown(given)}; with sample: {sample} it must be {allowed}")
         unit = getattr(reader, "unit", "")
-        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what))
+        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage))
     lengths = {axis.key: len(axis.values) for axis in found}
     if sample == "list" and len(set(lengths.values())) > 1:
         told = ", ".join(f"{key} has {n}" for key, n in lengths.items())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -114,3 +115,5 @@ def _summary(found: xr.Dataset, folder: str, progress: _Reached) -> None:
     if failed.any():
         click.echo(f"failed: {failed.sum()} of {count}; the first: {found.reason.values[failed][0]}")
     click.echo(f"results: {folder}/results.zarr")
+    if json.loads(found.attrs.get("stages", "[]")):
+        click.echo(f"runs of the stages: {folder}/stages, each a file for evolvent plot")

@@ -152,7 +152,7 @@ class _Sweep:
             spread.run()
 
     def _here(self, indices: Sequence[int]) -> None:
-        self.keep(work.compute(work.task(self.study, indices)), len(indices))
+        self.keep(work.compute(work.task(self.study, indices, self.store.folder)), len(indices))
 
     def take(self, workers: int) -> list[int]:
         """The next cases for a task: as the study says, or for about a second of work, and less near the end."""
@@ -248,7 +248,9 @@ class _Spread:
             self._start([self.alone])
 
     def _start(self, indices: list[int]) -> None:
-        future = self.client.submit(work.compute, work.task(self.sweep.study, indices), pure=False, retries=0)
+        future = self.client.submit(
+            work.compute, work.task(self.sweep.study, indices, self.sweep.store.folder), pure=False, retries=0
+        )
         self.running[future] = indices
         future.add_done_callback(self.ended.put)
 

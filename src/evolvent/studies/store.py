@@ -5,6 +5,7 @@
 ``study.yaml``            the study with its whole case; it can be swept again
 ``cases.log``             finished batches, one record each: size, hash, bytes of `record.encode`; only ever appended
 ``results.zarr``          the labelled results, there once every case is
+``stages``                runs of the stages of every case, ``000012-wind.nc``, where the study has stages
 ``lock``                  held by the process that works here
 ========================  ======================================================================================
 """

@@ -10,7 +10,7 @@ import math
 import os
 import pathlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,12 @@ import yaml
 from evolvent import cases
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
+from evolvent.studies import stages as st
 from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, whole
 from evolvent.studies.record import REDUCTIONS
 
 SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
-_KEYS = ("study", "case", "set", "sample", "over", "samples", "seed", "keep", "batch")
+_KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "seed", "keep", "batch")
 #: Most cases that are planned before anything runs.
 _CORNERS = 16
 
@@ -45,6 +46,8 @@ class Study:
     seed_most : int, largest seed that it takes
     keep : tuple of str, what is kept of every run; empty for the default
     batch : int, cases a task; 0 for automatic
+    stages : tuple of Stage, runs of every case that follow one another; empty for one run
+    start_key : str, key of the case that takes the run of the stage before
     text : str, the study as YAML that holds its whole case and can be swept again
     """
 
@@ -60,6 +63,8 @@ class Study:
     keep: tuple[str, ...]
     batch: int
     text: str
+    stages: tuple[st.Stage, ...] = ()
+    start_key: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -78,12 +83,16 @@ class Study:
         """Number of cases."""
         return math.prod(self.shape)
 
-    def overrides(self, index: int) -> dict[str, Any]:
-        """What case `index` changes, key -> value, with what all change."""
+    def overrides(self, index: int, stage: str | None = None) -> dict[str, Any]:
+        """What case `index` changes in a stage (the first if left out), key -> value, with what all change."""
         places = np.unravel_index(index, self.shape)
         if self.sample != "grid":
             places = places * len(self.axes)
-        found = self.fixed | {axis.key: axis.values[int(k)] for axis, k in zip(self.axes, places, strict=True)}
+        own = next((one for one in self.stages if stage in (None, one.name)), st.Stage(name="", set={}))
+        found = {**self.fixed, **own.set}
+        for axis, k in zip(self.axes, places, strict=True):
+            if axis.stage in ("", own.name):
+                found[axis.path] = axis.values[int(k)]
         if self.seed_key:
             found[self.seed_key] = self.case_seed(index)
         return found
@@ -96,7 +105,8 @@ class Study:
     @functools.cached_property
     def digests(self) -> dict[str, str]:
         """Hash of the cases, and of what is kept; what a store is compared by."""
-        asked = [self.content, self.fixed, self.sample, [(a.key, a.values) for a in self.axes]]
+        asked: list[Any] = [self.content, self.fixed, self.sample, [(a.key, a.values) for a in self.axes]]
+        asked += [[stage.name, dict(stage.set)] for stage in self.stages]
         return {
             "cases": _digest([*asked, self.seed_key, self.seed if self.seed_key else 0]),
             "kept variables": _digest(list(self.keep)),
@@ -146,10 +156,24 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     if not isinstance(system, str):
         raise InputError(f"the case's key 'system' is {cases.shown(system)}; {nearest(str(system), cases.systems())}")
     module = cases.system(system)
-    varying = axes(_section(content, "over"), sample, module.Case, samples=samples, seed=seed)
-    varied = {axis.key for axis in varying}
+    stages = st.read(content)
+    names = [stage.name for stage in stages]
+    start_key = st.start_key(stages, module, system, fixed)
+    varying = axes(_section(content, "over"), sample, module.Case, samples=samples, seed=seed, stages=names)
+    varied = {axis.path for axis in varying}
+    for axis in varying:
+        if start_key and axis.path == start_key:
+            raise InputError(
+                f"over varies {axis.key!r}, but a stage starts from the end of the one before; leave it out"
+            )
+        for stage in stages:
+            if axis.stage in ("", stage.name) and axis.path in stage.set:
+                raise InputError(
+                    f"over varies {axis.key!r}, which the stage {stage.name!r} sets; leave one of them out"
+                )
     seed_key, seed_most = _seed_key(module, varied | set(fixed))
-    keep = _keep(content)
+    keep = _keep(content, names)
+    st.check_keep(keep, stages)
     batch = whole(content, "batch", 0, least=1, most=MOST_CASES)
     found = Study(
         name=name,
@@ -164,6 +188,8 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
         keep=keep,
         batch=batch,
         text=_text(content, case),
+        stages=stages,
+        start_key=start_key,
     )
     if found.count > MOST_CASES:
         raise InputError(f"the study has {found.count:.3g} cases; at most {MOST_CASES} are possible")
@@ -247,12 +273,14 @@ def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     return section
 
 
-def _keep(content: Mapping[str, Any]) -> tuple[str, ...]:
+def _keep(content: Mapping[str, Any], stages: Sequence[str]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {cases.shown(keep)}; it must be a list of variables, such as [body_rate.last]")
     for name in keep:
-        _, dot, reduction = name.partition(".")
+        first, dot, reduction = name.partition(".")
+        if first in stages:
+            _, dot, reduction = reduction.partition(".")
         if dot and reduction not in REDUCTIONS:
             raise InputError(f"keep holds {cases.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
     return tuple(dict.fromkeys(keep))
@@ -283,16 +311,11 @@ def _checked(study: Study, module: Any) -> Study:
     """
     read_values: list[list[Any]] = [[None] * len(axis.values) for axis in study.axes]
     for index in range(study.count):
-        overrides = study.overrides(index)
-        try:
-            case = cases.load(study.content, overrides)
-        except InputError as error:
-            where = ", ".join(f"{axis.key}: {cases.shown(overrides[axis.key])}" for axis in study.axes)
-            raise InputError(f"case {index} of the study ({where}): {error}") from None
         places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
-        for values, axis, k in zip(read_values, study.axes, places, strict=True):
-            if values[int(k)] is None:
-                values[int(k)] = _at(case, axis.key)
+        for name, case in _loaded(study, index, module):
+            for values, axis, k in zip(read_values, study.axes, places, strict=True):
+                if values[int(k)] is None and axis.stage in ("", name):
+                    values[int(k)] = _at(case, axis.path)
     axes = tuple(dataclasses.replace(a, values=tuple(v)) for a, v in zip(study.axes, read_values, strict=True))
     for axis in axes:
         if study.sample == "grid" and len(set(map(repr, axis.values))) < len(axis.values):
@@ -307,6 +330,28 @@ def _checked(study: Study, module: Any) -> Study:
         else:
             return found
     raise refused if refused is not None else InputError("the study has no cases")
+
+
+def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
+    """Name of every stage of a case and the checked case there; '' without stages."""
+    before = None
+    for stage in study.stages or (None,):
+        overrides = study.overrides(index, stage.name if stage else None)
+        if before is not None:
+            overrides[study.start_key] = st.UNKNOWN
+        try:
+            case = cases.load(study.content, overrides)
+            if before is not None:
+                st.check(before, case, module)
+        except InputError as error:
+            places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
+            varied = zip(study.axes, places, strict=True)
+            where = ", ".join(f"{axis.key}: {cases.shown(axis.values[int(k)])}" for axis, k in varied)
+            at = f", stage {stage.name!r}" if stage else ""
+            told = str(error).replace(f"the run {st.UNKNOWN!r}", "the stage before it")
+            raise InputError(f"case {index} of the study ({where}){at}: {told}") from None
+        yield (stage.name if stage else ""), case
+        before = case
 
 
 def corners(study: Study) -> list[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -11,7 +12,7 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.errors import EvolventError, InputError
-from evolvent.studies import record, store
+from evolvent.studies import record, stages, store
 from evolvent.studies.study import Study
 
 
@@ -23,14 +24,18 @@ class Task:
     ----------
     content : mapping, the case that varies
     indices : tuple of int, of the cases
-    overrides : tuple of mapping, what each case changes
+    overrides : tuple of mapping, for each case: stage -> what it changes; the one stage '' without stages
+    start_key : str, key of the case that takes the run of the stage before; '' without stages
+    folder : str, of the study
     keep : tuple of str
     sources : str, hash that the sources must have where the task runs
     """
 
     content: Mapping[str, Any]
     indices: tuple[int, ...]
-    overrides: tuple[Mapping[str, Any], ...]
+    overrides: tuple[Mapping[str, Mapping[str, Any]], ...]
+    start_key: str
+    folder: str
     keep: tuple[str, ...]
     sources: str
 
@@ -51,12 +56,15 @@ class Result:
     refused: str
 
 
-def task(study: Study, indices: Sequence[int]) -> Task:
-    """The task of some cases of a study."""
+def task(study: Study, indices: Sequence[int], folder: str | os.PathLike[str] = ".") -> Task:
+    """The task of some cases of a study, whose stages' runs are kept in its folder."""
+    names = [stage.name for stage in study.stages] or [""]
     return Task(
         content=study.content,
         indices=tuple(indices),
-        overrides=tuple(study.overrides(index) for index in indices),
+        overrides=tuple({name: study.overrides(index, name or None) for name in names} for index in indices),
+        start_key=study.start_key,
+        folder=os.path.abspath(folder),
         keep=study.keep,
         sources=store.sources(),
     )
@@ -77,20 +85,36 @@ def compute(task: Task) -> Result:
     if store.sources() != task.sources:
         raise EvolventError("a worker has other sources of evolvent than this process; install the same everywhere")
     began = time.perf_counter()
+    refused = ""
     with threadpool_limits(limits=1):  # the number of threads may change the last bits of linear algebra
-        outcomes = _outcomes(task)
-    try:
-        record.check_kept(outcomes)
-        refused = ""
-    except InputError as error:
-        refused = str(error)
+        if task.start_key:
+            outcomes, refused = _chains(task)
+        else:
+            outcomes = _outcomes(task)
+            try:
+                record.check_kept(outcomes)
+            except InputError as error:
+                refused = str(error)
     content = record.encode(record.table(outcomes))
     return Result(content=content, seconds=time.perf_counter() - began, refused=refused)
 
 
+def _chains(task: Task) -> tuple[list[record.Outcome], str]:
+    """What is kept of every case, in order, whose stages follow one another; and why the study cannot go on."""
+    found = [
+        stages.chain(task.content, overrides, index=index, start_key=task.start_key, keep=task.keep, folder=task.folder)
+        for index, overrides in zip(task.indices, task.overrides, strict=True)
+    ]
+    try:
+        stages.check_kept([each for _, each in found])
+    except InputError as error:
+        return [one for one, _ in found], str(error)
+    return [one for one, _ in found], ""
+
+
 def _outcomes(task: Task) -> list[record.Outcome]:
     """What is kept of every case, in order."""
-    loaded = [cases.load(task.content, overrides) for overrides in task.overrides]
+    loaded = [cases.load(task.content, overrides[""]) for overrides in task.overrides]
     module = cases.system(loaded[0].system)
     run_batch = getattr(module, "run_batch", None)
     runs = None

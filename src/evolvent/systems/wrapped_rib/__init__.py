@@ -5,9 +5,10 @@ The hub is a cylinder of radius R about z, its middle at the origin. A rib of le
 plane z = 0. Its flat side faces the hub. EI and EA are its bending and axial stiffness, m its mass per length.
 
 Elements: absolute nodal coordinates, r = S(xi) e, with one quadratic form of the products of nodal vectors for each
-formulation (`evolvent.elements`). `cable` has position and slope; the beams have 24 coordinates. Damping is
-alpha M e' + beta J^T H J e'. The contact acts at check points inside the elements, K d^n (1 + a d') along the normal.
-The equations M e'' + F + D + g_e^T la = Q, g = 0 (index 3) are stepped by generalized-alpha (Arnold & Bruels 2007).
+formulation (`evolvent.elements`). `cable` has position and slope, `cable_stretch` the same with engineering strain; the
+beams have 24 coordinates. Damping is alpha M e' + beta J^T H J e', of all elements or chosen ones. The contact acts at
+check points inside the elements, K d^n (1 + a d') along the normal. The equations M e'' + F + D + g_e^T la = Q, g = 0
+(index 3) are stepped by generalized-alpha (Arnold & Bruels 2007); RK4 and Heun take penalties in place of g.
 
 Drives:
 
@@ -39,5 +40,21 @@ from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
 from evolvent.systems.wrapped_rib.simulate import build, plan, run
+from evolvent.systems.wrapped_rib.start import check_follows
 
-__all__ = ["Case", "build", "figures", "layout", "numbers", "plan", "run", "scene", "study_figures"]
+#: Key of a case that takes the run from whose end it starts.
+START_KEY = "start"
+
+__all__ = [
+    "START_KEY",
+    "Case",
+    "build",
+    "check_follows",
+    "figures",
+    "layout",
+    "numbers",
+    "plan",
+    "run",
+    "scene",
+    "study_figures",
+]

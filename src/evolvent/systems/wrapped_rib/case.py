@@ -52,10 +52,11 @@ ElementNumber = Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)]
 class Rib(Section):
     """Every rib: a thin strip, straight at rest, that winds with its flat side on the hub."""
 
-    formulation: Literal["cable", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
+    formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
         "cable",
-        description="of the elements: cable (position and slope), assumed_strain (the beam that does not lock), or the "
-        "beams that lock: elastic_line, nu_split, full (the paper's)",
+        description="of the elements: cable (position and slope), cable_stretch (the same with engineering strain, for "
+        "more than a per cent of it), assumed_strain (the beam that does not lock), or the beams that lock: "
+        "elastic_line, nu_split, full (the paper's)",
     )
     elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = Field(
         40, description="elements of equal length"
@@ -111,6 +112,11 @@ class Rib(Section):
     def element_length(self) -> float:
         """Of one element, m."""
         return self.length / self.elements
+
+    @property
+    def vectors(self) -> int:
+        """Vectors of a node: place and slope of a cable; place and three slopes of a beam."""
+        return 2 if self.formulation in ("cable", "cable_stretch") else 4
 
     @property
     def material(self) -> Material:
@@ -259,8 +265,8 @@ class Contact(Section):
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["generalized-alpha", "rk4"] = Field(
-        "generalized-alpha", description="implicit, or the explicit one to compare with"
+    method: Literal["generalized-alpha", "rk4", "heun"] = Field(
+        "generalized-alpha", description="implicit, or an explicit one to compare with, of many short steps"
     )
     duration: units.DurationOrAuto = Field(
         "auto",
@@ -268,7 +274,7 @@ class Solver(Section):
         "form's end",
     )
     step: units.DurationOrAuto = Field(
-        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (rk4)"
+        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (others)"
     )
     tolerance: units.Tolerance = Field(3e-4, description="relative error of an adaptive step")
     spectral_radius: units.Fraction = Field(
@@ -410,6 +416,11 @@ class Case(Section):
             raise InputError(
                 f"damping.elements names element {max(self.damping.elements)}, but rib.elements is {self.rib.elements}"
             )
+        if self.damping.beta > 0.0 and self.damping.kind == "paper" and self.rib.formulation == "cable_stretch":
+            raise InputError(
+                "damping.kind is 'paper', but rib.formulation 'cable_stretch' has the objective one only; take damping."
+                "kind: objective, or rib.formulation: cable"
+            )
         if self.damping.alpha > 0.0 or self.damping.beta > 0.0:
             return
         if self.damping.elements != "all":
@@ -460,6 +471,20 @@ class Case(Section):
         )
 
     @property
+    def damped(self) -> tuple[int, ...]:
+        """Elements that are damped, from 0."""
+        chosen = self.damping.elements
+        if chosen == "all":
+            return tuple(range(self.rib.elements))
+        return (0,) if chosen == "first" else tuple(sorted(int(k) - 1 for k in chosen))
+
+    @property
+    def damped_arcs(self) -> tuple[tuple[float, float], ...] | None:
+        """Arc lengths from the root, from and to, of what is damped, m; None for all of it."""
+        length = self.rib.element_length
+        return None if self.damping.elements == "all" else tuple((k * length, (k + 1) * length) for k in self.damped)
+
+    @property
     def contact_stiffness(self) -> float:
         """Stiffness of the contact, N/m^n; see `Contact.stiffness`."""
         contact, strip, drive = self.contact, self.strip, self.drive
@@ -473,11 +498,23 @@ class Case(Section):
         elif drive is not None and drive.kind == "tip":
             pull += strip.axial_stiffness * drive.stretch
         elif drive is not None and drive.rate is not None:  # drag of a straight rib
-            pull += self.damping.alpha * strip.line_density * abs(drive.rate) * strip.length**3 / (3.0 * R)
+            arcs = self.damped_arcs or ((0.0, strip.length),)
+            third = sum(b**3 - a**3 for a, b in arcs) / 3.0
+            pull += self.damping.alpha * strip.line_density * abs(drive.rate) * third / R
         held = pull / R * spacing / (SINKS * R) ** n
         speed = reference.deployment_speed(strip)
         falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
         return max(held, falls)
+
+    @property
+    def penalty(self) -> tuple[float, float]:
+        """Stiffness of what holds a root under explicit methods: of its place (N/m) and of its direction (N m).
+
+        As a quarter of an element's length would stretch, and a tenth of what the element's slopes feel: so it gives
+        little way, and is about as fast as the element itself.
+        """
+        EA, length = self.strip.axial_stiffness, self.rib.element_length
+        return 4.0 * EA / length, 0.1 * EA * length
 
     @property
     def contact_frequency(self) -> float:
@@ -501,7 +538,11 @@ class Case(Section):
         turns = self.rib.length / self.hub.radius
         if drive is not None and drive.kind == "torque" and drive.torque is not None:
             motion = reference.string_winding(
-                self.strip, drive.torque, self.damping.alpha, start_angle=self.rib.start_angle
+                self.strip,
+                drive.torque,
+                self.damping.alpha,
+                damped=self.damped_arcs,
+                start_angle=self.rib.start_angle,
             )
             if not math.isfinite(motion.end_time):
                 raise InputError(

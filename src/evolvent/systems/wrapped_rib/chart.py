@@ -28,6 +28,8 @@ DRAWN = {
 }
 #: The largest tip speed and its time, as a run finds them between its samples too.
 PEAK, PEAK_TIME = "tip_speed_peak", "tip_speed_peak_time"
+#: Stands for the run from which a later stage starts.
+UNKNOWN = "before.nc"
 #: Most values of a key whose lines are told apart.
 MOST = 7
 
@@ -40,20 +42,26 @@ def study_figures(study: xr.Dataset) -> dict[str, Figure]:
     study : as `evolvent.studies.open` returns it
     """
     keys = [key for key in json.loads(study.attrs["keys"]) if study[key].size > 1]
-    kept = [name for name in DRAWN if name in study and "time" in study[name].dims]
-    if study.attrs["sample"] != "grid" or len(keys) != 1 or not kept or study[keys[0]].size > MOST:
+    if study.attrs["sample"] != "grid" or len(keys) != 1 or study[keys[0]].size > MOST:
         return {}
-    found = {name: _over_time(study, keys[0], name) for name in kept}
-    if "tip_speed" in kept and study[keys[0]].dtype.kind in "iuf":
-        found["peak"] = _peaks(study, keys[0])
+    stages = json.loads(study.attrs.get("stages", "[]")) or [""]
+    varied = dict(zip(json.loads(study.attrs["keys"]), json.loads(study.attrs.get("key_stages", "[]")), strict=False))
+    first = varied.get(keys[0], "")  # stages before it are all the same
+    found: dict[str, Figure] = {}
+    for stage in stages[stages.index(first) if first else 0 :]:
+        of = f"{stage}_" if stage else ""
+        kept = [name for name in DRAWN if of + name in study and f"{of}time" in study[of + name].dims]
+        found |= {of + name: _over_time(study, keys[0], name, of) for name in kept}
+        if "tip_speed" in kept and study[keys[0]].dtype.kind in "iuf":
+            found[f"{of}peak"] = _peaks(study, keys[0], stage)
     return found
 
 
-def _of_first_rib(study: xr.Dataset, key: str, name: str) -> np.ndarray:
-    """(values of the key, nt)."""
-    values = study[name]
-    values = values.isel({dim: 0 for dim in values.dims if dim not in (key, "time")})
-    found: np.ndarray = values.transpose(key, "time").values
+def _of_first_rib(study: xr.Dataset, key: str, name: str, of: str) -> np.ndarray:
+    """(values of the key, nt), of a stage where `of` is its name and _."""
+    values, time = study[of + name], f"{of}time"
+    values = values.isel({dim: 0 for dim in values.dims if dim not in (key, time)})
+    found: np.ndarray = values.transpose(key, time).values
     return found
 
 
@@ -82,11 +90,12 @@ def _named(study: xr.Dataset, key: str) -> str:
     return key if unit in ("1", "") else f"{key}, {unit}"
 
 
-def _over_time(study: xr.Dataset, key: str, name: str) -> Figure:
+def _over_time(study: xr.Dataset, key: str, name: str, of: str) -> Figure:
     """One line for each value of the key; of forces, running means, since single samples depend on the mesh."""
-    time = study.time.values
-    sheet, axis = _sheet(DRAWN[name].partition(",")[0].capitalize())
-    for k, values in enumerate(_of_first_rib(study, key, name)):
+    time = study[f"{of}time"].values
+    what = DRAWN[name].partition(",")[0].capitalize()
+    sheet, axis = _sheet(f"{what}, stage {of[:-1]}" if of else what)
+    for k, values in enumerate(_of_first_rib(study, key, name, of)):
         drawn, color = np.isfinite(values), PALETTE[k % len(PALETTE)]
         y = values[drawn]
         label = str(study[key].values[k])
@@ -95,26 +104,28 @@ def _over_time(study: xr.Dataset, key: str, name: str) -> Figure:
             y = running_mean(time[drawn], y, WINDOW * float(time[-1] - time[0]))
             label += ", running mean"
         axis.plot(time[drawn], y, color=color, lw=1.4, label=label)
-        if name == "tip_speed" and PEAK in study and PEAK_TIME in study:
-            at, most = (_alone(study, key, peak)[k] for peak in (PEAK_TIME, PEAK))
+        if name == "tip_speed" and of + PEAK in study and of + PEAK_TIME in study:
+            at, most = (_alone(study, key, of + peak)[k] for peak in (PEAK_TIME, PEAK))
             axis.plot(at, most, "o", color=color, ms=4.0, label="largest, between samples" if k == 0 else None)
     axis.set_xlabel("time, s")
     axis.set_ylabel(DRAWN[name])
-    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if np.nanmin(study[name].values) < 0.0 else 0.0)
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if np.nanmin(study[of + name].values) < 0.0 else 0.0)
     axis.legend(frameon=False, fontsize=9, title=_named(study, key))
     return sheet
 
 
-def _peaks(study: xr.Dataset, key: str) -> Figure:
+def _peaks(study: xr.Dataset, key: str, stage: str) -> Figure:
     """When the tip is fastest, beside the light string's time."""
-    sheet, axis = _sheet("Time of the largest tip speed")
-    time, at = study.time.values, study[key].values
-    if PEAK_TIME in study:
-        peak = _alone(study, key, PEAK_TIME)
+    of = f"{stage}_" if stage else ""
+    sheet, axis = _sheet("Time of the largest tip speed" + (f", stage {stage}" if stage else ""))
+    time, at = study[f"{of}time"].values, study[key].values
+    if of + PEAK_TIME in study:
+        peak = _alone(study, key, of + PEAK_TIME)
     else:
-        peak = time[np.argmax(np.nan_to_num(_of_first_rib(study, key, "tip_speed"), nan=-1.0), axis=1)]
+        speed = np.nan_to_num(_of_first_rib(study, key, "tip_speed", of), nan=-1.0)
+        peak = time[np.argmax(speed, axis=1)]
     axis.plot(at, peak, "o", color=PALETTE[1], label="runs")
-    string = _strings(study, key)
+    string = _strings(study, key, stage)
     if np.any(np.isfinite(string)):
         axis.plot(at, string, "x--", color=PALETTE[2], lw=1.0, label="light string, 98 % wound")
     axis.set_xlabel(_named(study, key))
@@ -124,13 +135,18 @@ def _peaks(study: xr.Dataset, key: str) -> Figure:
     return sheet
 
 
-def _strings(study: xr.Dataset, key: str) -> np.ndarray:
+def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:
     """Time at which a light string is wound, for each value of the key; NaN where none is comparable."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
+    changes = dict(content.get("set") or {})
+    for k, one in enumerate(content.get("stages") or []):
+        if one["name"] == stage:
+            changes |= (one.get("set") or {}) | ({"start": UNKNOWN} if k else {})
+    path = key.removeprefix(f"{stage}.") if stage else key
     found = []
     for value in study[key].values:
         try:
-            case = cases.load(content["case"], (content.get("set") or {}) | {key: value.item()})
+            case = cases.load(content["case"], changes | {path: value.item()})
         except InputError:
             found.append(np.nan)
             continue

@@ -11,6 +11,7 @@ instant: its moment about the axis is T whatever the shape.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -81,6 +82,7 @@ def string_winding(
     alpha: float,
     *,
     wrapped: float = 0.98,
+    damped: Sequence[tuple[float, float]] | None = None,
     start_angle: float = 0.0,
     samples: int = 2001,
     longest: float = 1e6,
@@ -92,6 +94,7 @@ def string_winding(
     rib : Strip
     torque : float, N m, T
     alpha : float, 1/s, damping proportional to mass
+    damped : sequence of (from, to), m, arc lengths of what is damped; all if left out
     wrapped : float, share of the length at which the motion ends; below 1, where the speed has no bound
     start_angle : float, rad, from outwards, at which it starts from rest, positive in the winding sense
     samples : int, times at which the motion is given
@@ -101,33 +104,44 @@ def string_winding(
     -----
     Derived here; the hinge is at the hub's surface. Swing by th, a rigid rod, moments about the hinge:
 
-        th'' = c (1 + 3 R cos(th) / (2 L)) - alpha th',   c = T / (m (R^2 L + L^3/3 + R L^2 cos(th)))
+        th'' = c (1 + 3 R cos(th) / (2 L)) - alpha d th',   c = T / (m (R^2 L + L^3/3 + R L^2 cos(th)))
 
     Winding by ph, with a straight tail of length l = L - R ph along the tangent. A point at the distance s from the
     point of tangency moves across the tail at s ph', and the wound part rests, so that the kinetic energy is
     m l^3 ph'^2 / 6, the moment of the field m c l^3 / 3, and Lagrange's equation
 
-        ph'' = 3 R ph'^2 / (2 l) + c - alpha ph',   c = T / (m (R^2 L + l^3/3))
+        ph'' = 3 R ph'^2 / (2 l) + c - alpha d ph',   c = T / (m (R^2 L + l^3/3))
 
-    The tip's speed l ph' grows as l^(-1/2) at the end: the whip of the last bit, which no mesh resolves. Strong damping
-    makes the equations stiff, for which an implicit method is taken.
+    where d is the share of int s^2 ds over the tail that is damped, 1 of a whole one. Field and drag on all of it keep
+    the tail straight; drag on a part bends it, so that this is an estimate then. The tip's speed l ph' grows as
+    l^(-1/2) at the end: the whip of the last bit, which no mesh resolves. Strong damping makes the equations stiff, for
+    which an implicit method is taken.
     """
     from scipy.integrate import solve_ivp
 
     R, L, m = rib.radius, rib.length, rib.line_density
+
+    def decay_of(wound: float) -> float:
+        """Rate of decay alpha d of a straight tail whose end at the hub is the arc length `wound`."""
+        if damped is None or wound >= L:
+            return alpha
+        own = sum(max(b - wound, 0.0) ** 3 - max(a - wound, 0.0) ** 3 for a, b in damped)
+        return float(alpha * own / (L - wound) ** 3)
 
     def swinging(_: float, y: Array) -> list[float]:
         cosine = math.cos(y[0])
         c = torque / (m * (R * R * L + L**3 / 3.0 + R * L * L * cosine))
         # power of the field: c (z x r) . v over the rod, v = s th' across it, along which z x r is s + R cos(th)
         power = c * m * (L**3 / 3.0 + 0.5 * R * L * L * cosine) * y[1]
-        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - alpha * y[1], power, alpha * m * L**3 / 3.0 * y[1] ** 2]
+        taken = decay_of(0.0) * m * L**3 / 3.0 * y[1] ** 2
+        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - decay_of(0.0) * y[1], power, taken]
 
     def winding(_: float, y: Array) -> list[float]:
         tail = L - R * y[0]
         c = torque / (m * (R * R * L + tail**3 / 3.0))
         inertia = m * tail**3 / 3.0
-        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - alpha * y[1], c * inertia * y[1], alpha * inertia * y[1] ** 2]
+        decay = decay_of(R * y[0])
+        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - decay * y[1], c * inertia * y[1], decay * inertia * y[1] ** 2]
 
     def tangent(_: float, y: Array) -> float:
         return float(y[0] - 0.5 * math.pi)

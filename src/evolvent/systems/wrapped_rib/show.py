@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from typing import TYPE_CHECKING
 
@@ -84,6 +85,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         found += _momentum_numbers(run, free=case.hub.motion == "free")
     found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
+    penalty = json.loads(run.attrs["statistics"]).get("penalty_stiffness")
+    if penalty:
+        found.append(Number(label="roots held by penalties of", value=f"{penalty:.4g} N/m, in place of joints"))
     return found + closing_numbers(run)
 
 
@@ -111,6 +115,9 @@ def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
     found = [Number(label="largest tip speed", value=peak)]
     if string is not None and math.isfinite(string.end_time):
         found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
+    elif _bends_the_tail(case) and estimating_string(case) is not None:
+        told = "no comparison, for damping.alpha on chosen elements bends its tail"
+        found.append(Number(label="a light string", value=told))
     return found
 
 
@@ -178,15 +185,34 @@ def _momentum_numbers(run: xr.Dataset, *, free: bool) -> list[Number]:
 
 
 def comparable_string(case: Case) -> reference.Winding | None:
-    """The light string under the case's drive, if it has one that is comparable."""
+    """The light string under the case's drive, if it has one that is comparable: drag on a part bends the tail."""
+    drive, strip = case.drive, case.strip
+    if drive is None or drive.torque is None or strip.taper != 1.0 or _bends_the_tail(case):
+        return None
+    if strip.bending_stiffness > 2.0 * LIGHT * strip.radius * drive.torque:
+        return None
+    return estimating_string(case)
+
+
+def _bends_the_tail(case: Case) -> bool:
+    """Whether drag acts on a part of the rib alone."""
+    return case.damped_arcs is not None and case.damping.alpha > 0.0
+
+
+def estimating_string(case: Case) -> reference.Winding | None:
+    """The light string under the case's drive, straight whatever is damped, if there is one."""
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
         return None
-    if case.hub.motion != "fixed" or drive.ramp > 0.0 or case.damping.elements != "all" or case.strip.taper != 1.0:
+    if case.hub.motion != "fixed" or drive.ramp > 0.0:
         return None
-    if case.strip.bending_stiffness > 2.0 * LIGHT * case.strip.radius * drive.torque:
-        return None
-    return reference.string_winding(case.strip, drive.torque, case.damping.alpha, start_angle=case.rib.start_angle)
+    return reference.string_winding(
+        case.strip,
+        drive.torque,
+        case.damping.alpha,
+        damped=case.damped_arcs,
+        start_angle=case.rib.start_angle,
+    )
 
 
 def comparable_release(case: Case) -> bool:

@@ -14,7 +14,7 @@ from evolvent.errors import InputError
 from evolvent.systems._common import refuse_laws, rotation_matrices, sample_times
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.show import CAUSES, comparable_string
+from evolvent.systems.wrapped_rib.show import CAUSES, estimating_string
 from evolvent.systems.wrapped_rib.start import Start, hermite, start
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ LEAST_RAMP = 0.1
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
 #: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
 WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
+#: Depth, in radii, to which a saved run may have pressed its ribs into the hub as they whipped onto it.
+SUNK = 0.1
 #: Stiffness of what sticks on the hub, of that of the contact.
 STICK = 0.1
 
@@ -63,7 +65,15 @@ def _system(case: Case, begin: Start) -> System:
         outwards = np.array([math.cos(turn), math.sin(turn), 0.0])
         root = tuple(R.T @ (begin.nodes[b, 0, 0] - begin.hub.position))
         system.add(_beam(case, begin.nodes[b], begin.rates[b]), f"rib-{k}")
-        joint = parts.Joint(a=("hub", root), b=(f"rib-{k}", "root"), kind=case.rib.root, axis=tuple(R[:, 2]))
+        place, turn_stiffness = (0.0, None) if case.solver.method == METHOD else case.penalty
+        joint = parts.Joint(
+            a=("hub", root),
+            b=(f"rib-{k}", "root"),
+            kind=case.rib.root,
+            axis=tuple(R[:, 2]),
+            stiffness=place,
+            turn_stiffness=turn_stiffness,
+        )
         system.add(joint, f"root-{k}")
         if case.rib.root_stiffness > 0.0 or case.rib.root_damping > 0.0:
             rest = turn + begin.directions[b]
@@ -91,6 +101,7 @@ def _system(case: Case, begin: Start) -> System:
                 points=contact.points,
                 friction=contact.friction,
                 stick_stiffness=STICK * begin.stiffness,
+                sunk=1e-3 if case.begins in ("straight", "wound") else SUNK,
             ),
             f"contact-{k}",
         )
@@ -153,7 +164,7 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
         mass_damping=damping.alpha,
         stiffness_damping=damping.beta,
         damping=damping.kind,
-        damped=None if damping.elements == "all" else _damped(case),
+        damped=case.damped,
     )
 
 
@@ -176,12 +187,6 @@ def _layers(case: Case, begin: Start, k: int) -> Any:
         friction=contact.friction,
         stick_stiffness=STICK * begin.stiffness,
     )
-
-
-def _damped(case: Case) -> list[int]:
-    """Damped elements, from 0."""
-    chosen = case.damping.elements
-    return [0] if chosen == "first" else [int(k) - 1 for k in chosen if not isinstance(k, str)]
 
 
 def _feed(case: Case, whole: float | None) -> RampFeed:
@@ -211,18 +216,58 @@ def plan(case: Case) -> cases.Plan:
     """What a run will take; refuses what can be refused before it."""
     _check(case)
     samples = _samples(case)
-    build(case)
-    return cases.Plan(duration=float(samples[-1]), solver=METHOD)
+    system = build(case)
+    if case.solver.method == METHOD:
+        return cases.Plan(duration=float(samples[-1]), solver=METHOD)
+    step = case.solver.step
+    if step != "auto":
+        from evolvent.solvers.drive import choose_step
+
+        choose_step(system.assemble(), case.solver.method, float(step), float(samples[-1]))
+    length = advice.explicit_step(case)
+    note = (
+        f"{case.solver.method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
+        f"{length:.2g} s over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the ribs' "
+        f"joints; {METHOD} takes some thousand"
+    )
+    return cases.Plan(duration=float(samples[-1]), solver=_compiled(case.solver.method), note=note)
+
+
+def _compiled(method: str) -> str:
+    """Name under which an explicit method with beams is known as compiled, for it compiles more than without."""
+    return f"{method} with beams"
+
+
+def _check_explicit(case: Case) -> None:
+    """Refuse what explicit methods cannot carry, and a run of too many steps."""
+    solver, drive = case.solver, case.drive
+    instead = f"take solver.method: {METHOD}"
+    if drive is not None and drive.kind != "torque":
+        moved = "the hub" if drive.kind == "hub" else "the tip"
+        raise InputError(
+            f"drive.kind is {drive.kind!r}, which moves {moved} by a law that {solver.method} cannot follow; {instead}"
+        )
+    if case.contact.friction > 0.0:
+        raise InputError(
+            f"contact.friction is {case.contact.friction:g}, which is known step by step only, not to {solver.method}; "
+            f"{instead}, or leave it out"
+        )
+    if case.contact.self:
+        raise InputError(f"contact.self is true, which {solver.method} does not know; {instead}, or leave it out")
+    step = advice.explicit_step(case)
+    if case.duration > MOST_STEPS * step:
+        which = "solver.step" if solver.step != "auto" else f"the longest safe step of {solver.method}"
+        raise InputError(
+            f"{which} is about {step:.2g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, "
+            f"more than {MOST_STEPS:.0e}; shorten solver.duration, take cables, fewer rib.elements or a smaller "
+            f"contact.stiffness, or {instead}"
+        )
 
 
 def _check(case: Case) -> None:
     """Refuse what no part does yet."""
     if case.solver.method != METHOD:
-        raise InputError(f"solver.method is {case.solver.method!r}, which does not know ribs yet; take {METHOD}")
-    if case.damping.elements != "all" and case.damping.alpha > 0.0:
-        raise InputError(
-            "damping.elements is given, but damping.alpha acts on the whole rib; take damping.alpha: 0 and damping.beta"
-        )
+        _check_explicit(case)
     step = case.solver.step
     if step != "auto" and case.duration > MOST_STEPS * float(step):
         raise InputError(
@@ -249,27 +294,53 @@ def run(
     InputError
         If laws are given (this system places none), or the case cannot be run.
     """
-    from evolvent.solvers.implicit import solve_implicit
-
     refuse_laws(laws, case.system)
     _check(case)
     samples = _samples(case)
     begin = start(case)
     assembly = _system(case, begin).assemble()
-    solver = case.solver
     every, kept = _with_whip(case, samples)
-    solution = solve_implicit(
-        assembly,
-        samples=every,
-        step=None if solver.step == "auto" else float(solver.step),
-        tolerance=solver.tolerance,
-        spectral_radius=solver.spectral_radius,
-        progress=progress,
-    )
+    solution = _solved(case, assembly, every, progress)
     if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
         solution = _at_start(solution, assembly, samples)
     peaks = _peaks(case, _motion(case, begin, assembly, solution), solution.t)
     return _results(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
+
+
+def _solved(
+    case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
+) -> ImplicitSolution:
+    """The motion by the case's method."""
+    solver = case.solver
+    step = None if solver.step == "auto" else float(solver.step)
+    if solver.method == METHOD:
+        from evolvent.solvers.implicit import solve_implicit
+
+        return solve_implicit(
+            assembly,
+            samples=samples,
+            step=step,
+            tolerance=solver.tolerance,
+            spectral_radius=solver.spectral_radius,
+            progress=progress,
+        )
+    from evolvent import jit
+    from evolvent.solvers import solve
+    from evolvent.solvers.drive import METHODS, choose_step
+    from evolvent.solvers.flexible import with_account
+    from evolvent.solvers.stability import stability_limit
+
+    if step is None:
+        duration = float(samples[-1])
+        own, _, mode = choose_step(assembly, solver.method, None, duration)
+        step = min(own, advice.SHARE * stability_limit(METHODS["rk4"], mode, duration))
+    solution = with_account(
+        assembly, solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
+    )
+    jit.mark_warm(_compiled(solver.method))
+    message = solution.message.replace(", or method dopri5", f", or solver.method: {METHOD}")
+    statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
+    return dataclasses.replace(solution, message=message, statistics=statistics)
 
 
 def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -277,7 +348,7 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
     The last bit of a rib whips onto the hub within some ms.
     """
-    string = comparable_string(case) if case.solver.step == "auto" else None
+    string = estimating_string(case) if case.solver.step == "auto" else None
     if string is None or not math.isfinite(string.end_time):
         return samples, np.ones(samples.size, dtype=bool)
     low, high = (share * string.end_time for share in WHIP)
@@ -334,7 +405,7 @@ class _Motion(NamedTuple):
 
 def _motion(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution) -> _Motion:
     model, y, t = assembly.model, solution.y, solution.t
-    k = 2 if case.rib.formulation == "cable" else 4
+    k = case.rib.vectors
     shape = (t.size, case.rib.elements + 1, k, 3)
     size = 3 * k * (case.rib.elements + 1)
     nodes, rates = [], []
@@ -393,9 +464,10 @@ def _results(
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
     arc = length / per * np.arange(rib.elements * per + 1)
     ends = np.arange(per + 1) / per
-    strain = _strain(motion.nodes, length, per)
-    thickness = rib.thickness_at(arc / rib.length)
-    tension = rib.young_modulus * rib.width * thickness * strain * np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
+    engineering = rib.formulation == "cable_stretch"
+    strain = _strain(motion.nodes, length, per, engineering=engineering)
+    stretch = 1.0 if engineering else np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
+    tension = rib.young_modulus * rib.width * rib.thickness_at(arc / rib.length) * strain * stretch
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]
@@ -457,24 +529,26 @@ def _results(
             "cause": ("cause", list(CAUSES)),
         },
     )
-    label(dataset, system=case.system, case=cases.to_yaml(case), method=METHOD, solution=solution, laws={})
+    label(dataset, system=case.system, case=cases.to_yaml(case), method=case.solver.method, solution=solution, laws={})
     told = [*advice.warnings(case), *_findings(case, dataset, strain)]
     if told:
         dataset.attrs["warning"] = "; ".join(told)
     return dataset
 
 
-def _strain(nodes: np.ndarray, length: float, per: int) -> np.ndarray:
+def _strain(nodes: np.ndarray, length: float, per: int, *, engineering: bool) -> np.ndarray:
     """Strain of the axis at `per` points of each element and the tip : (nt, ribs, elements per + 1).
 
     Notes
     -----
-    Means of Green's strain (r,x . r,x - 1)/2 over the elements, by the rule with which they take it, and straight lines
-    between the elements' middles: what varies within an element is mostly what its cubic adds to a bent shape.
+    Means of Green's strain (r,x . r,x - 1)/2, or of the engineering one |r,x| - 1, over the elements, by the rule with
+    which they take it, and straight lines between the elements' middles: what varies within an element is mostly what
+    its cubic adds to a bent shape.
     """
     at, weight = np.polynomial.legendre.leggauss(3)
     slope = _along(nodes, length, 0.5 * (1.0 + at), 1)
-    mean = 0.5 * (np.einsum("...i,...i->...", slope, slope) - 1.0) @ (0.5 * weight)
+    squared = np.einsum("...i,...i->...", slope, slope)
+    mean = (np.sqrt(squared) - 1.0 if engineering else 0.5 * (squared - 1.0)) @ (0.5 * weight)
     if mean.shape[-1] == 1:
         return np.repeat(mean, per + 1, axis=-1)
     place = np.arange(mean.shape[-1] * per + 1) / per - 0.5
@@ -571,8 +645,11 @@ def _account(case: Case, assembly: Assembly, solution: ImplicitSolution, motion:
     ledger = solution.ledger
     kinetic, contact = ledger[:, at.KINETIC], ledger[:, at.CONTACT]
     elastic = ledger[:, at.ELASTIC] - contact
-    cable = case.rib.formulation == "cable"
-    bending = ledger[:, at.BENDING] if cable else _bending(assembly, motion)
+    bending = ledger[:, at.BENDING]
+    if case.rib.formulation == "cable_stretch":
+        bending = _stretch_bending(case, motion)
+    elif case.rib.vectors == 4:
+        bending = _bending(assembly, motion)
     work = ledger[:, at.LOADS] + ledger[:, at.DRIVES]
     gained = solution.gained
     taken = np.stack(
@@ -596,7 +673,9 @@ def _account(case: Case, assembly: Assembly, solution: ImplicitSolution, motion:
         "energy_membrane": variable(time, elastic - bending, "J", "strain energy of all but bending"),
         "energy_bending": variable(time, bending, "J", "strain energy of bending"),
         "energy_contact": variable(time, contact, "J", "energy of the contacts' springs"),
-        "energy_joints": variable(time, ledger[:, at.COUPLED], "J", "energy of springs in the hinges"),
+        "energy_joints": variable(
+            time, ledger[:, at.COUPLED], "J", "energy of springs in the hinges, and of penalties"
+        ),
         "energy_dissipated": variable(("time", "cause"), taken, "J", "energy taken so far, by what takes it"),
         "work_external": variable(time, work, "J", "work of the drive so far"),
         "energy_balance": variable(
@@ -631,10 +710,25 @@ def _bending(assembly: Assembly, motion: _Motion) -> np.ndarray:
     return total
 
 
+def _stretch_bending(case: Case, motion: _Motion) -> np.ndarray:
+    """Bending energy of cables with engineering strain, J : (nt,); 1/2 int EI k^2 dx at the elements' three points."""
+    rib = case.rib
+    at, weight = np.polynomial.legendre.leggauss(3)
+    xi = 0.5 * (1.0 + at)
+    slope, bend = _along(motion.nodes, rib.element_length, xi, 1), _along(motion.nodes, rib.element_length, xi, 2)
+    squared = np.einsum("...i,...i->...", slope, slope)
+    across = np.cross(slope, bend)
+    curvature2 = np.einsum("...i,...i->...", across, across) / squared**2
+    Iz = np.array([[rib.section(k).at(x).properties(rib.poisson).Iz for x in xi] for k in range(rib.elements)])
+    EI = rib.young_modulus * Iz
+    found: np.ndarray = 0.25 * rib.element_length * np.einsum("tbnk,nk,k->t", curvature2, EI, weight)
+    return found
+
+
 def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarray, np.ndarray]:
     """Linear and angular momentum about the inertial origin, (nt, 3) each."""
     f = assembly.model.flexible
-    pool = f.M12 if case.rib.formulation == "cable" else f.M24
+    pool = f.M12 if case.rib.vectors == 2 else f.M24
     P, H = np.zeros((motion.x.shape[0], 3)), np.zeros((motion.x.shape[0], 3))
     k = motion.nodes.shape[3]
     for b in range(motion.nodes.shape[1]):
@@ -673,14 +767,16 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"contact.stiffness, or auto"
         )
     balance = run.energy_balance.values
+    implicit = case.solver.method == METHOD
+    smaller = "solver.tolerance or solver.step" if implicit else "solver.step"
     if float(balance.max()) > GAIN_TOLD:
         found.append(
             f"the run has gained up to {100.0 * balance.max():.2g} % of its energy from nothing; take a smaller "
-            f"solver.tolerance or solver.step"
+            f"{smaller}"
         )
     if -float(balance.min()) > NUMERICAL_TOLD:
         found.append(
-            f"the method itself has taken {-100.0 * balance.min():.2g} % of the energy; take a smaller "
-            f"solver.tolerance or solver.step, or a higher solver.spectral_radius"
+            f"the method itself has taken {-100.0 * balance.min():.2g} % of the energy; take a smaller {smaller}"
+            + (", or a higher solver.spectral_radius" if implicit else "")
         )
     return found

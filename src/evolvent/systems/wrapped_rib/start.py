@@ -78,7 +78,7 @@ def _turned(vectors: np.ndarray, angle: float) -> np.ndarray:
 
 def _vectors(case: Case, places: np.ndarray, slopes: np.ndarray, across: float = 1.0, along: float = 1.0) -> np.ndarray:
     """Nodes from places and slopes in the plane; directors of lengths `across` the rib and `along` the hub's axis."""
-    if case.rib.formulation == "cable":
+    if case.rib.vectors == 2:
         return np.stack([places, slopes], axis=1)
     e1 = slopes / np.linalg.norm(slopes, axis=1)[:, None]
     e2 = np.stack([-e1[:, 1], e1[:, 0], np.zeros(len(e1))], axis=1)
@@ -192,15 +192,8 @@ def _from_run(case: Case) -> Start:
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
     before = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
-    for key, mine, its in (
-        ("rib.length", case.rib.length, before.rib.length),
-        ("rib.count", case.rib.count, before.rib.count),
-        ("hub.radius", case.hub.radius, before.hub.radius),
-    ):
-        if mine != its:
-            raise InputError(f"{key} is {mine:g}, but the run {case.start!r}, from which this one starts, has {its:g}")
-    k = 2 if before.rib.formulation == "cable" else 4
-    shape = (before.rib.count, before.rib.elements + 1, k, 3)
+    check_follows(before, case)
+    shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
     if (
         run.end_coordinates.shape != shape
         or run.end_velocities.shape != shape
@@ -225,6 +218,23 @@ def _from_run(case: Case) -> Start:
     return Start(nodes, rates, hub, run.hinge_rest.values, stiffness)
 
 
+def check_follows(before: Case, after: Case) -> None:
+    """Refuse a case that cannot start from the end of another.
+
+    Raises
+    ------
+    InputError
+        If their ribs or hubs differ in what cannot change.
+    """
+    for key, mine, its in (
+        ("rib.length", after.rib.length, before.rib.length),
+        ("rib.count", after.rib.count, before.rib.count),
+        ("hub.radius", after.hub.radius, before.hub.radius),
+    ):
+        if mine != its:
+            raise InputError(f"{key} is {mine:g}, but the run {after.start!r}, from which this one starts, has {its:g}")
+
+
 def _check_upright(case: Case, hub: HubState) -> None:
     tilted = float(np.hypot(hub.quaternion[1], hub.quaternion[2]))
     moved = float(np.linalg.norm(hub.position))
@@ -237,7 +247,7 @@ def _check_upright(case: Case, hub: HubState) -> None:
 
 def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and rates of one rib on the case's elements; vectors that its formulation needs and the run lacks."""
-    wanted = 2 if case.rib.formulation == "cable" else 4
+    wanted = case.rib.vectors
     old, new = nodes.shape[0] - 1, case.rib.elements
     length = case.rib.length / old
     at = np.linspace(0.0, old, new + 1)

@@ -1,0 +1,233 @@
+"""Studies whose cases run in stages: each stage starts from the end of the one before."""
+
+import copy
+import os
+import pathlib
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from click.testing import CliRunner
+
+import evolvent
+from evolvent import results, studies
+from evolvent.errors import InputError
+from evolvent.studies.command import sweep as command
+from evolvent.systems import wrapped_rib
+
+SMALL = {"rib.elements": 8, "rib.length": 3, "output.every": "0.1 s"}
+WIND = {"phase": "wind", "solver.duration": "3 s"}
+DEPLOY = {"phase": "deploy", "drive": None, "solver.duration": "0.5 s"}
+STUDY = {
+    "study": "chain",
+    "case": "wrapped-rib",
+    "set": SMALL,
+    "stages": [{"name": "wind", "set": WIND}, {"name": "deploy", "set": DEPLOY}],
+    "over": {"deploy.damping.alpha": [0, "0.5 1/s"]},
+    "keep": ["wind.tip_radius", "wind.energy_membrane.last", "deploy.tip_radius", "deploy.steps"],
+}
+
+
+@pytest.fixture
+def chain():
+    """A copy of the study that may be changed."""
+    return copy.deepcopy(STUDY)
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """The folder of the study, swept here, and its results."""
+    folder = tmp_path_factory.mktemp("chain") / "out"
+    return folder, studies.sweep(STUDY, output=folder)
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Stages that are computed, in order; set `stop` on it to end the process at the n-th."""
+
+    class Calls(list):
+        stop = -1
+
+    found, run = Calls(), wrapped_rib.run
+
+    def counted(case, **options):
+        found.append(case.phase)
+        if len(found) == found.stop:
+            raise KeyboardInterrupt
+        return run(case, **options)
+
+    monkeypatch.setattr(wrapped_rib, "run", counted)
+    return found
+
+
+def test_a_stage_starts_from_the_end_of_the_one_before(reference, tmp_path):
+    folder, found = reference
+    assert (found.status == "success").all()
+    assert dict(found.sizes) == {
+        "deploy.damping.alpha": 2, "wind_time": 31, "wind_rib": 1, "deploy_time": 6, "deploy_rib": 1,
+    }  # fmt: skip
+    assert found.deploy_tip_radius.values[:, 0] == pytest.approx(found.wind_tip_radius.values[:, -1], abs=1e-12)
+    assert found.deploy_tip_radius.attrs["long_name"].startswith("deploy: ")
+    # as by hand
+    wind = evolvent.run("wrapped-rib", SMALL | WIND)
+    results.save(wind, tmp_path / "wind.nc")
+    last = evolvent.run("wrapped-rib", SMALL | DEPLOY | {"start": str(tmp_path / "wind.nc"), "damping.alpha": 0.5})
+    np.testing.assert_array_equal(found.wind_tip_radius.values[1], wind.tip_radius.values)
+    np.testing.assert_array_equal(found.deploy_tip_radius.values[1], last.tip_radius.values)
+    # the runs are kept, each a file like any other
+    names = ["000000-deploy.nc", "000000-wind.nc", "000001-deploy.nc", "000001-wind.nc"]
+    assert sorted(os.listdir(folder / "stages")) == names
+    kept = results.open(folder / "stages" / "000001-deploy.nc")
+    assert wrapped_rib.figures(kept)
+    assert float(kept.energy_dissipated.sel(cause="mass damping")[-1]) > 0.0
+
+
+def test_the_same_bits_on_processes_and_from_the_text(reference, tmp_path):
+    _, found = reference
+    xr.testing.assert_identical(studies.sweep(STUDY, output=tmp_path / "two", workers=2), found)
+    again = studies.sweep(yaml.safe_load(found.attrs["study"]))
+    xr.testing.assert_identical(again, found)
+
+
+def test_a_stage_that_is_done_is_not_computed_again(chain, reference, calls, tmp_path):
+    calls.stop = 2
+    with pytest.raises(KeyboardInterrupt):
+        studies.sweep(chain, output=tmp_path / "out")
+    assert os.listdir(tmp_path / "out" / "stages") == ["000000-wind.nc"]
+    found = studies.sweep(chain, output=tmp_path / "out")
+    assert calls == ["wind", "deploy", "deploy", "wind", "deploy"]
+    xr.testing.assert_identical(found, reference[1])
+
+
+def test_a_damaged_run_is_computed_again(chain, calls, tmp_path):
+    calls.stop = 2
+    with pytest.raises(KeyboardInterrupt):
+        studies.sweep(chain, output=tmp_path / "out")
+    kept = tmp_path / "out" / "stages" / "000000-wind.nc"
+    kept.write_bytes(kept.read_bytes()[:1000])
+    assert (studies.sweep(chain, output=tmp_path / "out").status == "success").all()
+    assert calls == ["wind", "deploy", "wind", "deploy", "wind", "deploy"]
+
+
+def test_a_stage_that_fails_ends_its_case(chain, monkeypatch, tmp_path):
+    run = wrapped_rib.run
+
+    def failing(case, **options):
+        found = run(case, **options)
+        if case.phase == "wind" and case.damping.alpha == 0.0:
+            found.attrs |= {"status": "failed", "message": "it tore"}
+        return found
+
+    monkeypatch.setattr(wrapped_rib, "run", failing)
+    chain["over"] = {"damping.alpha": [0, "0.2 1/s"]}
+    found = studies.sweep(chain, output=tmp_path / "out")
+    assert found.status.values.tolist() == ["failed", "success"]
+    assert found.reason.values.tolist() == ["stage 'wind': it tore", ""]
+    assert np.isnan(found.deploy_tip_radius.values[0]).all()
+    assert np.isfinite(found.deploy_tip_radius.values[1]).all()
+    names = ["000000-wind.nc", "000001-deploy.nc", "000001-wind.nc"]
+    assert sorted(os.listdir(tmp_path / "out" / "stages")) == names
+
+    def refused(case, **options):
+        if case.phase == "deploy":
+            raise InputError("no such rib")
+        return run(case, **options)
+
+    monkeypatch.setattr(wrapped_rib, "run", refused)
+    found = studies.sweep(chain)
+    assert found.reason.values.tolist() == ["stage 'deploy': no such rib"] * 2
+    assert np.isfinite(found.wind_tip_radius.values).all()  # what was reached is kept
+
+
+def test_three_stages_and_names_that_are_keys_too(chain):
+    """A stage may be called as a section of the case is."""
+    chain["stages"].insert(1, {"name": "hold", "set": {"phase": "hold", "solver.duration": "auto"}})
+    chain["over"] = {"hold.hold.time": ["0.5 s", "1 s"]}
+    chain["keep"] = ["hold.tip_radius.last", "deploy.tip_radius.first"]
+    found = studies.sweep(chain)
+    assert found["hold.hold.time"].values.tolist() == [0.5, 1.0]
+    np.testing.assert_array_equal(found.hold_tip_radius_last, found.deploy_tip_radius_first)
+
+
+def test_what_is_kept_by_default(chain):
+    del chain["keep"]
+    chain["over"] = {"rib.thickness": ["0.3 mm"]}
+    found = studies.sweep(chain)
+    assert {"wind_tip_speed_peak", "deploy_tip_speed_peak", "wind_steps", "deploy_end_hub"} <= set(found.data_vars)
+    assert not any("time" in str(dim) for dim in found.dims)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"stages": {"name": "wind"}}, "stages is {'name': 'wind'}; it must be a list of two or more"),
+        ({"stages": [{"name": "wind"}]}, "it must be a list of two or more"),
+        ({"stages": [{"name": "a"}, {"nmae": "b"}]}, "unknown key 'stages.1.nmae'; did you mean 'name'?"),
+        ({"stages": [{"name": "a"}, {"set": {}}]}, "stages.1.name is empty; it must be a word"),
+        ({"stages": [{"name": "a"}, {"name": "a/b"}]}, "stages.1.name is 'a/b'; it must be a word"),
+        ({"stages": [{"name": "a"}, {"name": "a"}]}, "stages.1.name is 'a', as of a stage before it"),
+        ({"stages": [{"name": "a"}, {"name": "b", "set": [1]}]}, "stages.1.set is [1]; it must be a mapping"),
+        ({"case": "heliogyro"}, "no run of 'heliogyro' can start from another"),
+        ({"set": {"start": "wound"}}, "set gives 'start', but a stage starts from the end"),
+        (
+            {"stages": [{"name": "wind", "set": WIND}, {"name": "deploy", "set": DEPLOY | {"start": "wound"}}]},
+            "stages.1.set gives 'start', but a stage starts from the end",
+        ),
+        ({"over": {"wind.start": ["a.nc", "b.nc"]}}, "over varies 'wind.start', but a stage starts from the end"),
+        ({"keep": ["tip_radius.last"]}, "keep holds 'tip_radius.last'; it must begin with a stage's name, such as d"),
+        ({"keep": ["deploy.tip_radius.lats"]}, "after the dot, did you mean 'last'?"),
+        ({"over": {"depoly.damping.alpha": [1]}}, "unknown key 'depoly.damping.alpha'"),
+        ({"over": {"solver.duration": [1, 2]}}, "over varies 'solver.duration', which the stage 'wind' sets"),
+        ({"over": {"deploy.phase": ["wind"]}}, "over varies 'deploy.phase', which the stage 'deploy' sets"),
+        (
+            {"stages": [{"name": "wind", "set": WIND}, {"name": "deploy", "set": {"phase": "deploy"}}]},
+            "case 0 of the study (deploy.damping.alpha: 0), stage 'deploy': drive.kind is 'torque', but in phase",
+        ),
+        (
+            {"over": {"deploy.rib.length": [3, 4]}},
+            "(deploy.rib.length: 4), stage 'deploy': rib.length is 4, but the stage before it, from which this one "
+            "starts, has 3",
+        ),
+        (
+            {"stages": [{"name": "wind", "set": WIND}, {"name": "open", "set": DEPLOY | {"phase": "depoly"}}],
+             "over": {"rib.thickness": ["0.3 mm"]}, "keep": []},
+            "stage 'open': phase is 'depoly'; did you mean 'deploy'?",
+        ),
+    ],
+)  # fmt: skip
+def test_bad_stages_are_refused_before_anything_runs(chain, change, sentence):
+    with pytest.raises(InputError) as refused:
+        studies.read(chain | change)
+    assert sentence in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_names_to_keep_are_checked_by_the_first_runs(chain):
+    with pytest.raises(
+        InputError, match=r"stage 'deploy': keep holds 'tip_radiu.last', which no run has; did you mean"
+    ):
+        studies.sweep(chain | {"keep": ["wind.tip_radius.last", "deploy.tip_radiu.last"]})
+
+
+def test_the_command_draws_what_varies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    pathlib.Path("s.yaml").write_text(yaml.safe_dump(STUDY, sort_keys=False))
+    done = CliRunner().invoke(command, ["s.yaml", "--workers", "1", "--figures", "f"], catch_exceptions=False)
+    assert done.stdout.splitlines() == [
+        "evolvent study chain: 2 cases, 2 computed now",
+        "results: chain/results.zarr",
+        "runs of the stages: chain/stages, each a file for evolvent plot",
+        "figures: 1 in f",
+    ]
+    assert os.listdir("f") == ["deploy_tip_radius.png"]  # the winding does not vary
+
+
+def test_figures_of_all_stages_where_all_vary(chain):
+    chain["over"] = {"rib.thickness": ["0.3 mm", "0.4 mm"]}
+    chain["keep"] = ["wind.tip_speed", "deploy.tip_speed"]
+    found = wrapped_rib.study_figures(studies.sweep(chain))
+    assert set(found) == {"wind_tip_speed", "wind_peak", "deploy_tip_speed", "deploy_peak"}
+    runs, string = found["wind_peak"].axes[0].lines
+    assert len(runs.get_ydata()) == len(string.get_ydata()) == 2
+    assert len(found["deploy_peak"].axes[0].lines) == 1  # no light string there
