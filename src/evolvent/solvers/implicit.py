@@ -373,6 +373,7 @@ def _march(
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"] = np.inf
     model.flexible.checks["stick"] = 0.0
+    model.flexible.checks["drag"] = 0.0
     model.flexible.hinges["latched"] = 0.0
     clocks = np.zeros(alpha.N_CLOCK)
     for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
