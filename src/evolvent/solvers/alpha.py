@@ -670,9 +670,13 @@ def advance(calls, model, matrix, options, march, budget):
 def _bear(calls, t, h, found, model, matrix, options, march):
     """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
 
-    Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was.
+    Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
+    does with friction, whose forces go on as those of rest do.
     """
     f, before, n_v = march.v1[3], march.v0[4], march.dq.size
+    for k in range(model.flexible.cylinders.size):
+        if model.flexible.cylinders[k].friction > 0.0:
+            return found
     borne = _borne(calls, t, h, model, matrix, options, march)
     if borne <= 0:
         return found if borne == 0 else SINGULAR
