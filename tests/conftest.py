@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
+from book import Book
+
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
 
@@ -20,6 +22,12 @@ settings.load_profile("seeded")
 def rng() -> np.random.Generator:
     """Random numbers that are the same in every run."""
     return np.random.default_rng(20140)
+
+
+@pytest.fixture
+def book(request: pytest.FixtureRequest) -> Book:
+    """Where a test enters what it has found against a reference (`tests/book.py`)."""
+    return Book(request.node.nodeid.split("[")[0].removeprefix("tests/"))
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -245,6 +245,7 @@ class Builder:
             G=np.zeros(n_v),
             switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
+            angles=np.zeros(int(beams["nodes"].sum())),
             masses=_factor_masses(beams, families["cells"], pools),
             F=np.zeros(n_v),
             P=np.zeros(n_v),

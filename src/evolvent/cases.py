@@ -137,7 +137,7 @@ _Loader.add_constructor("tag:yaml.org,2002:map", _mapping)
 
 def _key_problem(key: Any) -> str:
     """What is wrong with a key; '' for nothing."""
-    return "" if isinstance(key, str) else f"the key {_shown(key)} is not a word, such as 'body'"
+    return "" if isinstance(key, str) else f"the key {shown(key)} is not a word, such as 'body'"
 
 
 def parse_yaml(source: str, name: str) -> Any:
@@ -184,28 +184,28 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
     content = _content(case)
     if not isinstance(overrides, Mapping | None):
         raise InputError(
-            f"the overrides are {_shown(overrides)}; they must be a mapping of dotted keys to values, "
+            f"the overrides are {shown(overrides)}; they must be a mapping of dotted keys to values, "
             f"such as {{'blade.nodes': 40}}"
         )
     for key, value in (overrides or {}).items():
         if not isinstance(key, str):
             raise InputError(f"among the overrides {_key_problem(key)}")
-        _override(content, key, value)
+        override(content, key, value)
     if "system" not in content:
         raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
     if not isinstance(content["system"], str):
-        raise InputError(f"system is {_shown(content['system'])}; known: {', '.join(systems())}")
+        raise InputError(f"system is {shown(content['system'])}; known: {', '.join(systems())}")
     kind = system(content["system"]).Case
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        raise InputError(_sentence(error, kind)) from None
+        raise InputError(sentence(error, kind)) from None
 
 
 def _content(case: Any) -> dict[str, Any]:
     """Content of a case as nested dicts that may be changed."""
     if isinstance(case, (Section, Mapping)):
-        return _copied(case.model_dump() if isinstance(case, Section) else case)
+        return copied(case.model_dump() if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):
         raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
     name = os.fspath(case)
@@ -223,19 +223,19 @@ def _content(case: Any) -> dict[str, Any]:
             raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
     content = parse_yaml(source, name)
     if not isinstance(content, dict):
-        what = "it is empty" if content is None else f"it holds {_shown(content)}"
+        what = "it is empty" if content is None else f"it holds {shown(content)}"
         raise InputError(f"{name}: {what}; a case is a mapping of keys to values, as 'evolvent show' prints one")
     return content
 
 
-def _copied(content: Any) -> Any:
+def copied(content: Any) -> Any:
     """A copy of nested mappings and sequences as dicts and lists, which may be changed."""
     if isinstance(content, Mapping):
         for key in content:
             if not isinstance(key, str):
                 raise InputError(f"in the case {_key_problem(key)}")
-        return {key: _copied(value) for key, value in content.items()}
-    return [_copied(value) for value in content] if isinstance(content, (list, tuple)) else content
+        return {key: copied(value) for key, value in content.items()}
+    return [copied(value) for value in content] if isinstance(content, (list, tuple)) else content
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:
@@ -263,7 +263,7 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def _override(content: dict[str, Any], key: str, value: Any) -> None:
+def override(content: dict[str, Any], key: str, value: Any) -> None:
     """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0."""
     *path, last = parts = key.split(".")
     place: Any = content
@@ -281,7 +281,7 @@ def _subscript(place: Any, name: str, key: str, before: str) -> str | int:
     if isinstance(place, dict):
         return name
     if not isinstance(place, list):
-        raise InputError(f"cannot set {key!r}: {before!r} is {_shown(place)}, which has no keys")
+        raise InputError(f"cannot set {key!r}: {before!r} is {shown(place)}, which has no keys")
     if name.isdecimal() and name in map(str, range(len(place))):
         return int(name)
     raise InputError(f"cannot set {key!r}: {before!r} is a list of {len(place)}, counted from 0; it has no {name!r}")
@@ -290,12 +290,12 @@ def _subscript(place: Any, name: str, key: str, before: str) -> str | int:
 # ------------------------------------------------------------------------------------------------ messages
 
 
-def _sections(annotation: Any) -> Iterator[type[Section]]:
+def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         yield annotation
     for argument in get_args(annotation):
-        yield from _sections(argument)
+        yield from sections(argument)
 
 
 def keys(kind: type[Section], before: str = "") -> list[str]:
@@ -303,7 +303,7 @@ def keys(kind: type[Section], before: str = "") -> list[str]:
     found = []
     for name, field in kind.model_fields.items():
         found.append(before + name)
-        for section in _sections(field.annotation):
+        for section in sections(field.annotation):
             found += keys(section, f"{before}{name}.")
     return found
 
@@ -321,9 +321,14 @@ def _nearest_key(kind: type[Section], location: tuple[Any, ...]) -> str:
     return f"did you mean {elsewhere[0]!r}?" if elsewhere else guess
 
 
-def _sentence(error: ValidationError, kind: type[Section]) -> str:
+def sentence(error: ValidationError, kind: type[Section]) -> str:
     """The first error as one sentence; an unknown key comes first, for it often explains the others."""
-    errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+
+    def order(e: Any) -> tuple[bool, bool]:
+        """Last come the words that a list might have been: what is wrong with the list tells more."""
+        return e["type"] != "extra_forbidden", e["type"] == "literal_error" and isinstance(e["input"], (list, dict))
+
+    errors = sorted(error.errors(include_url=False), key=order)
     first = errors[0]
     # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
     key = ".".join(str(part) for part in first["loc"] if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
@@ -350,14 +355,14 @@ def _sentence(error: ValidationError, kind: type[Section]) -> str:
         case "too_short" | "too_long":
             limit = context.get("max_length", context.get("min_length"))
             message = f"it must have {limit} values, not {context['actual_length']}"
-    return f"{key} is {_shown(value)}; {message}"
+    return f"{key} is {shown(value)}; {message}"
 
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
     """What a missing key wants, where its annotation says so."""
     here = kind
     for part in location[:-1]:
-        inner = list(_sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
+        inner = list(sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
         here = inner[0] if inner else here
     field = here.model_fields.get(str(location[-1]))
     for annotation in field.metadata if field is not None else ():
@@ -367,10 +372,10 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
     return ""
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
     """`value` in a few words."""
     try:
-        shown = "empty" if value is None else repr(value)
+        text = "empty" if value is None else repr(value)
     except ValueError:  # Python does not write integers of more than some thousand digits
-        shown = "a number of very many digits"
-    return shown if len(shown) <= 80 else shown[:77] + "..."
+        text = "a number of very many digits"
+    return text if len(text) <= 80 else text[:77] + "..."

@@ -9,7 +9,7 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -21,6 +21,8 @@ from evolvent.weighing.command import identify
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from evolvent.cases import Section
 
 #: Exit codes: a run that failed, input that cannot be used, a run that was interrupted.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -73,10 +75,11 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         message = f"no such option: {error.option_name}; {nearest(error.option_name, known)}"
     elif isinstance(error, click.ClickException):
         message = error.format_message()
+        message = message[:1].lower() + message[1:]  # click begins with a capital, and names stay as they are
         if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
             message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
     message = " ".join(message.split()).rstrip(".")
-    click.echo(f"evolvent: {message[:1].lower() + message[1:]}", err=True)
+    click.echo(f"evolvent: {message}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
 
 
@@ -157,6 +160,7 @@ def run(
     loaded = cases.load(case, cases.parse_assignments(assignments))
     module = cases.system(loaded.system)
     folder = _claim(case, output, figures, no_figures)
+    _spare(loaded, output)
     plan = module.plan(loaded)
     if plan.solver:
         from evolvent import jit
@@ -194,6 +198,24 @@ def _claim(case: str, output: str | None, figures: str | None, no_figures: bool)
     if output is not None and os.path.realpath(output) in _with_parents(os.path.realpath(folder)):
         raise InputError(f"--figures {folder!r} cannot be a folder, for -o writes the file {output!r}")
     return folder
+
+
+def _spare(case: Section, output: str | None) -> None:
+    """Refuse to write over a file that the case reads, such as the run that it starts from."""
+    if output is None or not os.path.exists(output):
+        return
+    for key, value in _words(case.model_dump()):
+        if os.path.isfile(value) and os.path.samefile(value, output):
+            raise InputError(f"-o {output!r} is the file that {key} names; name another, such as 'run.nc'")
+
+
+def _words(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """Dotted keys and values of a case's words."""
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            yield from _words(value, f"{before}{key}.")
+        elif isinstance(value, str):
+            yield before + key, value
 
 
 def _beside(path: str) -> str:

@@ -19,7 +19,7 @@ class Line:
     x, y : (k,) float
     label : str, '' for none in the legend
     color : int, place in the palette of lines; or float from 0 to 1, place on the scale of times; or a color's name
-    style : str, of matplotlib ("-", "--", ":")
+    style : str, of matplotlib ("-", "--", ":"), "" for none
     marker : str, of matplotlib, "" for none
     width : float, points
     """
@@ -41,7 +41,7 @@ class Panel:
     ----------
     equal : bool, whether both axes have the same scale
     log : bool, whether y is logarithmic
-    y_zero : bool, whether the y axis starts at zero
+    y_zero : bool, whether the y axis starts at zero where no value is below it
     x_names : mapping, place on the x axis -> name, for an axis of things rather than numbers
     """
 

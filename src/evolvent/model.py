@@ -65,7 +65,7 @@ RECORDS: dict[str, np.dtype] = {
     # the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes cell cells block paper", "alpha length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
-    "cells": _record("beam iq iv form mass force tangent energy", "length beta"),
+    "cells": _record("beam iq iv form mass force tangent energy", "length beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
     "joints": _record(
@@ -81,19 +81,22 @@ RECORDS: dict[str, np.dtype] = {
         "angle rate torque latched before",
         axis=_3, zero=_3,
     ),
-    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; share: of their
+    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
+    # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`; share: of their
     # forces in the equations of a step's end
     "cylinders": _record(
-        "body law first last",
-        "centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
+        "body law first last under",
+        "sense shift centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
         "F normal energy power touching share",
         centre=_3, axis=_3, F=_6,
     ),
     # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its
     # end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the start
-    # (body axes), drag1 of the end (inertial axes)
+    # (body axes), drag1 of the end (inertial axes). Of layers: cell and place below at the step's start and end, how
+    # far off along the axis that was, work of slip
     "checks": _record(
-        "cell iq iv", "S reach",
+        "cell iq iv carrier carrier1", "S reach",
+        "xi xi1 offset slip "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1",
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
@@ -127,6 +130,7 @@ class Flexible(NamedTuple):
     switches : (ns,) int, those of the state that an implicit method has reached
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
+    angles : (nodes of beams,) float, scratch, angles about a layer's axis
     place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
@@ -156,6 +160,7 @@ class Flexible(NamedTuple):
     masses: Array
     switches: Array
     strands: Array
+    angles: Array
     place: Array
     F: Array
     P: Array

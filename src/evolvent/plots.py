@@ -61,7 +61,7 @@ def _panel(axis: Any, panel: Panel) -> None:
         axis.plot(
             line.x,
             line.y,
-            line.style,
+            linestyle=line.style or "none",
             color=_color(line),
             label=line.label or None,
             marker=line.marker or None,
@@ -78,7 +78,10 @@ def _panel(axis: Any, panel: Panel) -> None:
     if panel.log:
         axis.set_yscale("log")
     if panel.y_zero:
-        axis.set_ylim(bottom=0.0)
+        values = np.concatenate([np.ravel(line.y) for line in panel.lines])
+        values = values[np.isfinite(values)]
+        if values.size and values.min() >= 0.0 and values.max() > 0.0:
+            axis.set_ylim(0.0, 1.05 * values.max())
     labelled = sum(bool(line.label) for line in panel.lines)
     if labelled:
         outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 6 else {"loc": "best"}

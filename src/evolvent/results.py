@@ -18,6 +18,7 @@ import xarray as xr
 
 from evolvent import __version__, cases
 from evolvent.errors import InputError
+from evolvent.figures import Number
 
 #: Engine that reads and writes NetCDF files.
 _ENGINE: Literal["h5netcdf"] = "h5netcdf"
@@ -61,6 +62,24 @@ def label(
         "laws": json.dumps(dict(laws)),
     }
     return dataset
+
+
+def closing_numbers(run: xr.Dataset) -> list[Number]:
+    """The rows of a run's table that tell of any run: its warning, steps, and the time that they took."""
+    found = []
+    if run.attrs.get("warning"):
+        found.append(Number(label="warning", value=run.attrs["warning"]))
+    statistics = json.loads(run.attrs["statistics"])
+    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
+    for key, what in (("rejected_steps", "rejected"), ("iterations", "iterations")):
+        if statistics.get(key):
+            steps += f", {int(statistics[key]):,} {what}"
+    if statistics.get("step"):
+        steps += f", {statistics['step']:.4g} s each"
+    found.append(Number(label="steps", value=steps))
+    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
+    found.append(Number(label="time of the solve", value=text))
+    return found
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.open is the public name)

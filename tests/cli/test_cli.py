@@ -243,6 +243,14 @@ def test_bad_input_is_one_line_and_code_2(call, tmp_path, name):
     assert (tmp_path / "heliogyro.yaml").read_text() == cases.text("heliogyro")
 
 
+def test_a_run_is_not_written_over_the_run_that_it_starts_from(call, tmp_path):
+    (tmp_path / "wind.nc").write_text("kept")
+    code, out, err = call("run", "wrapped-rib-deploy", "--set", "start=wind.nc", "-o", "./wind.nc")
+    assert (code, out) == (2, "")
+    assert err == "evolvent: -o './wind.nc' is the file that start names; name another, such as 'run.nc'\n"
+    assert (tmp_path / "wind.nc").read_text() == "kept"
+
+
 @pytest.mark.parametrize("words", [["-o", "run.nc"], ["--figures", "f"]])
 def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path, words):
     def refuse(**where):

@@ -142,34 +142,6 @@ def test_coarse_test_drops_what_is_far() -> None:
     assert contact.may_touch(1.5, 0.0, 2.4, 1.0, *hub)
 
 
-def test_gap_to_a_segment() -> None:
-    ends = (0.0, 0.0, 0.0, 2.0, 0.0, 0.0)
-    assert_allclose(contact.segment_gap(0.5, 0.0, 1.0, *ends, 0.1), (0.9, 0.25, 0.0, 0.0, 1.0), rtol=1e-15)
-    assert_allclose(contact.segment_gap(5.0, 4.0, 0.0, *ends, 0.1), (4.9, 1.0, 0.6, 0.8, 0.0), rtol=1e-15)
-    assert_allclose(contact.segment_gap(-3.0, 0.0, 4.0, *ends, 0.1), (4.9, 0.0, -0.6, 0.0, 0.8), rtol=1e-15)
-    assert contact.segment_gap(1.0, 0.0, 0.0, *ends, 0.1) == (-0.1, 0.5, 0.0, 0.0, 0.0)
-    assert contact.segment_gap(0.0, 0.0, 3.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5) == (1.5, 0.0, 0.0, 0.0, 1.0)
-
-
-@pytest.mark.parametrize(("place", "clamped"), [(-0.8, 0.0), (0.3, None), (1.7, 1.0)])
-def test_derivatives_of_the_gap_to_a_segment(rng: np.random.Generator, place: float, clamped: float | None) -> None:
-    for _ in range(10):
-        a, e = rng.standard_normal(3), 2.0 * unit(rng)
-        side = np.cross(e, rng.standard_normal(3))
-        q = np.concatenate([a + place * e + side / np.linalg.norm(side), a, a + e])
-
-        def slopes(q: Array) -> Array:
-            _, s, *n = contact.segment_gap(*q, 0.1)
-            return np.concatenate([n, (s - 1.0) * np.array(n), -s * np.array(n)])
-
-        H = np.full((9, 9), np.nan)
-        contact.segment_hessian(*q, H)
-        assert_allclose(slopes(q), gradient(lambda q: contact.segment_gap(*q, 0.1)[0], q, 1e-3), atol=1e-7)
-        assert_allclose(H, gradient(slopes, q, 1e-3), atol=1e-7 * np.abs(H).max())
-        s = contact.segment_gap(*q, 0.1)[1]
-        assert s == clamped if clamped is not None else abs(s - place) < 1e-12
-
-
 # ------------------------------------------------------------------------------------------------ normal laws
 
 

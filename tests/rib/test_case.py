@@ -90,6 +90,8 @@ def test_a_length_of_time_is_found():
     assert cases.load(DEPLOY).duration == pytest.approx(8587.0, abs=1.0)
     assert cases.load(WIND, {"drive": {"kind": "tip", "rate": 0.1, "ramp": 5}}).duration == pytest.approx(245.0)
     assert cases.load(WIND, {"solver.duration": 7}).duration == 7.0
+    with pytest.raises(InputError, match=r"solver.duration is auto, but .* is not wound within 1e\+06 s"):
+        _ = cases.load(WIND, {"damping.alpha": 1e9}).duration
 
 
 @pytest.mark.parametrize(
@@ -103,6 +105,9 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.length": 0}, ["rib.length is 0", "above 0"]),
         ("wind", {"rib.elements": 0}, ["rib.elements is 0", "whole number from 1"]),
         ("wind", {"rib.elements": 6}, ["rib.elements is 6", "191 deg", "7 or more"]),
+        ("wind", {"rib.length": 1e30}, ["each would go 2.387e+30 deg", "even 10000 bear a rib of 1.885e+04 m"]),
+        ("wind", {"damping.elements": [0]}, ["damping.elements.0 is 0", "whole number from 1"]),
+        ("wind", {"rib.elements": 7, "contact.points": 1}, ["contact.points is 1", "1.714 m apart", "2 or more"]),
         ("wind", {"rib.poisson": 0.5}, ["rib.poisson is 0.5", "below 0.5"]),
         ("wind", {"rib.poisson": -1}, ["rib.poisson is -1", "above -1"]),
         ("wind", {"rib.formulation": "cabel"}, ["rib.formulation is 'cabel'", "did you mean 'cable'?"]),
@@ -123,6 +128,7 @@ def test_a_length_of_time_is_found():
         ("wind", {"drive": {"kind": "torque"}}, ["drive.torque is missing", "'0.2 N m'"]),
         ("wind", {"drive.torque": 0}, ["drive.torque is 0", "above 0"]),
         ("wind", {"drive.torque": "20 N m"}, ["drive.torque is 20 N m", "74.1 %", "below 13.5 N m"]),
+        ("wind", {"drive.torque": "20 N m", "rib.tip_thickness": "1 mm"}, ["74.1 %", "below 13.5 N m"]),
         ("wind", {"drive.rate": 1}, ["drive.rate is given", "'torque'"]),
         ("wind", {"drive.stretch": 0.01}, ["drive.stretch is given", "kind tip"]),
         ("wind", {"drive": {"kind": "tip"}}, ["drive.rate is missing", "'tip'"]),
@@ -182,6 +188,10 @@ def test_refusals_are_one_sentence_that_names_the_key(phase, overrides, words):
         ("wind", {"rib.formulation": "full", "rib.elements": 10}, ["2.35e+06 times as stiff", "10 full elements"]),
         ("wind", {"rib.formulation": "full", "rib.elements": 2000}, ["'full' bends 1.35 times too stiff"]),
         ("deploy", {"rib.formulation": "assumed_strain", "rib.elements": 20}, ["0.847 times as stiff", "57.3 deg"]),
+        # EI/(2 R) of the paper's mesh and of a thick rib
+        ("wind", {"rib.formulation": "full", "rib.elements": 10}, ["takes EI/(2 R) = 0.661 N m", "0.3 m apart"]),
+        ("wind", {"rib.thickness": "2 cm", "rib.young_modulus": "70 GPa"}, ["does not wind this rib all round"]),
+        ("wind", {"rib.elements": 10, "contact.points": 2}, ["0.6 m apart", "may sink 0.08 m", "contact.points"]),
     ],
 )
 def test_warnings_name_the_key_and_the_number(phase, overrides, words):

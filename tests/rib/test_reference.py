@@ -98,6 +98,35 @@ def test_wound_and_held():
     assert ratio == pytest.approx(870, rel=0.02)
 
 
+@pytest.mark.parametrize("k", [0.2, 1.0, 3.0])
+def test_a_tapered_rib_wound_and_held(k):
+    """A field along the hub in proportion to the mass, summed from the tip on."""
+    rib = PAPER._replace(taper=k)
+    x = (np.arange(20000) + 0.5) / 20000
+    thickness = 2.0 * (1.0 + (k - 1.0) * x) / (1.0 + k)
+    summed = T / 0.6 * (1.0 - np.cumsum(thickness) / thickness.sum())
+    ends = 12.0 * (x + 0.5 / 20000)
+    assert reference.wound_tension(rib, T, ends) == pytest.approx(summed, abs=1e-9)
+    pressure = reference.wound_pressure(rib, T, 12.0 * x)
+    assert reference.wound_contact_force(rib, T) == pytest.approx(12.0 * pressure.mean(), rel=1e-6)
+    assert reference.axial_stiffness_at(rib, 12.0 * x) == pytest.approx(45.0 * thickness)
+    strain = reference.wound_tension(rib, T, 12.0 * x) / (45.0 * thickness)
+    assert reference.root_strain(rib, T) == pytest.approx(strain.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("alpha", [1.9, 20.0, 1e5])
+def test_strong_drag_winds_a_string_at_a_rate_that_the_drag_allows(alpha):
+    """Without inertia the times are in proportion to alpha; by quadrature of the moments' balance."""
+    R, L, m = PAPER.radius, PAPER.length, PAPER.line_density
+    th = (np.arange(2000) + 0.5) / 2000 * 0.5 * math.pi
+    inertia = R * R * L + L**3 / 3.0 + R * L * L * np.cos(th)
+    swing = np.mean(inertia / (1.0 + 1.5 * R * np.cos(th) / L)) * 0.5 * math.pi
+    tail = L * (1.0 - 0.98 * (np.arange(2000) + 0.5) / 2000)
+    wind = np.mean(R * R * L + tail**3 / 3.0) * 0.98 * L / R
+    found = reference.string_winding(PAPER, T, alpha, longest=1e9)
+    assert found.end_time == pytest.approx(alpha * m / T * (swing + wind), rel=5e-3 / alpha + 1e-6)
+
+
 def test_work_of_a_couple_at_the_hinge():
     assert reference.bending_energy(PAPER) == pytest.approx(5.625e-6, rel=1e-12)
     assert reference.couple_work(T) == pytest.approx(0.31416, rel=1e-4)

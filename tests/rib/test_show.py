@@ -57,6 +57,57 @@ def test_numbers_of_deployment():
     assert "energy taken by" not in found
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"damping.alpha": 0.1},
+        {"rib.tip_thickness": "0.1 mm"},
+        {"hub.motion": "spin", "hub.inertia": 5},
+        {"contact.friction": 0.2},
+    ],
+)
+def test_a_closed_form_that_does_not_hold_is_not_shown(changes):
+    run = synthetic(DEPLOY, {"solver.duration": 4000} | changes)
+    found = _numbers(run)
+    assert not any("closed form" in found[name] for name in found if name != "steps")
+    assert "closed form unwinds all in" not in found
+    labels = [line.label for figure in system.figures(run) for panel in figure.panels for line in panel.lines]
+    assert "closed form" not in labels
+
+
+def test_a_tapered_rib_is_held_by_other_forces():
+    changes = {"rib.tip_thickness": "0.15 mm"}
+    found = _numbers(synthetic(HOLD, changes))
+    force = 0.2 * 12.0 / 0.36 * 2.0 / 4.5
+    assert found["contact force, mean of the last 4 %"] == f"{force:.5g} N (closed form {force:.5g})"
+    assert "a light string is 98 % wound at" not in _numbers(synthetic(WIND, changes))
+
+
+def test_a_rib_that_lies_the_other_way_round():
+    run = synthetic(DEPLOY)
+    run["wrap_angle"] = run.wrap_angle - 8.0
+    assert _numbers(run)["wound at the end"] == "1.273 turns, 40 % of the rib, the other way round"
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "wound, turns")
+    assert panel.lines[0].y.min() < 0.0
+
+
+def test_the_peak_between_samples_is_drawn():
+    run = synthetic(WIND)
+    run["tip_speed_peak"] = ("rib", [50.0])
+    run["tip_speed_peak_time"] = ("rib", [66.4])
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "tip speed, m/s")
+    assert [line.y[0] for line in panel.lines if line.marker] == [50.0]
+
+
+def test_ribs_are_drawn_about_a_hub_that_moves():
+    run = synthetic(HOLD, {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50})
+    run["position"] = run.position + np.array([1.0, 2.0, 3.0])
+    run["hub_position"] = (("time", "axis"), np.tile([1.0, 2.0, 3.0], (run.sizes["time"], 1)))
+    shape = system.figures(run)[0]
+    for line in shape.panels[0].lines:
+        assert np.hypot(line.x, line.y) == pytest.approx(0.6)
+
+
 def test_a_warning_and_a_free_hubs_momentum_are_told():
     free = {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50}
     run = synthetic(DEPLOY, free)
@@ -99,6 +150,16 @@ def test_the_running_mean_of_a_constant_and_of_a_line():
     assert running_mean(time, np.full_like(time, 2.0), 1.0) == pytest.approx(2.0, rel=1e-12)
     inner = (time > 0.5) & (time < 9.5)
     assert running_mean(time, time, 1.0)[inner] == pytest.approx(time[inner], abs=1e-3)
+
+
+def test_the_mean_force_is_that_of_the_impulse():
+    """What strikes between samples is in the mean."""
+    run = synthetic(HOLD)
+    time = run.time.values
+    run["contact_impulse"] = run.contact_impulse + 5.0 * (time > 30.0)[:, None]
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "contact force, N")
+    (mean,) = (line for line in panel.lines if line.label.startswith("mean of"))
+    assert mean.y.max() == pytest.approx(10.0 / 3.0 + 5.0 / 2.4, rel=0.01)
 
 
 def test_scene_shows_the_ribs_as_the_hub_sees_them(run, tmp_path):
@@ -150,3 +211,10 @@ def test_figures_of_a_study():
     assert string.get_ydata() == pytest.approx([27.63, 66.40, 145.86], abs=0.01)
     assert len(found["tip_speed"].axes[0].lines) == 3
     assert system.study_figures(kept.assign_attrs(sample="list")) == {}
+    # a second whip, larger in the samples, is not the peak of a run that looked between them
+    peaks = {"tip_speed_peak": [[40.0], [30.0], [20.0]], "tip_speed_peak_time": [[28.4], [66.8], [146.1]]}
+    kept = kept.assign({name: (("damping.alpha", "rib"), values) for name, values in peaks.items()})
+    kept.tip_speed[0, -1] = 39.0
+    found = system.study_figures(kept)
+    assert found["peak"].axes[0].lines[0].get_ydata() == pytest.approx([28.4, 66.8, 146.1])
+    assert found["tip_speed"].axes[0].lines[1].get_ydata() == pytest.approx([40.0])

@@ -31,6 +31,50 @@ def wound(run):
 # ------------------------------------------------------------------------------------------------ winding
 
 
+@pytest.mark.parametrize(("count", "formulation"), [(1, "cable"), (3, "assumed_strain"), (8, "cable")])
+def test_a_stacked_coil_starts_without_stretch_or_pressure(count, formulation):
+    changes = {"contact.self": True, "rib.count": count, "rib.formulation": formulation, "solver.duration": 1e-3}
+    run = evolvent.run("wrapped-rib-deploy", changes)
+    assert np.all(run.turn_force.values[0] == 0.0)
+    assert np.all(run.contact_gap.values[0] > -1e-9)
+    assert float(run.energy_membrane[0]) < 0.01 * float(run.energy_bending[0])
+    p = run.position.values[0, 0]
+    radius, turns = np.hypot(p[:, 0], p[:, 1]), np.unwrap(np.arctan2(p[:, 1], p[:, 0])) / (2.0 * np.pi)
+    within = turns < turns[-1] - 1.0 / count
+    above = np.interp(turns[within] + 1.0 / count, turns, radius)
+    assert np.all(above - radius[within] > case_of(run).rib.thickness)
+
+
+def test_held_turns_lie_on_one_another():
+    """Of the turns that lie on others each presses with what pulls beyond it: sum of T L/2 R^2 (1 - 2 pi k R/L)^2."""
+    changes = {"contact.self": True, "rib.elements": 60, "hold.time": 20}
+    run, flat = (evolvent.run("wrapped-rib-hold", changes | {"contact.self": s}) for s in (True, False))
+    held = reference.wound_contact_force(case_of(run).strip, 0.2)
+    beyond = [(1.0 - 2.0 * np.pi * k * 0.6 / 12.0) ** 2 for k in (1, 2, 3)]
+    assert float(run.turn_force[-1, 0]) == pytest.approx(held * sum(beyond), rel=0.05)
+    # at the root the hinge bears what the hub does not
+    assert float(run.contact_force[-1, 0]) == pytest.approx(held, rel=0.03)
+    assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-3)
+    rises = []
+    for found in (run, flat):
+        p = found.position.values[-1, 0]
+        radius, turns = np.hypot(p[:, 0], p[:, 1]), np.unwrap(np.arctan2(p[:, 1], p[:, 0])) / (2.0 * np.pi)
+        rises.append([radius[(turns > k + 0.2) & (turns < k + 0.8)].mean() for k in range(3)])
+    thickness = case_of(run).rib.thickness
+    assert np.diff(rises[0]) == pytest.approx(thickness, rel=0.25)  # the contact gives way by up to a fifth of it
+    assert np.abs(np.diff(rises[1])).max() < 0.1 * thickness
+    assert abs(float(run.energy_balance.max())) < 0.01
+
+
+def test_ribs_that_lie_on_one_another_keep_the_momenta_of_a_free_hub():
+    changes = FREE | {"contact.self": True, "rib.count": 2, "rib.elements": 30, "solver.duration": 20}
+    run = evolvent.run("wrapped-rib-deploy", changes)
+    assert float(run.turn_points.max()) > 0.0
+    scale = float(np.abs(run.hub_torque).max()) * 20.0
+    assert np.abs(run.angular_momentum.values).max() < 1e-9 * max(scale, 1.0)
+    assert np.abs(run.linear_momentum.values).max() < 1e-9
+
+
 @pytest.mark.parametrize(("alpha", "time", "end"), [(0.0, 28.39, 30), (0.2, 66.81, 70), (0.5, 146.07, 150)])
 def test_the_tip_is_fastest_when_it_should_be(alpha, time, end):
     """rib.md, 6: 40 elements; 20 give the same times within 1 %."""
@@ -238,6 +282,7 @@ def test_a_run_that_does_not_fit_is_no_start(held, changes, words):
         {"rib.root": "clamp", "rib.start_angle": "90 deg"},
         {"rib.root_stiffness": 0.01, "rib.root_damping": 0.01, "rib.count": 3},
         {"contact.law": "conservative"},
+        {"contact.self": True, "contact.law": "paper", "contact.damping": 0.0},
         {"damping.beta": 0.01, "damping.elements": "first", "damping.alpha": 0},
         {"hub.motion": "spin", "hub.inertia": 5},
         {"rib.formulation": "elastic_line", "rib.elements": 10},
@@ -253,6 +298,20 @@ def test_every_kind_of_rib_runs(changes):
     assert all(np.all(np.isfinite(run[name].values)) for name in run.data_vars)
 
 
+def test_a_rib_that_sinks_into_the_hub_is_told():
+    run = evolvent.run("wrapped-rib", {"rib.elements": 12, "solver.duration": 30, "contact.stiffness": 1e-6})
+    assert float(run.contact_gap.min()) < -0.1
+    assert "into the hub" in run.attrs["warning"]
+    assert "contact.stiffness" in run.attrs["warning"]
+
+
+def test_a_rib_that_swings_on_wraps_the_other_way_round():
+    changes = {"rib.elements": 10, "rib.length": 3, "rib.thickness": "1 mm", "solver.duration": 600}
+    run = evolvent.run("wrapped-rib-deploy", changes | {"output.every": 5})
+    assert float(run.wrap_angle[0, 0]) == pytest.approx(5.0, rel=0.01)
+    assert float(run.wrap_angle.min()) < -1.0
+
+
 def test_the_parts_of_a_system_have_names():
     case = cases.load("wrapped-rib", {"rib.count": 2, "rib.elements": 10})
     assembly = system.build(case).assemble()
@@ -265,7 +324,7 @@ def test_the_parts_of_a_system_have_names():
     ("changes", "words"),
     [
         ({"solver.method": "rk4"}, "which does not know ribs yet"),
-        ({"contact.self": True}, "turns do not touch each other yet"),
+        ({"contact.self": True, "contact.law": "conservative"}, "which contact of the turns does not know"),
         ({"damping.elements": "first"}, "damping.alpha acts on the whole rib"),
         ({"output.every": "1 us"}, "too many"),
         ({"solver.step": "1 us"}, "too many|more than 1e+08"),

@@ -16,7 +16,7 @@ from evolvent.elements.forms import (
     straight_beam,
     straight_cable,
 )
-from evolvent.elements.inertia import beam_mass, cable_mass, gravity_vector, load_vector
+from evolvent.elements.inertia import axis_shape, beam_mass, cable_mass, gravity_vector, load_vector
 from evolvent.elements.sections import General, Material, Properties, Rectangle, Section, Taper
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "Rectangle",
     "Section",
     "Taper",
+    "axis_shape",
     "beam_form",
     "beam_mass",
     "beam_parts",

@@ -410,24 +410,7 @@ def line_forces(strains, rest, stiffness, forces):
         forces[k] = stiffness[k] * (strains[k] - rest[k])
 
 
-# ---------------------------------------------------------------------------------------------- mass and loads
-
-
-@kernel
-def add_mass_times(M, a, x, f):
-    """f += a (M (x) I3) x: inertia forces, or damping proportional to the mass.
-
-    Parameters
-    ----------
-    M : (k, k) float, symmetric, one entry for each pair of an element's k nodal vectors
-    a : float
-    x, f : (3 k,) float
-    """
-    for i in range(M.shape[0]):
-        for j in range(M.shape[0]):
-            m = a * M[i, j]
-            for c in range(3):
-                f[3 * i + c] += m * x[3 * j + c]
+# ---------------------------------------------------------------------------------------------- mass and shape
 
 
 @kernel
@@ -438,22 +421,6 @@ def kinetic_energy(M, u):
         for j in range(M.shape[0]):
             T += 0.5 * M[i, j] * (u[3 * i] * u[3 * j] + u[3 * i + 1] * u[3 * j + 1] + u[3 * i + 2] * u[3 * j + 2])
     return T
-
-
-@kernel
-def add_load(S, fx, fy, fz, f):
-    """f_i += S_i (fx, fy, fz).
-
-    Parameters
-    ----------
-    S : (k,) float, the shape functions where a force acts (N), their integral along the element (force per length,
-        N/m; `evolvent.elements.load_vector`) or with the mass (acceleration, m/s2; `evolvent.elements.gravity_vector`)
-    f : (3 k,) float
-    """
-    for i in range(S.size):
-        f[3 * i] += S[i] * fx
-        f[3 * i + 1] += S[i] * fy
-        f[3 * i + 2] += S[i] * fz
 
 
 @kernel

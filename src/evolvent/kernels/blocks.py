@@ -3,6 +3,9 @@
 The system is ``[[A, B], [C^T, E]]`` with n dense blocks of m unknowns, each coupled to its two neighbours, and k border
 unknowns (a hub's coordinates, multipliers) coupled to anything. Blocks are eliminated from the last to the first, so
 border entries at the first blocks only, such as the joint at the root of a rib, cost next to nothing.
+
+Inner unknowns z of the border stand for a product that lies outside the blocks: A x + B z = f with C^T x - z = 0 is
+(A + B C^T) x = f, and the solution leaves them out.
 """
 
 import math
@@ -19,7 +22,7 @@ TINY_PIVOT = 1e-12
 #: A border pivot below this part of the largest one, after scaling, stands for a redundant row.
 TINY_BORDER = 1e-10
 # places in Bordered.counts
-BORDER, DEFERRED, RANK, ROWS = range(4)
+BORDER, DEFERRED, RANK, ROWS, INNER = range(5)
 
 
 class Bordered(NamedTuple):
@@ -37,7 +40,7 @@ class Bordered(NamedTuple):
     work : (2, k + spare) float, scratch
     column, loose : (m,) float, scratch
     deferred : (spare,) int, unknowns whose pivots went to the border
-    counts : (4,) int, k, deferred pivots, rank of the corner, rows that the border reaches
+    counts : (5,) int, k, deferred pivots, rank of the corner, rows that the border reaches, inner unknowns
     quality : (1,) float, smallest pivot beside the largest entry of its column
     """
 
@@ -56,13 +59,14 @@ class Bordered(NamedTuple):
     quality: np.ndarray
 
 
-def bordered(n: int, m: int, k: int, *, spare: int = 0) -> Bordered:
+def bordered(n: int, m: int, k: int, *, spare: int = 0, inner: int = 0) -> Bordered:
     """Zero matrix of `n` blocks of `m` unknowns with `k` border unknowns.
 
     `spare` is how many pivots may be deferred to the border where the blocks by themselves are singular: statics of a
-    beam that only its joints hold need 6; the matrix of a time step, which has masses, needs none.
+    beam that only its joints hold need 6; the matrix of a time step, which has masses, needs none. `inner` is how many
+    inner unknowns there may be.
     """
-    size = k + spare
+    size = k + inner + spare
     return Bordered(
         A=np.zeros((n, m, 3 * m)),
         B=np.zeros((n * m, size)),
@@ -75,7 +79,7 @@ def bordered(n: int, m: int, k: int, *, spare: int = 0) -> Bordered:
         column=np.zeros(m),
         loose=np.zeros(m),
         deferred=np.zeros(spare, dtype=np.int64),
-        counts=np.array([k, 0, k, n * m]),
+        counts=np.array([k, 0, k, n * m, 0]),
         quality=np.ones(1),
     )
 
@@ -84,6 +88,7 @@ def bordered(n: int, m: int, k: int, *, spare: int = 0) -> Bordered:
 def clear(matrix):
     """Set all entries to zero."""
     A, B, C, E = matrix.A, matrix.B, matrix.C, matrix.E
+    matrix.counts[INNER] = 0
     for i in range(A.shape[0]):
         for r in range(A.shape[1]):
             for c in range(A.shape[2]):
@@ -95,6 +100,22 @@ def clear(matrix):
     for p in range(E.shape[0]):
         for q in range(E.shape[1]):
             E[p, q] = 0.0
+
+
+@inlined
+def inner(matrix, count):
+    """The first of `count` new inner unknowns, whose columns B and C the caller fills."""
+    q = matrix.counts[BORDER] + matrix.counts[INNER]
+    matrix.counts[INNER] += count
+    for p in range(q, q + count):
+        matrix.E[p, p] = -1.0
+    return q
+
+
+@inlined
+def _width(matrix):
+    """Unknowns of the border: given, inner and deferred ones."""
+    return matrix.counts[BORDER] + matrix.counts[INNER] + matrix.counts[DEFERRED]
 
 
 @kernel
@@ -124,14 +145,14 @@ def factor(matrix):
             done = _eliminate(matrix, i, m)
         if not done:
             return SINGULAR
-        if counts[BORDER] + counts[DEFERRED] > 0:
+        if _width(matrix) > 0:
             _border(matrix, i)
     return _factor_corner(matrix)
 
 
 @inlined
 def _clear_spare(matrix):
-    B, C, E, k = matrix.B, matrix.C, matrix.E, matrix.counts[BORDER]
+    B, C, E, k = matrix.B, matrix.C, matrix.E, matrix.counts[BORDER] + matrix.counts[INNER]
     for q in range(k, E.shape[0]):
         for p in range(E.shape[0]):
             E[p, q] = 0.0
@@ -251,7 +272,7 @@ def _defer(matrix, i, k, m):
     d = size if size > 0.0 else 1.0
     X[k, m + k] += d
     row = _original(matrix, i, k + 1, k)
-    q = counts[BORDER] + counts[DEFERRED]
+    q = _width(matrix)
     matrix.B[i * m + row, q] = -d
     matrix.C[i * m + k, q] = 1.0
     matrix.E[q, q] = -1.0
@@ -274,7 +295,7 @@ def _border(matrix, i):
     """Eliminate block i from the border: B = l^-1 P (B - V B'), C = u^-T (C - W'^T C'), E = E - C^T B."""
     A, B, C, E = matrix.A, matrix.B, matrix.C, matrix.E
     m = A.shape[1]
-    width = matrix.counts[BORDER] + matrix.counts[DEFERRED]
+    width = _width(matrix)
     X, first, last = A[i], i * m, i * m + m
     rows = matrix.counts[ROWS]
     if rows == 0:
@@ -328,7 +349,7 @@ def _border(matrix, i):
 def _factor_corner(matrix):
     """Scale the corner and factor it by complete pivoting; returns the number of redundant unknowns, or SINGULAR."""
     E, order, counts = matrix.E, matrix.order, matrix.counts
-    width = counts[BORDER] + counts[DEFERRED]
+    width = _width(matrix)
     counts[RANK] = width
     if width == 0:
         return 0
@@ -412,7 +433,7 @@ def solve(matrix, x):
         _forward(matrix.A, matrix.pivots, x, 12)
     else:
         _forward(matrix.A, matrix.pivots, x, m)
-    if matrix.counts[BORDER] + matrix.counts[DEFERRED] > 0:
+    if _width(matrix) > 0:
         _solve_corner(matrix, x)
     if m == 6:
         _backward(matrix.A, x, 6)
@@ -420,13 +441,6 @@ def solve(matrix, x):
         _backward(matrix.A, x, 12)
     else:
         _backward(matrix.A, x, m)
-
-
-@kernel
-def solve_many(matrix, X):
-    """Solve for every row of X : (s, n m + k), in place."""
-    for j in range(X.shape[0]):
-        solve(matrix, X[j])
 
 
 @inlined
@@ -479,7 +493,7 @@ def _solve_corner(matrix, x):
     """Border unknowns y from E y = g - C^T x, and x - B y."""
     B, C, E, order, scale, counts = matrix.B, matrix.C, matrix.E, matrix.order, matrix.scale, matrix.counts
     g, y = matrix.work[0], matrix.work[1]
-    k, width, rank = counts[BORDER], counts[BORDER] + counts[DEFERRED], counts[RANK]
+    k, width, rank = counts[BORDER], _width(matrix), counts[RANK]
     n, rows = B.shape[0], counts[ROWS]
     for p in range(width):
         y[p] = x[n + p] if p < k else 0.0

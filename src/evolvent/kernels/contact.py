@@ -9,7 +9,7 @@ are
 
 import math
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import inlined
 
 #: Normal laws: of the paper; Hunt-Crossley; elastic work equal to the change of energy over a step.
 PAPER, HUNT_CROSSLEY, CONSERVATIVE = 0, 1, 2
@@ -90,72 +90,6 @@ def mean_normal(mx, my, mz, distance_before, nx, ny, nz, distance):
         f * (distance_before * my + distance * ny),
         f * (distance_before * mz + distance * nz),
     )
-
-
-@inlined
-def segment_gap(px, py, pz, ax, ay, az, bx, by, bz, thickness):
-    """Gap between a point and a segment of another turn.
-
-    Parameters
-    ----------
-    px, py, pz : float, m, the point
-    ax, ay, az, bx, by, bz : float, m, the segment's ends
-    thickness : float, m, distance of touching layers
-
-    Returns
-    -------
-    gap : float, m
-    s : float, place of the nearest point on the segment, 0 at a and 1 at b
-    nx, ny, nz : float, unit vector from there to the point; zero on the segment
-
-    Notes
-    -----
-    The derivatives of the gap are n by p, -(1 - s) n by a and -s n by b: forces f n, -(1 - s) f n and -s f n keep
-    momentum and angular momentum. The gap knows no sides: a point that passes through the segment is pushed out beyond
-    it.
-    """
-    ex, ey, ez = bx - ax, by - ay, bz - az
-    wx, wy, wz = px - ax, py - ay, pz - az
-    square = ex * ex + ey * ey + ez * ez
-    s = (wx * ex + wy * ey + wz * ez) / square if square > 0.0 else 0.0
-    s = min(max(s, 0.0), 1.0)
-    wx -= s * ex
-    wy -= s * ey
-    wz -= s * ez
-    distance = math.sqrt(wx * wx + wy * wy + wz * wz)
-    scale = 1.0 / distance if distance > 0.0 else 0.0
-    return distance - thickness, s, wx * scale, wy * scale, wz * scale
-
-
-@kernel
-def segment_hessian(px, py, pz, ax, ay, az, bx, by, bz, H):
-    """Second derivative of `segment_gap` by (p, a, b). H : (9, 9) float, 1/m, output.
-
-    Notes
-    -----
-    With D = [I, -(1 - s) I, -s I] and e = b - a: D^T (I - n n^T) D / d, less d/e^2 g g^T between the ends, where s
-    follows: g = [-e/d, (1 - s) e/d + n, s e/d - n].
-    """
-    d, s, nx, ny, nz = segment_gap(px, py, pz, ax, ay, az, bx, by, bz, 0.0)
-    n, e = (nx, ny, nz), (bx - ax, by - ay, bz - az)
-    D = (1.0, s - 1.0, -s)
-    inside = 0.0 < s < 1.0
-    square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
-    for i in range(9):
-        for j in range(9):
-            H[i, j] = 0.0
-    if not d > 0.0:
-        return
-    for p in range(3):
-        for i in range(3):
-            g_i = -D[p] * e[i] / d + (0.0 if p == 0 else (n[i] if p == 1 else -n[i]))
-            for q in range(3):
-                for j in range(3):
-                    value = D[p] * D[q] * ((1.0 if i == j else 0.0) - n[i] * n[j]) / d
-                    if inside:
-                        g_j = -D[q] * e[j] / d + (0.0 if q == 0 else (n[j] if q == 1 else -n[j]))
-                        value -= d / square * g_i * g_j
-                    H[3 * p + i, 3 * q + j] = value
 
 
 # ------------------------------------------------------------------------------------------------ normal laws

@@ -3,7 +3,7 @@
 import math
 
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import contact, rigid
+from evolvent.kernels import contact, layers, rigid
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
 
@@ -35,6 +35,9 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
     """
     cylinders, checks = flexible.cylinders, flexible.checks
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layers(y, step, n_q, flexible, bodies, k, F)
+            continue
         body = cylinders[k].body
         R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
         o, axis, G = cylinders[k].centre, cylinders[k].axis, cylinders[k].F
@@ -135,6 +138,9 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
     J, K = flexible.J[1], flexible.K12
     m = matrix.A.shape[1]
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layer_tangents(n_q, flexible, k, c_rate, matrix)
+            continue
         body = cylinders[k].body
         moves = bodies[body].motion != rigid.DRIVEN
         R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
@@ -215,7 +221,11 @@ def settle_contacts(y, flexible, bodies):
                 else:
                     damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
             checks[i].gap, checks[i].damper = gap1, checks[i].damper1
-            if mu > 0.0:
+            if mu > 0.0 and cylinders[k].under >= 0:  # of layers: the slip alone
+                slip += checks[i].slip
+                for c in range(3):
+                    checks[i].stick[c] = checks[i].stick1[c] if checks[i].force > 0.0 else 0.0
+            elif mu > 0.0:
                 x, yy, z = _point(y, checks[i].iq, checks[i].S)
                 q, u, u1 = checks[i].anchor, checks[i].stick, checks[i].stick1
                 x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
@@ -231,6 +241,8 @@ def settle_contacts(y, flexible, bodies):
                 for c in range(3):
                     u[c] = u1[c] if checks[i].force > 0.0 else 0.0
                 slip -= half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+        if cylinders[k].under >= 0:
+            layers.settle_layers(y, flexible, bodies, k)
     return slip, damped
 
 

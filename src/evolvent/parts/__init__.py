@@ -6,6 +6,7 @@ from evolvent.parts.event import Event
 from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Carry, Hinge, Joint, Turn
+from evolvent.parts.layers import Layers
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
@@ -29,6 +30,7 @@ __all__ = [
     "Joint",
     "LawFeed",
     "LawLoad",
+    "Layers",
     "LineLoad",
     "Link",
     "Point",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -59,8 +60,6 @@ class Cylinder:
     def write(self, builder: Builder, name: str) -> None:
         """Write the cylinder and its check points."""
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
-        if isinstance(self.points, bool) or not isinstance(self.points, int) or self.points < 1:
-            raise InputError(f"{name}.points is {self.points!r}; it must be a whole number from 1")
         exponent = number(f"{name}.exponent", self.exponent, least=1.0, allowed="a number from 1")
         radius = positive(f"{name}.radius", self.radius)
         centre = vector(f"{name}.centre", self.centre)
@@ -77,6 +76,7 @@ class Cylinder:
             law=choice(f"{name}.law", self.law, LAWS),
             first=first,
             last=len(builder.rows["checks"]),
+            under=-1,
             centre=centre,
             axis=axis,
             radius=radius,
@@ -92,25 +92,30 @@ class Cylinder:
         builder.names[name] = ("cylinders", index)
 
     def _checks(self, builder: Builder, name: str, beam: str, centre: np.ndarray, axis: np.ndarray) -> None:
-        row = builder.rows["beams"][builder.find(beam, "beams")]
-        k = flexible.NODE_VECTORS[row["kind"]]
-        places = [i / self.points for i in range(1, self.points + 1)]
-        seen = 0
-        for c in range(row["cell"], row["cell"] + row["cells"]):
-            cell = builder.rows["cells"][c]
-            vectors = np.array([0, 1, k, k + 1])
-            for xi in places:
-                seen += 1
-                if seen <= self.skip:
-                    continue
-                shape = np.empty(8)
-                ancf.beam_shape(cell["length"], xi, 0.0, 0.0, shape)
-                S = shape[[0, 1, 4, 5]]
-                iq = cell["iq"] + 3 * vectors
-                at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
-                off = float(np.linalg.norm(at - (at @ axis) * axis)) - self.radius
-                if off < -1e-3 * self.radius and abs(at @ axis) < self.half_length:
-                    raise InputError(
-                        f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
-                    )
-                builder.add("checks", cell=c, iq=iq, iv=cell["iv"] + 3 * vectors, S=S, reach=1.5 * cell["length"])
+        places = check_points(builder, name, builder.find(beam, "beams"), self.points)
+        for fields in places[self.skip :]:
+            S, iq = fields["S"], fields["iq"]
+            at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
+            off = float(np.linalg.norm(at - (at @ axis) * axis)) - self.radius
+            if off < -1e-3 * self.radius and abs(at @ axis) < self.half_length:
+                raise InputError(
+                    f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
+                )
+            builder.add("checks", **fields)
+
+
+def check_points(builder: Builder, name: str, beam: int, points: int) -> list[dict[str, Any]]:
+    """Fields of the check points of a beam, evenly spaced in each element, its second node included."""
+    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
+        raise InputError(f"{name}.points is {points!r}; it must be a whole number from 1")
+    row, found = builder.rows["beams"][beam], []
+    k = flexible.NODE_VECTORS[row["kind"]]
+    vectors = np.array([0, 1, k, k + 1])
+    for c in range(row["cell"], row["cell"] + row["cells"]):
+        cell = builder.rows["cells"][c]
+        for i in range(1, points + 1):
+            shape = np.empty(8)
+            ancf.beam_shape(cell["length"], i / points, 0.0, 0.0, shape)
+            at = {"iq": cell["iq"] + 3 * vectors, "iv": cell["iv"] + 3 * vectors}
+            found.append({"cell": c, **at, "S": shape[[0, 1, 4, 5]], "reach": 1.5 * cell["length"]})
+    return found

@@ -45,6 +45,10 @@ def check_explicit(assembly: Assembly) -> None:
                 f"{name!r} has friction, which is known step by step only; take generalized-alpha, or leave out "
                 "`friction` under rk4, heun and dopri5"
             )
+        if family == "cylinders" and f.cylinders["under"][index] >= 0:
+            raise InputError(
+                f"{name!r} is a layer on others, which rk4, heun and dopri5 do not know; take generalized-alpha"
+            )
         if family == "hinges" and math.isfinite(f.hinges["latch"][index]):
             raise InputError(f"{name!r} has a latch, which rk4, heun and dopri5 do not know; take generalized-alpha")
 

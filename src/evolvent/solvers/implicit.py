@@ -19,6 +19,7 @@ from evolvent.flow import bind_equations, equation_types
 from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
+from evolvent.kernels.layers import UNKNOWN
 from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
@@ -92,7 +93,9 @@ def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
     rest = int(model.info["nv"][0]) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
     nodes = int(model.threads["n"].sum())
     n, rest = n + nodes, rest - 3 * nodes
-    return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare)
+    layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
+    inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+    return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare, inner=inner)
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
@@ -371,7 +374,7 @@ def _march(
     ends = [pushes["start"] + pushes["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
-    model.flexible.checks["gap"] = np.inf
+    model.flexible.checks["gap"], model.flexible.checks["carrier"] = np.inf, UNKNOWN
     model.flexible.checks["stick"] = 0.0
     model.flexible.checks["drag"] = 0.0
     model.flexible.hinges["latched"] = 0.0
@@ -415,8 +418,9 @@ def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
     """Which joints repeat what others say."""
     joints = assembly.model.flexible.joints
     first = int(matrix.counts[blocks.BORDER]) - joints.size
-    left = matrix.order[1, int(matrix.counts[blocks.RANK]) : int(matrix.counts[blocks.BORDER])]
-    rows = sorted(int(k) - first for k in left if k >= first)
+    width = int(matrix.counts[blocks.BORDER])
+    left = matrix.order[1, int(matrix.counts[blocks.RANK]) : width + int(matrix.counts[blocks.INNER])]
+    rows = sorted(int(k) - first for k in left if first <= k < width)
     names = sorted({_joint_name(assembly, k) for k in rows})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "

@@ -20,6 +20,7 @@ from evolvent.flow import Equations, bind_equations
 from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, contact, rigid
 from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.layers import UNKNOWN
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.implicit import check_implicit, matrix_of, redundant, sizes
 from evolvent.solvers.laws import try_laws
@@ -231,7 +232,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     for scratch in ("v", "w", "F"):
         copy.bodies[scratch] = 0.0
     flexible.pushes["ramp"] = 0.0
-    flexible.checks["gap"] = np.inf
+    flexible.checks["gap"], flexible.checks["carrier"] = np.inf, UNKNOWN
     flexible.checks["stick"] = 0.0
     flexible.checks["drag"] = 0.0
     flexible.hinges["latched"] = 0.0
@@ -414,7 +415,9 @@ def sparse_of(matrix: blocks.Bordered, order: Array) -> sparse.csr_matrix:
     row = np.broadcast_to(np.arange(size).reshape(n, m, 1), matrix.A.shape)
     column = np.broadcast_to(((np.arange(n) - 1) * m)[:, None, None] + np.arange(3 * m), matrix.A.shape)
     inside = (column >= 0) & (column < size) & (matrix.A != 0.0)
-    inner = sparse.coo_matrix((matrix.A[inside], (row[inside], column[inside])), shape=(size, size))
+    inner = sparse.coo_matrix((matrix.A[inside], (row[inside], column[inside])), shape=(size, size)).tocsr()
+    z = slice(k, k + int(matrix.counts[blocks.INNER]))
+    inner = inner + sparse.csr_matrix(matrix.B[:, z]) @ sparse.csr_matrix(matrix.C[:, z]).T
     B, C, E = matrix.B[:, :k], matrix.C[:, :k], matrix.E[:k, :k]
     if size == 0:
         return sparse.csr_matrix(E)[order][:, order]

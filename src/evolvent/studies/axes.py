@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -33,15 +33,6 @@ class Axis:
     what: str
 
 
-def shown(value: Any) -> str:
-    """`value` in a few words."""
-    try:
-        text = "empty" if value is None else repr(value)
-    except ValueError:  # Python does not write integers of more than some thousand digits
-        text = "a number of very many digits"
-    return text if len(text) <= 80 else text[:77] + "..."
-
-
 def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
     """A whole number of a mapping, or the default.
 
@@ -52,7 +43,7 @@ def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, mos
     """
     value = content.get(key, default)
     if key in content and (isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most):
-        raise InputError(f"{where}{key} is {shown(value)}; it must be a whole number from {least} to {most}")
+        raise InputError(f"{where}{key} is {cases.shown(value)}; it must be a whole number from {least} to {most}")
     return int(value)
 
 
@@ -75,21 +66,13 @@ def annotation(kind: Any, key: str) -> tuple[Any, str]:
     for part in path:
         owner = next(s for s in sections if part in s.model_fields)
         field = owner.model_fields[part]
-        sections = list(_sections(field.annotation))
+        sections = list(cases.sections(field.annotation))
     readers = [m for m in _metadata(field) if isinstance(m, (units.Quantity, units.OneOrMore, units.Whole))]
     reader = readers[0] if readers else None
     if isinstance(reader, units.OneOrMore):
         reader = reader.quantity
     what = getattr(reader, "what", "").removeprefix("a ").removeprefix("an ")
     return reader, field.description or what or key
-
-
-def _sections(annotation: Any) -> Iterator[type[cases.Section]]:
-    """Sections that an annotation holds."""
-    if isinstance(annotation, type) and issubclass(annotation, cases.Section):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _sections(argument)
 
 
 def _metadata(annotated: Any) -> Iterator[Any]:
@@ -131,7 +114,7 @@ def axes(over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed:
             values = given
         else:
             allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
-            raise InputError(f"{where} is {shown(given)}; with sample: {sample} it must be {allowed}")
+            raise InputError(f"{where} is {cases.shown(given)}; with sample: {sample} it must be {allowed}")
         unit = getattr(reader, "unit", "")
         found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what))
     lengths = {axis.key: len(axis.values) for axis in found}
@@ -177,7 +160,7 @@ def _number(where: str, given: Mapping[str, Any], key: str, reader: Any) -> floa
     except units.UnitError as error:
         problem = str(error)
     wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
-    raise InputError(f"{where}.{key} is {shown(value)}; it must be {wanted}; {problem}")
+    raise InputError(f"{where}.{key} is {cases.shown(value)}; it must be {wanted}; {problem}")
 
 
 def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
@@ -204,7 +187,9 @@ def _spread(where: str, given: Any, reader: Any, drawn: np.ndarray) -> list[Any]
     """Values of a distribution at the numbers `drawn` from (0, 1)."""
     _numeric(where, reader)
     if not isinstance(given, dict) or not ({"mean", "std"} & set(given) or {"from", "to"} & set(given)):
-        raise InputError(f"{where} is {shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)")
+        raise InputError(
+            f"{where} is {cases.shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)"
+        )
     if {"mean", "std"} & set(given):
         from scipy.special import ndtri
 

@@ -19,7 +19,7 @@ import yaml
 from evolvent import cases
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
-from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, shown, whole
+from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, whole
 from evolvent.studies.record import REDUCTIONS
 
 SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
@@ -129,10 +129,10 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
             raise InputError(f"unknown key {key!r} in the study; {nearest(str(key), _KEYS)}")
     name = content.get("study", "study")
     if not isinstance(name, str) or not re.fullmatch(r"\w[\w.-]*", name):
-        raise InputError(f"study is {shown(name)}; it must be a name of letters, digits, '-' and '_'")
+        raise InputError(f"study is {cases.shown(name)}; it must be a name of letters, digits, '-' and '_'")
     sample = content.get("sample", "grid")
     if sample not in SAMPLES:
-        raise InputError(f"sample is {shown(sample)}; {nearest(str(sample), SAMPLES)}")
+        raise InputError(f"sample is {cases.shown(sample)}; {nearest(str(sample), SAMPLES)}")
     random = sample in ("latin-hypercube", "monte-carlo")
     seed = whole(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
@@ -144,7 +144,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     fixed = _section(content, "set")
     system = case.get("system")
     if not isinstance(system, str):
-        raise InputError(f"the case's key 'system' is {shown(system)}; {nearest(str(system), cases.systems())}")
+        raise InputError(f"the case's key 'system' is {cases.shown(system)}; {nearest(str(system), cases.systems())}")
     module = cases.system(system)
     varying = axes(_section(content, "over"), sample, module.Case, samples=samples, seed=seed)
     varied = {axis.key for axis in varying}
@@ -181,7 +181,7 @@ def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
         path, source = catalogue.files()[name], catalogue.text(name)
     else:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
-            raise InputError(f"no study is called {shown(name)}; {nearest(name, catalogue.files())}")
+            raise InputError(f"no study is called {cases.shown(name)}; {nearest(name, catalogue.files())}")
         path = pathlib.Path(name)
         source = _source(path)
     content = cases.parse_yaml(source, name)
@@ -200,7 +200,7 @@ def _plain(content: Any) -> Any:
         return content.item()
     if content is None or isinstance(content, (bool, int, float, str)):
         return content
-    raise InputError(f"the study holds {shown(content)}; it may hold words, numbers, lists and mappings")
+    raise InputError(f"the study holds {cases.shown(content)}; it may hold words, numbers, lists and mappings")
 
 
 def _source(path: pathlib.Path) -> str:
@@ -221,13 +221,17 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
     if isinstance(case, dict):
         return dict(case)
     if not isinstance(case, str):
-        raise InputError(f"case is {shown(case)}; it must be the name of a built-in case, a file, or a case's keys")
+        raise InputError(
+            f"case is {cases.shown(case)}; it must be the name of a built-in case, a file, or a case's keys"
+        )
     if case in cases.built_in() or not re.search(r"[./\\]", case):
         found = cases.parse_yaml(cases.text(case), case)
     else:
         path = (folder / case).resolve()
         if not path.is_relative_to(folder.resolve()):
-            raise InputError(f"case is {shown(case)}; a case file must stand in the folder of its study, or below")
+            raise InputError(
+                f"case is {cases.shown(case)}; a case file must stand in the folder of its study, or below"
+            )
         found = cases.parse_yaml(_source(path), case)
     if not isinstance(found, dict):
         raise InputError(f"{case}: a case is a mapping of keys to values, this is not")
@@ -237,18 +241,20 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
 def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     section = content.get(key) or {}
     if not isinstance(section, dict):
-        raise InputError(f"{key} is {shown(section)}; it must be a mapping of keys of the case (blade.nodes) to values")
+        raise InputError(
+            f"{key} is {cases.shown(section)}; it must be a mapping of keys of the case (blade.nodes) to values"
+        )
     return section
 
 
 def _keep(content: Mapping[str, Any]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
-        raise InputError(f"keep is {shown(keep)}; it must be a list of variables, such as [body_rate.last]")
+        raise InputError(f"keep is {cases.shown(keep)}; it must be a list of variables, such as [body_rate.last]")
     for name in keep:
         _, dot, reduction = name.partition(".")
         if dot and reduction not in REDUCTIONS:
-            raise InputError(f"keep holds {shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
+            raise InputError(f"keep holds {cases.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
     return tuple(dict.fromkeys(keep))
 
 
@@ -281,7 +287,7 @@ def _checked(study: Study, module: Any) -> Study:
         try:
             case = cases.load(study.content, overrides)
         except InputError as error:
-            where = ", ".join(f"{axis.key}: {shown(overrides[axis.key])}" for axis in study.axes)
+            where = ", ".join(f"{axis.key}: {cases.shown(overrides[axis.key])}" for axis in study.axes)
             raise InputError(f"case {index} of the study ({where}): {error}") from None
         places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
         for values, axis, k in zip(read_values, study.axes, places, strict=True):

@@ -412,7 +412,7 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
     """
     content = _content(stand)
     for key, value in (overrides or {}).items():
-        cases._override(content, key, cases._copied(value))
+        cases.override(content, key, cases.copied(value))
     return _checked(content)
 
 
@@ -431,7 +431,7 @@ def for_recording(description: Description, name: str) -> tuple[Description, tup
     content = description.model_dump(mode="json", exclude_none=True)
     own = description.recordings[name]
     for key, value in own.items():
-        cases._override(content, key, cases._copied(value))
+        cases.override(content, key, cases.copied(value))
     try:
         return _checked(content), tuple(own)
     except InputError as error:
@@ -449,7 +449,7 @@ def _content(stand: Any) -> dict[str, Any]:
     if isinstance(stand, _Description):
         return stand.model_dump(mode="json", exclude_none=True)
     if isinstance(stand, Mapping):
-        copied: dict[str, Any] = cases._copied(stand)
+        copied: dict[str, Any] = cases.copied(stand)
         return copied
     if not isinstance(stand, (str, os.PathLike)):
         raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
@@ -480,4 +480,4 @@ def _checked(content: dict[str, Any]) -> Description:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(cases._sentence(error, model)) from None
+        raise InputError(cases.sentence(error, model)) from None

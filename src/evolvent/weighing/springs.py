@@ -58,6 +58,30 @@ class Input(NamedTuple):
     unit: str
 
 
+class Task(NamedTuple):
+    """What is to be solved: a description, the modes used of those found, and what stays while the body is sought.
+
+    Attributes
+    ----------
+    given : OnSprings
+    modal : Modal
+    used : tuple of int, modes, from 0
+    stand : Stand
+    sensors, directions : (c, 3) float, m and 1
+    keys : tuple of str, unknowns as the user names them
+    mean : float, N/m, mean stiffness of the springs
+    """
+
+    given: OnSprings
+    modal: Modal
+    used: tuple[int, ...]
+    stand: Stand
+    sensors: np.ndarray
+    directions: np.ndarray
+    keys: tuple[str, ...]
+    mean: float
+
+
 class Case(NamedTuple):
     """A problem with the values of the common factor's base."""
 
@@ -92,8 +116,9 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     few = "; ".join(merged) or choice.few(given, modal, used, sensors, directions)
     if not given.identification.shapes:
         _ambiguous(given, stand, body, modal, used)
+    task = Task(given, modal, used, stand, sensors, directions, keys, mean)
     try:
-        case, inertia, body, start_assumed = _solve(given, modal, used, stand, sensors, directions, keys, mean)
+        case, inertia, body, start_assumed = _solve(task)
         values = np.array([inertia.values[name] for name in case.problem.unknown])
         badly: list[str] = []
         model_frequency, agreement, model_shapes = _compare(case, values, modal, used, badly)
@@ -115,7 +140,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         share, told = bias
         shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
         warnings += told(np.sqrt(np.diag(covariance)))
-    warnings += _folded(given, modal, used, stand, sensors, directions, keys, mean, inertia, consistency)
+    warnings += _folded(task, inertia, consistency)
     draws = None
     if given.uncertainty.method == "gum":
         warnings += bent
@@ -143,7 +168,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         agreement=agreement,
         model_shapes=model_shapes,
         consistency=consistency,
-        candidates=_others(stand, given, inertia, modal, used, sensors, directions),
+        candidates=_others(task, inertia),
         draws=draws,
         warnings=tuple(warnings),
     )
@@ -158,10 +183,9 @@ def _each(values: tuple[Uncertain, ...], n: int) -> np.ndarray:
 
 def _stand(given: OnSprings) -> Stand:
     s, n = given.stand, given.stand.number
-    factor = s.common_factor.value if np.isfinite(s.common_factor.value) else 1.0
     return Stand(
         points=s.places,
-        stiffness=_each(s.stiffness, n) * factor,
+        stiffness=_each(s.stiffness, n) * stand_factor(given),
         length=_each(s.natural_length, n),
         damping=_each(s.damping, n),
         lateral_stiffness=_each(s.lateral_stiffness, n),
@@ -316,52 +340,34 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
         refuse_rate(float(seen.max()), modal.reading.rate, "the body's highest mode")
 
 
-def _solve(
-    given: OnSprings,
-    modal: Modal,
-    used: tuple[int, ...],
-    stand: Stand,
-    sensors: np.ndarray,
-    directions: np.ndarray,
-    keys: tuple[str, ...],
-    mean: float,
-) -> tuple[Case, Inertia, Body, list[Input]]:
+def _solve(task: Task) -> tuple[Case, Inertia, Body, list[Input]]:
     """What was solved, its solution, where the search began, and inputs that nobody stated."""
-    frequency = modal.frequency[list(used)]
-    body, assumed = _body(given, stand, frequency)
-    case, inertia = _fit(given, modal, used, stand, body, sensors, directions, keys, mean)
+    frequency = task.modal.frequency[list(task.used)]
+    body, assumed = _body(task.given, task.stand, frequency)
+    case, inertia = _fit(task, body)
     if assumed:  # Iyy follows the moments found
-        body, assumed = _body(given, stand, frequency, inertia.values)
-        case, inertia = _fit(given, modal, used, stand, body, sensors, directions, keys, mean)
+        body, assumed = _body(task.given, task.stand, frequency, inertia.values)
+        case, inertia = _fit(task, body)
     return case, inertia, body, assumed
 
 
-def _fit(
-    given: OnSprings,
-    modal: Modal,
-    used: tuple[int, ...],
-    stand: Stand,
-    body: Body,
-    sensors: np.ndarray,
-    directions: np.ndarray,
-    keys: tuple[str, ...],
-    mean: float,
-) -> tuple[Case, Inertia]:
-    rows = list(used)
+def _fit(task: Task, body: Body) -> tuple[Case, Inertia]:
+    given, modal, keys = task.given, task.modal, task.keys
+    rows = list(task.used)
     unknown = [PROPERTIES.get(k, "stiffness") for k in keys]
     prior = {}
     for key, name in zip(keys, unknown, strict=True):
         stated = given.stand.common_factor if key == "common_factor" else getattr(given.body, key)
         if stated.std > 0.0:
-            scale = mean / stand_factor(given) if key == "common_factor" else 1.0
+            scale = task.mean / stand_factor(given) if key == "common_factor" else 1.0
             prior[name] = (stated.value * scale, stated.std * scale)
     shapes: dict[str, Any] = {}
     if given.identification.shapes:
-        shapes = {"shapes": modal.shapes[rows], "points": sensors, "directions": directions}
+        shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
         if modal.certain:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
     inertia = fit(
-        stand,
+        task.stand,
         body,
         unknown,
         modal.frequency[rows],
@@ -370,21 +376,10 @@ def _fit(
         prior=prior,
         **shapes,
     )
-    return Case(inertia.problem, sensors, directions, keys, mean), inertia
+    return Case(inertia.problem, task.sensors, task.directions, keys, task.mean), inertia
 
 
-def _folded(
-    given: OnSprings,
-    modal: Modal,
-    used: tuple[int, ...],
-    stand: Stand,
-    sensors: np.ndarray,
-    directions: np.ndarray,
-    keys: tuple[str, ...],
-    mean: float,
-    inertia: Inertia,
-    consistency: float,
-) -> list[str]:
+def _folded(task: Task, inertia: Inertia, consistency: float) -> list[str]:
     """Warn of other bodies with modes above half the sampling rate, whose samples would look the same.
 
     Notes
@@ -392,6 +387,7 @@ def _folded(
     Samples at the rate f do not tell w from 2 pi f n +- w. Tried are the partners up to `HIGHEST` times the heave,
     unless the stated starts are nearer to the body found.
     """
+    given, modal, used, stand = task.given, task.modal, task.used, task.stand
     turn = 2.0 * np.pi * modal.reading.rate
     limit = HIGHEST * float(np.sqrt(stand.stiffness.sum() / inertia.values["mass"]))
     times = range(1, int(limit / turn) + 2)
@@ -405,7 +401,7 @@ def _folded(
         frequency[list(used)] = way
         other = dataclasses.replace(modal, frequency=frequency)
         try:
-            case, found, _, extra = _solve(given, other, used, stand, sensors, directions, keys, mean)
+            case, found, _, extra = _solve(task._replace(modal=other))
             values = np.array([found.values[name] for name in case.problem.unknown])
             _compare(case, values, other, used, [])
             agreement = _budget(case, values, [*_inputs(given, modal), *extra], (), modal.certain)[2]
@@ -509,22 +505,17 @@ def _compare(
     return w[pick], agreement, v
 
 
-def _others(
-    stand: Stand,
-    given: OnSprings,
-    inertia: Inertia,
-    modal: Modal,
-    used: tuple[int, ...],
-    sensors: np.ndarray,
-    directions: np.ndarray,
-) -> tuple[Candidate, ...]:
+def _others(task: Task, inertia: Inertia) -> tuple[Candidate, ...]:
     """All pairs of moments that the three frequencies alone allow, for the certificate."""
-    vertical = np.all(directions == DIRECTIONS["vertical"])
+    modal, used, sensors = task.modal, task.used, task.sensors
+    vertical = np.all(task.directions == DIRECTIONS["vertical"])
     if len(used) != 3 or not vertical:
         return ()
     body = Body(mass=inertia.values["mass"], centre=inertia.centre, inertia=inertia.tensor)
     try:
-        return candidates(stand, body, modal.frequency[list(used)], shapes=modal.shapes[list(used)], points=sensors)
+        return candidates(
+            task.stand, body, modal.frequency[list(used)], shapes=modal.shapes[list(used)], points=sensors
+        )
     except InputError:
         return ()
 

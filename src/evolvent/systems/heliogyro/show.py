@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import cases
+from evolvent.systems._common import tilt_of
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def case_of(run: xr.Dataset) -> Case:
 def numbers(run: xr.Dataset) -> list[Number]:
     """The results that a user wants to see at once."""
     from evolvent.figures import Number
+    from evolvent.results import closing_numbers
 
     time, rate = run.time.values, run.body_rate.values
     found = [
@@ -62,18 +63,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if "linear_momentum" in run:
         drift = np.abs(run.linear_momentum.values - run.linear_momentum.values[0]).max()
         found.append(Number(label="drift of linear momentum", value=f"{drift:.2g} kg m/s"))
-    if run.attrs.get("warning"):
-        found.append(Number(label="warning", value=run.attrs["warning"]))
-    statistics = json.loads(run.attrs["statistics"])
-    steps = f"{statistics['steps']:,} of {run.attrs['solver']}"
-    if statistics.get("rejected_steps"):
-        steps += f", {statistics['rejected_steps']:,} rejected"
-    if statistics.get("step"):
-        steps += f", {statistics['step']:.4g} s each"
-    found.append(Number(label="steps", value=steps))
-    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
-    found.append(Number(label="time of the solve", value=text))
-    return found
+    return found + closing_numbers(run)
 
 
 def _tip_lag(run: xr.Dataset) -> np.ndarray:
@@ -362,7 +352,7 @@ def scene(run: xr.Dataset) -> Scene | None:
     tilt = np.tile([1.0, 0.0, 0.0, 0.0], (time.size, 1))
     origin = np.zeros((time.size, 3))
     if "body_quaternion" in run:
-        tilt, origin = _tilt(run.body_quaternion.values, angle), run.body_position.values
+        tilt, origin = tilt_of(run.body_quaternion.values, angle), run.body_position.values
     around = np.linspace(0.0, 2.0 * np.pi, 25)
     hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
     numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
@@ -380,13 +370,3 @@ def scene(run: xr.Dataset) -> Scene | None:
         body=[hub],
         numbers=numbers,
     )
-
-
-def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """What is left of attitudes q once the turn by `angle` about Z is taken out: (angle about Z)^-1 q."""
-    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
-    left = np.stack(
-        [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]],
-        axis=1,
-    )
-    return np.where(left[:, :1] < 0.0, -left, left)

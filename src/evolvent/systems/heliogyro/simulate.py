@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError, nearest
+from evolvent.systems._common import sample_times
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 #: Laws of the user's that `run` knows how to place.
 LAWS = ("event", "feed", "force")
-#: Largest number of values of the state that a run may keep.
-MOST_VALUES = 200_000_000
 #: Share of the energy at the start that its account may lack without a warning.
 LARGEST_DEFECT = 1e-5
 #: Step of generalized-alpha where none is given, s.
@@ -318,15 +317,7 @@ def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
             f"{_feed_keys(case, by_law)} reels in more than is out: nothing is left at about {times[k]:.6g} s; "
             f"end that before, shorten solver.duration, or give a longer spool.start_length"
         )
-    every = case.output.every
-    count = end / every
-    if count * assembly.y.size > MOST_VALUES:
-        raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many")
-    samples = every * np.arange(int(count + 1e-9) + 1)
-    if samples.size == 1 or end - samples[-1] > 1e-6 * every:
-        return np.append(samples, end)
-    samples[-1] = end
-    return samples
+    return sample_times(case.output.every, end, values=assembly.y.size)
 
 
 def _feed_keys(case: Case, by_law: bool) -> str:

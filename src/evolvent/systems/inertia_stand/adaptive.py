@@ -13,7 +13,7 @@ from evolvent.kernels.stand import N_STATE
 from evolvent.model import DISSIPATED
 from evolvent.solvers import solve
 from evolvent.system import System
-from evolvent.systems.inertia_stand.attitude import matrices
+from evolvent.systems._common import rotation_matrices
 
 if TYPE_CHECKING:
     from evolvent.systems.inertia_stand.simulate import Prepared
@@ -30,7 +30,7 @@ def build(item: Prepared) -> System:
             position=given.state[:3].tolist(),
             orientation=given.state[3:7].tolist(),
             velocity=given.state[7:10].tolist(),
-            angular_velocity=(matrices(given.state[3:7]).T @ given.state[10:13]).tolist(),
+            angular_velocity=(rotation_matrices(given.state[3:7]).T @ given.state[10:13]).tolist(),
         ),
         name="body",
     )
@@ -79,7 +79,7 @@ def integrate(
     states = np.empty((len(solution.t), N_STATE))
     states[:, :10] = solution.y[:, :10]
     own = solution.y[:, 10:13]
-    states[:, 10:13] = np.einsum("tij,tj->ti", matrices(states[:, 3:7]), own)
+    states[:, 10:13] = np.einsum("tij,tj->ti", rotation_matrices(states[:, 3:7]), own)
     accounts = int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0])
     states[:, 13] = solution.y[:, accounts + DISSIPATED]
     return states, dict(solution.statistics), solution.wall_time, solution.compile_time

@@ -32,8 +32,6 @@ Dampings = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_DAMPIN
 Lengths = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_SIDE, each="one per spring")]
 Noises = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_NOISE, each="one per sensor")]
 NoiseOrZero = Annotated[float, _NOISE]
-#: Nearest distance of a sampling frequency from twice the highest mode, as a factor.
-LEAST_RATE = 2.0
 
 
 class Body(Section):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,6 +45,8 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 def numbers(run: xr.Dataset) -> list[Number]:
     """The results that a user wants to see at once."""
+    from evolvent.results import closing_numbers
+
     case = case_of(run)
     found = []
     for k in range(run.sizes["mode"]):
@@ -94,16 +95,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
     found.append(Number(label="tilt at rest", value=f"{np.degrees(float(run.static_tilt)):.4g} deg"))
     balance = float(np.abs(run.energy_balance.values).max())
     found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
-    if run.attrs.get("warning"):
-        found.append(Number(label="warning", value=run.attrs["warning"]))
-    statistics = json.loads(run.attrs["statistics"])
-    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
-    if statistics.get("step"):
-        steps += f", {statistics['step']:.4g} s each"
-    found.append(Number(label="steps", value=steps))
-    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
-    found.append(Number(label="time of the solve", value=text))
-    return found
+    return found + closing_numbers(run)
 
 
 def figures(run: xr.Dataset) -> list[Figure]:

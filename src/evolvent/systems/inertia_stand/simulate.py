@@ -13,7 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, energy, equilibrium, linear_model
 from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
 from evolvent.solvers import lanes
-from evolvent.systems.inertia_stand.attitude import matrices, quaternion
+from evolvent.systems._common import MOST_VALUES, refuse_laws, rotation_matrices
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 ENERGY_LIMIT, ENERGY_TOLD = 0.1, 1e-3
 #: Change of length of a spring, of its natural one, above which it is told.
 STRETCH = 1.0
-#: Largest number of values of the state that a run may keep, and of steps that it may take.
-MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
+#: Largest number of steps that a run may take.
+MOST_STEPS = 100_000_000
 #: Components of the inertia tensor, and what a mode can mostly be.
 COMPONENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 KINDS = ("sway along x", "heave", "sway along z", "roll", "yaw", "pitch")
@@ -173,8 +173,16 @@ def _start(case: Case, stand: Stand, body: Body, modes: NormalModes) -> tuple[np
             )
         position, rotation = rest.position + move, Rotation.from_rotvec(turn).as_matrix() @ rest.rotation
         z = modes.state(np.concatenate([move, turn]), np.concatenate([velocity, rate]))
-    state = np.concatenate([position, quaternion(rotation), velocity, rate])
+    state = np.concatenate([position, _quaternion(rotation), velocity, rate])
     return state, np.asarray(z), loaded
+
+
+def _quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Quaternion (..., 4), scalar part first and positive, of rotation matrices (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
+    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))
 
 
 def _place(case: Case, stand: Stand, modes: NormalModes) -> tuple[np.ndarray, int]:
@@ -229,8 +237,7 @@ def run(
     InputError
         If laws are given (this system places none), or the case cannot be run.
     """
-    if laws:
-        raise InputError(f"laws are given ({', '.join(laws)}), but inertia-stand places no law of the user's")
+    refuse_laws(laws, case.system)
     item = prepare(case)
     return _finish(item, *_move([item], progress)[0])
 
@@ -313,7 +320,7 @@ def _finish(
     states = states[:kept]
     t = np.arange(kept) / case.sensors.rate
     position, velocity, rate = states[:, X : X + 3], states[:, V : V + 3], states[:, W : W + 3]
-    rotation = matrices(states[:, Q : Q + 4])
+    rotation = rotation_matrices(states[:, Q : Q + 4])
     account, outcome = _account(item, states, rotation, statistics, wall, compiling, complete=bool(np.all(finite)))
     true = _displacement(item, position, rotation)
     measured = _measured(case, true)
@@ -323,7 +330,7 @@ def _finish(
     data = {
         "position": variable(axis, relative, "m", "displacement of the centre of mass from its rest, level axes"),
         "attitude": variable(
-            ("time", "quaternion"), quaternion(turned), "1", "rotation from the rest, level axes, scalar first"
+            ("time", "quaternion"), _quaternion(turned), "1", "rotation from the rest, level axes, scalar first"
         ),
         "velocity": variable(axis, velocity, "m s-1", "velocity of the centre of mass, level axes"),
         "angular_velocity": variable(axis, rate, "rad s-1", "angular velocity, level axes"),

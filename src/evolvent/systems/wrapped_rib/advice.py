@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 STRAIN_WARNED = 0.05
 #: Part by which the bending stiffness of the mesh may be off without a warning.
 STIFFNESS_OFF = 0.05
+#: Depth, of the hub's radius, to which a rib may sink into it without a warning.
+SUNK_TOLD = 0.01
 #: Spectral radius above which a run with contact warns.
 SPECTRAL_RADIUS_WARNED = 0.8
 
@@ -142,6 +144,7 @@ def warnings(case: Case) -> list[str]:
                 f"drive.torque {drive.torque:g} N m stretches the wound rib's root by {100.0 * strain:.3g} %, beyond "
                 f"what linear elasticity and most sections bear"
             )
+    found += [_too_weak(case), _unseen(case)]
     if drive is not None and drive.kind == "tip" and drive.stretch > STRAIN_WARNED:
         found.append(f"drive.stretch {drive.stretch:g} is beyond what linear elasticity and most sections bear")
     found.append(_kink(case))
@@ -165,6 +168,32 @@ def warnings(case: Case) -> list[str]:
     if damping.beta > 0.0 and damping.kind == "paper":
         found.append("damping.kind 'paper' acts on rotations: a spinning rib gains or loses energy by damping.beta")
     return [text for text in found if text]
+
+
+def _too_weak(case: Case) -> str:
+    """A torque whose work, T for each radian wound, does not pay for the bending, EI/(2 R) of the mesh as it is."""
+    drive, strip = case.drive, case.strip
+    if drive is None or drive.kind != "torque" or drive.torque is None or case.phase != "wind":
+        return ""
+    needed = bending_stiffness_ratio(case) * strip.bending_stiffness / (2.0 * strip.radius)
+    if drive.torque > needed:
+        return ""
+    return (
+        f"drive.torque {drive.torque:g} N m does not wind this rib all round: to bend it onto the hub takes EI/(2 R) = "
+        f"{needed:.3g} N m, EI of the mesh"
+    )
+
+
+def _unseen(case: Case) -> str:
+    """Check points so far apart that a straight rib between two of them sinks in: R - sqrt(R^2 - s^2/4)."""
+    R, half = case.hub.radius, 0.5 * case.check_spacing
+    depth = R - math.sqrt(R * R - half * half)
+    if depth <= SUNK_TOLD * R:
+        return ""
+    return (
+        f"check points of the contact are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m "
+        f"into the hub unseen; take more contact.points"
+    )
 
 
 def _kink(case: Case) -> str:

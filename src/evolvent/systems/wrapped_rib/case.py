@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -36,15 +36,17 @@ ContactStiffness = Annotated[
 Exponent = Annotated[float, units.Quantity(**_NUMBER, example="1.5", least=1.0, most=4.0)]
 Dissipation = Annotated[float, units.Quantity(what="a dissipation factor", unit="s/m", example="0.5 s/m", least=0.0)]
 Friction = Annotated[float, units.Quantity(**_NUMBER, example="0.3", least=0.0, most=10.0)]
-ElementNumber = Annotated[int, units.Whole(least=1, most=10_000)]
-
 #: Strain at the root from which on a case is refused.
 STRAIN_REFUSED = 0.5
 #: Parts of the hub's radius by which a wound rib sinks in, and a bit of rib that falls on the hub, at most, where the
 #: contact's stiffness is left to be found.
 SINKS, FALLS = 1e-4, 1e-3
+#: Most elements of a rib.
+MOST_ELEMENTS = 10_000
 #: Largest step of RK4 for an undamped oscillation, times its frequency in rad/s.
 RK4_LIMIT = 2.8
+
+ElementNumber = Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)]
 
 
 class Rib(Section):
@@ -55,7 +57,9 @@ class Rib(Section):
         description="of the elements: cable (position and slope), assumed_strain (the beam that does not lock), or the "
         "beams that lock: elastic_line, nu_split, full (the paper's)",
     )
-    elements: Annotated[int, units.Whole(least=1, most=10_000)] = Field(40, description="elements of equal length")
+    elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = Field(
+        40, description="elements of equal length"
+    )
     length: units.Length = Field(12.0, description="from root to tip")
     width: units.Length = Field(0.03, description="along the hub's axis")
     thickness: units.Length = Field(0.0003, description="across the flat side, at the root")
@@ -114,6 +118,11 @@ class Rib(Section):
         from evolvent.elements import Material
 
         return Material(E=self.young_modulus, nu=self.poisson, density=self.density)
+
+    def thickness_at(self, share: Any) -> Any:
+        """Thickness at shares of the length from the root, m."""
+        tip = self.thickness if self.tip_thickness is None else self.tip_thickness
+        return self.thickness + share * (tip - self.thickness)
 
     def section(self, element: int) -> CrossSection:
         """Section of an element, counted from 0 at the root."""
@@ -242,7 +251,9 @@ class Contact(Section):
     dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
     points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="check points in each element")
     friction: Friction = Field(0.0, description="mu, Coulomb friction with the hub, and between turns")
-    self: bool = Field(False, description="whether turns touch each other, and so lie over one another")
+    self: bool = Field(
+        False, description="whether turns touch each other, and so lie over one another; takes several times as long"
+    )
 
 
 class Solver(Section):
@@ -373,9 +384,27 @@ class Case(Section):
         angle = self.rib.element_length / self.hub.radius
         if angle > math.pi:
             least = math.ceil(self.rib.length / (math.pi * self.hub.radius) - 1e-9)
+            allowed = f"it must be {least} or more"
+            if least > MOST_ELEMENTS:
+                allowed = (
+                    f"even {MOST_ELEMENTS} bear a rib of {MOST_ELEMENTS * math.pi * self.hub.radius:.4g} m at most; "
+                    f"look at rib.length, {self.rib.length:g} m, and hub.radius, {self.hub.radius:g} m"
+                )
             raise InputError(
                 f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
-                f"hub; it must be {least} or more"
+                f"hub; {allowed}"
+            )
+        if self.check_spacing >= 2.0 * self.hub.radius:
+            least = int(self.rib.length / (self.rib.elements * 2.0 * self.hub.radius)) + 1
+            raise InputError(
+                f"contact.points is {self.contact.points}, which makes check points {self.check_spacing:.4g} m apart; "
+                f"the rib would pass between them through the hub, {2.0 * self.hub.radius:.4g} m across; it must be "
+                f"{least} or more"
+            )
+        if self.contact.self and self.contact.law == "conservative":
+            raise InputError(
+                "contact.law is 'conservative', which contact of the turns does not know; take hunt-crossley, or "
+                "contact.self: false"
             )
         if isinstance(self.damping.elements, tuple) and max(self.damping.elements) > self.rib.elements:
             raise InputError(
@@ -395,6 +424,11 @@ class Case(Section):
                 f"solver.step is {self.solver.step:g} s, too large for the contact, which rk4 bears up to {most:.3g} "
                 f"s; take step: auto, or a smaller contact.stiffness"
             )
+
+    @property
+    def check_spacing(self) -> float:
+        """Length of rib between check points of the contact, m."""
+        return self.rib.element_length / self.contact.points
 
     @property
     def begins(self) -> str:
@@ -422,6 +456,7 @@ class Case(Section):
             line_density=rib.density * area,
             bending_stiffness=rib.young_modulus * moment,
             axial_stiffness=rib.young_modulus * area,
+            taper=ends[1] / ends[0],
         )
 
     @property
@@ -431,7 +466,7 @@ class Case(Section):
         if contact.stiffness != "auto":
             return float(contact.stiffness)
         R, n = strip.radius, contact.exponent
-        spacing = strip.length / (self.rib.elements * contact.points)
+        spacing = self.check_spacing
         pull = strip.bending_stiffness / R**2
         if drive is not None and drive.torque is not None:
             pull += drive.torque / R
@@ -451,7 +486,7 @@ class Case(Section):
         Of a law that is not linear, at a penetration of the rib's thickness.
         """
         rib, contact = self.rib, self.contact
-        mass = self.strip.line_density * rib.length / (rib.elements * contact.points)
+        mass = self.strip.line_density * self.check_spacing
         stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
         return math.sqrt(stiffness / mass)
 
@@ -468,7 +503,12 @@ class Case(Section):
             motion = reference.string_winding(
                 self.strip, drive.torque, self.damping.alpha, start_angle=self.rib.start_angle
             )
-            return 1.2 * float(motion.time[-1]) + drive.ramp
+            if not math.isfinite(motion.end_time):
+                raise InputError(
+                    f"solver.duration is auto, but under drive.torque {drive.torque:g} N m a light string is not wound "
+                    f"within {motion.time[-1]:.3g} s; give it, such as '60 s', or a greater torque"
+                )
+            return 1.2 * motion.end_time + drive.ramp
         if drive is not None and drive.rate is not None:
             return 1.2 * turns / abs(drive.rate) + drive.ramp
         return reference.deployment_time(self.strip)

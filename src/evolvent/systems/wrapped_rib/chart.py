@@ -9,8 +9,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.show import WINDOW, running_mean
+from evolvent.systems.wrapped_rib.show import WINDOW, comparable_string, running_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,11 +21,13 @@ PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#5
 DRAWN = {
     "tip_speed": "tip speed, m/s",
     "tip_radius": "tip from the axis, m",
-    "wrap_angle": "wound, rad",
+    "wrap_angle": "angle wound, rad",
     "contact_points": "check points in contact",
     "contact_force": "contact force, N",
     "contact_impulse": "impulse of the contact, N s",
 }
+#: The largest tip speed and its time, as a run finds them between its samples too.
+PEAK, PEAK_TIME = "tip_speed_peak", "tip_speed_peak_time"
 #: Most values of a key whose lines are told apart.
 MOST = 7
 
@@ -53,6 +54,13 @@ def _of_first_rib(study: xr.Dataset, key: str, name: str) -> np.ndarray:
     values = study[name]
     values = values.isel({dim: 0 for dim in values.dims if dim not in (key, "time")})
     found: np.ndarray = values.transpose(key, "time").values
+    return found
+
+
+def _alone(study: xr.Dataset, key: str, name: str) -> np.ndarray:
+    """(values of the key,) of what a run has once, of its first rib."""
+    values = study[name]
+    found: np.ndarray = values.isel({dim: 0 for dim in values.dims if dim != key}).values
     return found
 
 
@@ -87,9 +95,12 @@ def _over_time(study: xr.Dataset, key: str, name: str) -> Figure:
             y = running_mean(time[drawn], y, WINDOW * float(time[-1] - time[0]))
             label += ", running mean"
         axis.plot(time[drawn], y, color=color, lw=1.4, label=label)
+        if name == "tip_speed" and PEAK in study and PEAK_TIME in study:
+            at, most = (_alone(study, key, peak)[k] for peak in (PEAK_TIME, PEAK))
+            axis.plot(at, most, "o", color=color, ms=4.0, label="largest, between samples" if k == 0 else None)
     axis.set_xlabel("time, s")
     axis.set_ylabel(DRAWN[name])
-    axis.set_ylim(bottom=0.0)
+    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]) if np.nanmin(study[name].values) < 0.0 else 0.0)
     axis.legend(frameon=False, fontsize=9, title=_named(study, key))
     return sheet
 
@@ -98,8 +109,11 @@ def _peaks(study: xr.Dataset, key: str) -> Figure:
     """When the tip is fastest, beside the light string's time."""
     sheet, axis = _sheet("Time of the largest tip speed")
     time, at = study.time.values, study[key].values
-    speed = np.nan_to_num(_of_first_rib(study, key, "tip_speed"), nan=-1.0)
-    axis.plot(at, time[np.argmax(speed, axis=1)], "o", color=PALETTE[1], label="runs")
+    if PEAK_TIME in study:
+        peak = _alone(study, key, PEAK_TIME)
+    else:
+        peak = time[np.argmax(np.nan_to_num(_of_first_rib(study, key, "tip_speed"), nan=-1.0), axis=1)]
+    axis.plot(at, peak, "o", color=PALETTE[1], label="runs")
     string = _strings(study, key)
     if np.any(np.isfinite(string)):
         axis.plot(at, string, "x--", color=PALETTE[2], lw=1.0, label="light string, 98 % wound")
@@ -111,7 +125,7 @@ def _peaks(study: xr.Dataset, key: str) -> Figure:
 
 
 def _strings(study: xr.Dataset, key: str) -> np.ndarray:
-    """Time at which a light string is wound, for each value of the key; NaN where the drive is no torque."""
+    """Time at which a light string is wound, for each value of the key; NaN where none is comparable."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
     found = []
     for value in study[key].values:
@@ -120,8 +134,6 @@ def _strings(study: xr.Dataset, key: str) -> np.ndarray:
         except InputError:
             found.append(np.nan)
             continue
-        drive = case.drive
-        winds = case.begins == "straight" and drive is not None and drive.kind == "torque"
-        string = reference.string_winding(case.strip, drive.torque, case.damping.alpha) if winds else None
+        string = comparable_string(case)
         found.append(string.end_time if string is not None else np.nan)
     return np.array(found)

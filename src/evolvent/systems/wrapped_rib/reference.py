@@ -1,7 +1,8 @@
 r"""Closed forms and small models of a rib round a hub, to judge runs by; independent of elements and solvers.
 
-The rib is uniform: length L, mass m per length, bending stiffness EI, axial stiffness EA, hub radius R. The hub does
-not turn. The winding sense is counterclockwise, as seen with the hub's axis z towards the eye.
+The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
+EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
+hub's axis z towards the eye.
 
 A field torque T is a force c z x r per mass on every part of the rib, r from the axis, with c = T / int r^2 dm at every
 instant: its moment about the axis is T whatever the shape.
@@ -27,6 +28,7 @@ class Strip(NamedTuple):
     line_density : float, kg/m, m
     bending_stiffness : float, N m2, EI
     axial_stiffness : float, N, EA
+    taper : float, k, thickness of the tip over that of the root, linear between; m, EI and EA are the means over L
     """
 
     radius: float
@@ -34,6 +36,11 @@ class Strip(NamedTuple):
     line_density: float
     bending_stiffness: float
     axial_stiffness: float
+    taper: float = 1.0
+
+
+#: Mass damping above which the string's equations are stiff, 1/s.
+STIFF = 2.0
 
 
 # ------------------------------------------------------------------------------------------------ winding
@@ -102,7 +109,8 @@ def string_winding(
 
         ph'' = 3 R ph'^2 / (2 l) + c - alpha ph',   c = T / (m (R^2 L + l^3/3))
 
-    The tip's speed l ph' grows as l^(-1/2) at the end: the whip of the last bit, which no mesh resolves.
+    The tip's speed l ph' grows as l^(-1/2) at the end: the whip of the last bit, which no mesh resolves. Strong damping
+    makes the equations stiff, for which an implicit method is taken.
     """
     from scipy.integrate import solve_ivp
 
@@ -128,7 +136,8 @@ def string_winding(
         return float(R * y[0] - wrapped * L)
 
     tangent.terminal = wound.terminal = True  # type: ignore[attr-defined]
-    accurate = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "dense_output": True}
+    method = {"method": "DOP853", "rtol": 1e-11} if alpha < STIFF else {"method": "Radau", "rtol": 1e-9}
+    accurate = method | {"atol": 1e-13, "dense_output": True}
     begin = np.array([start_angle, 0.0, 0.0, 0.0])
     first = solve_ivp(swinging, (0.0, longest), begin, events=tangent, **accurate)
     if start_angle >= 0.5 * math.pi:
@@ -196,24 +205,38 @@ def wound_tension(rib: Strip, torque: float, arc: Array) -> Array:
 
     Notes
     -----
-    At the radius R the field is T/(R L) per length, along the hub; so N(s) = T/R (1 - s/L).
+    At the radius R the field is T/(R M) per mass, M in all, along the hub; so N(s) = T/R (1 - M(s)/M) with the mass
+    M(s) from the root to s. M(s)/M is x = s/L of a uniform rib, x (2 + (k - 1) x)/(1 + k) with a taper.
     """
-    return torque / rib.radius * (1.0 - np.asarray(arc) / rib.length)
+    x, k = np.asarray(arc) / rib.length, rib.taper
+    return torque / rib.radius * (1.0 - x * (2.0 + (k - 1.0) * x) / (1.0 + k))
+
+
+def axial_stiffness_at(rib: Strip, arc: Array) -> Array:
+    """EA at arc lengths from the root, N, of the mean EA and the taper."""
+    x, k = np.asarray(arc) / rib.length, rib.taper
+    return rib.axial_stiffness * 2.0 * (1.0 + (k - 1.0) * x) / (1.0 + k)
 
 
 def wound_pressure(rib: Strip, torque: float, arc: Array) -> Array:
-    """Normal force on the hub per length, N/m: tension over R (bending at a constant curvature adds nothing)."""
+    """Normal force on the hub per length, N/m: tension over R (bending at a constant moment adds nothing)."""
     return wound_tension(rib, torque, arc) / rib.radius
 
 
 def wound_contact_force(rib: Strip, torque: float) -> float:
-    """Sum of the normal forces on the hub, N: the integral of the pressure, T L / (2 R^2)."""
-    return torque * rib.length / (2.0 * rib.radius**2)
+    """Sum of the normal forces on the hub, N: the integral of the pressure.
+
+    Notes
+    -----
+    T L / (2 R^2) of a uniform rib, T L / R^2 (1 + 2 k)/(3 (1 + k)) with a taper.
+    """
+    k = rib.taper
+    return torque * rib.length / rib.radius**2 * (1.0 + 2.0 * k) / (3.0 * (1.0 + k))
 
 
 def root_strain(rib: Strip, torque: float) -> float:
-    """Strain at the root of the rib held by a field torque: T / (R EA)."""
-    return torque / (rib.radius * rib.axial_stiffness)
+    """Strain at the root of the rib held by a field torque, the largest along it: T / (R EA), EA at the root."""
+    return torque / (rib.radius * float(axial_stiffness_at(rib, np.zeros(()))))
 
 
 def bending_energy(rib: Strip) -> float:

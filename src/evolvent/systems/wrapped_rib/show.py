@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.systems._common import rotation_matrices, tilt_of
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
 from evolvent.systems.wrapped_rib.case import Case
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
 #: Share of a run over which contact forces are averaged, since single samples depend on the mesh.
 WINDOW = 0.04
+#: Work of bending, of that of the torque, above which a light string is no measure of a rib.
+LIGHT = 0.1
+#: Smallest stored energy that is drawn, of the largest energy: less is round-off.
+STORED_SHOWN = 1e-10
 #: Shapes that are drawn of a run.
 SHAPES = 9
 
@@ -43,7 +47,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     found |= {"energy_dissipated": time | {"cause": len(CAUSES)}}
     found |= dict.fromkeys(("angular_momentum", "linear_momentum"), time | {"axis": 3})
     names = ("tip_speed", "tip_radius", "wrap_angle", "contact_points", "contact_force", "contact_impulse")
-    found |= dict.fromkeys(names, rib)
+    found |= dict.fromkeys((*names, "turn_points", "turn_force") if case.contact.self else names, rib)
     found |= dict.fromkeys(("curvature", "tension"), rib | {"point": points})
     found |= {"position": rib | {"point": points, "axis": 3}}
     return found
@@ -54,6 +58,8 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 def numbers(run: xr.Dataset) -> list[Number]:
     """The results that a user wants to see at once; of several ribs, those of the first."""
+    from evolvent.results import closing_numbers
+
     case = case_of(run)
     time, strip = run.time.values, case.strip
     found = [Number(label="time reached", value=f"{time[-1]:.6g} s"), _wound(run, strip)]
@@ -66,6 +72,9 @@ def numbers(run: xr.Dataset) -> list[Number]:
                 label="largest contact force, one sample", value=f"{_peak(time, force, 'N')} (it depends on the mesh)"
             ),
         ]
+    if case.contact.self:
+        pressed = f"{run.turn_force.values[-1, 0]:.4g} N at {run.turn_points.values[-1, 0]:.0f} check points"
+        found.append(Number(label="turns on one another at the end", value=pressed))
     if np.any(run.hub_torque.values):
         found.append(Number(label="torque on the hub at the end", value=f"{run.hub_torque.values[-1]:.4g} N m"))
     if case.hub.motion != "fixed":
@@ -75,20 +84,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         found += _momentum_numbers(run, free=case.hub.motion == "free")
     found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
-    if run.attrs.get("warning"):
-        found.append(Number(label="warning", value=run.attrs["warning"]))
-    statistics = json.loads(run.attrs["statistics"])
-    steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
-    if statistics.get("rejected_steps"):
-        steps += f", {int(statistics['rejected_steps']):,} rejected"
-    if statistics.get("iterations"):
-        steps += f", {int(statistics['iterations']):,} iterations"
-    if statistics.get("step"):
-        steps += f", {statistics['step']:.4g} s each"
-    found.append(Number(label="steps", value=steps))
-    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
-    found.append(Number(label="time of the solve", value=text))
-    return found
+    return found + closing_numbers(run)
 
 
 def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
@@ -98,18 +94,21 @@ def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
 
 def _wound(run: xr.Dataset, strip: reference.Strip) -> Number:
     angle = float(run.wrap_angle.values[-1, 0])
-    share = 100.0 * angle * strip.radius / strip.length
-    return Number(label="wound at the end", value=f"{angle / (2.0 * math.pi):.4g} turns, {share:.4g} % of the rib")
+    turns, share = abs(angle) / (2.0 * math.pi), 100.0 * abs(angle) * strip.radius / strip.length
+    sense = ", the other way round" if angle < 0.0 else ""
+    return Number(label="wound at the end", value=f"{turns:.4g} turns, {share:.4g} % of the rib{sense}")
 
 
 def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
-    """When the tip is fastest, beside the light string; its speed then grows with the mesh, as l^(-1/2)."""
+    """When the tip is fastest, beside the light string; all wound, its speed grows with the mesh, as l^(-1/2)."""
+    string = comparable_string(case)
+    wound = string is not None and string.end_time < run.time.values[-1]
     if "tip_speed_peak" in run:
         peak = f"{float(run.tip_speed_peak[0]):.4g} m/s at {float(run.tip_speed_peak_time[0]):.5g} s"
     else:
         peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
-    found = [Number(label="largest tip speed", value=f"{peak} (the time converges, the speed does not)")]
-    string = comparable_string(case)
+    peak += " (the time converges, the speed does not)" if wound else ""
+    found = [Number(label="largest tip speed", value=peak)]
     if string is not None and math.isfinite(string.end_time):
         found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
     return found
@@ -119,8 +118,10 @@ def _of_holding(run: xr.Dataset, case: Case) -> list[Number]:
     """The rest on the hub, beside its closed form."""
     late = run.time.values >= (1.0 - WINDOW) * run.time.values[-1]
     text = f"{run.contact_force.values[late, 0].mean():.5g} N"
-    if case.drive is not None and case.drive.torque is not None:
-        text += f" (T L / 2 R2 = {reference.wound_contact_force(case.strip, case.drive.torque):.5g})"
+    torque = _resting_torque(case)
+    if torque is not None:
+        closed = "T L / 2 R2 =" if case.strip.taper == 1.0 else "closed form"
+        text += f" ({closed} {reference.wound_contact_force(case.strip, torque):.5g})"
     middle = _middle(run)
     bent = case.hub.radius * run.curvature.values[-1, 0, middle]
     return [
@@ -132,16 +133,17 @@ def _of_holding(run: xr.Dataset, case: Case) -> list[Number]:
 def _of_deployment(run: xr.Dataset, case: Case) -> list[Number]:
     """The tip's place and speed beside the closed form."""
     time = run.time.values
-    radius = float(run.tip_radius.values[-1, 0])
-    closed = float(reference.deployed_tip_radius(case.strip, time[-1]))
-    found = [Number(label="tip radius at the end", value=f"{radius:.5g} m (closed form {closed:.5g})")]
+    radius = f"{float(run.tip_radius.values[-1, 0]):.5g} m"
     late = time >= 0.5 * time[-1]
-    speed, closed = run.tip_speed.values[late, 0].mean(), reference.deployment_speed(case.strip)
-    found.append(
-        Number(label="tip speed, mean of the second half", value=f"{speed:.4g} m/s (closed form {closed:.4g})")
-    )
-    end = reference.deployment_time(case.strip)
-    found.append(Number(label="closed form unwinds all in", value=f"{end:.5g} s"))
+    speed = f"{run.tip_speed.values[late, 0].mean():.4g} m/s"
+    if comparable_release(case):
+        radius += f" (closed form {float(reference.deployed_tip_radius(case.strip, time[-1])):.5g})"
+        speed += f" (closed form {reference.deployment_speed(case.strip):.4g})"
+    found = [Number(label="tip radius at the end", value=radius)]
+    found.append(Number(label="tip speed, mean of the second half", value=speed))
+    if comparable_release(case):
+        end = reference.deployment_time(case.strip)
+        found.append(Number(label="closed form unwinds all in", value=f"{end:.5g} s"))
     return found
 
 
@@ -180,9 +182,26 @@ def comparable_string(case: Case) -> reference.Winding | None:
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
         return None
-    if case.hub.motion != "fixed" or drive.ramp > 0.0 or case.damping.elements != "all":
+    if case.hub.motion != "fixed" or drive.ramp > 0.0 or case.damping.elements != "all" or case.strip.taper != 1.0:
+        return None
+    if case.strip.bending_stiffness > 2.0 * LIGHT * case.strip.radius * drive.torque:
         return None
     return reference.string_winding(case.strip, drive.torque, case.damping.alpha, start_angle=case.rib.start_angle)
+
+
+def comparable_release(case: Case) -> bool:
+    """Whether the closed form of deployment holds: a uniform rib without stretch, and nothing damps or drives it."""
+    free = case.phase == "deploy" and case.drive is None and case.hub.motion == "fixed"
+    undamped = case.damping.alpha == 0.0 and case.damping.beta == 0.0 and case.contact.friction == 0.0
+    return free and undamped and case.begins == "wound" and case.strip.taper == 1.0
+
+
+def _resting_torque(case: Case) -> float | None:
+    """The torque under which a wound rib comes to rest as the closed form says, N m; None if it does not."""
+    drive = case.drive
+    if drive is None or drive.kind != "torque" or case.hub.motion != "fixed" or case.contact.friction > 0.0:
+        return None
+    return drive.torque
 
 
 def _middle(run: xr.Dataset) -> np.ndarray:
@@ -214,6 +233,11 @@ def _label(run: xr.Dataset, k: int) -> str:
     return f"rib {k + 1}" if run.sizes["rib"] > 1 else ""
 
 
+def _color(b: int) -> int:
+    """Place in the palette of the line of rib b; the third is for what a run is judged by."""
+    return (0, 1, 3, 4, 5, 6)[b % 6]
+
+
 def _moments(run: xr.Dataset, case: Case) -> list[int]:
     """Samples at which shapes are drawn: evenly spread over what the tip does, not over time."""
     along = np.abs(np.diff(run.wrap_angle.values[:, 0], prepend=run.wrap_angle.values[0, 0])).cumsum()
@@ -239,13 +263,15 @@ def _shape_figure(run: xr.Dataset, case: Case) -> Figure:
     time = run.time.values
     whole: list[Line] = [_circle(case)]
     moments = _moments(run, case)
+    hub = run.hub_position.values if "hub_position" in run else np.zeros((time.size, 3))
     for count, k in enumerate(moments):
         color = count / len(moments)
         for b in range(run.sizes["rib"]):
-            x = run.position.values[k, b]
+            x = run.position.values[k, b] - hub[k]
             label = f"{time[k]:.4g} s" if b == 0 else ""
             whole.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, width=1.2))
-    panels = [Panel(x_label="x, m", y_label="y, m", lines=whole, title="along the hub's axis", equal=True)]
+    title = "along the hub's axis" if "hub_position" not in run else "along the hub's first axis, from its middle"
+    panels = [Panel(x_label="x, m", y_label="y, m", lines=whole, title=title, equal=True)]
     R = case.hub.radius
     near = [whole[0]]
     for line in whole[1:]:
@@ -266,9 +292,14 @@ def _shape_figure(run: xr.Dataset, case: Case) -> Figure:
 def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
     """Speed and place of the tip (Yi, figure 7), beside the light string or the closed form."""
     time = run.time.values
-    speed = [Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=b) for b in range(run.sizes["rib"])]
-    radius = [Line(x=time, y=run.tip_radius.values[:, b], color=b) for b in range(run.sizes["rib"])]
-    turns = [Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=b) for b in range(run.sizes["rib"])]
+    speed = [
+        Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=_color(b))
+        for b in range(run.sizes["rib"])
+    ]
+    radius = [Line(x=time, y=run.tip_radius.values[:, b], color=_color(b)) for b in range(run.sizes["rib"])]
+    turns = [
+        Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=_color(b)) for b in range(run.sizes["rib"])
+    ]
     string = comparable_string(case) if case.phase == "wind" else None
     if string is not None:
         kept = string.time <= time[-1]
@@ -279,7 +310,7 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
         place = np.sqrt(root**2 + tail**2 + 2.0 * root * tail * np.cos(string.swing))
         radius.append(_dashed(x=at, y=place[kept]))
         turns.append(_dashed(x=at, y=string.wrap[kept] / (2 * np.pi)))
-    if case.phase == "deploy" and case.begins == "wound":
+    if comparable_release(case):
         strip = case.strip
         closed = reference.deployed_length(strip, time)
         end = min(float(time[-1]), reference.deployment_time(strip))
@@ -287,6 +318,11 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
         speed.append(_dashed(x=np.array([time[0], end]), y=np.array([v, v]), label="closed form"))
         radius.append(_dashed(x=time, y=reference.deployed_tip_radius(strip, time)))
         turns.append(_dashed(x=time, y=(strip.length - closed) / (2 * np.pi * strip.radius)))
+    if "tip_speed_peak" in run and float(run.tip_speed_peak[0]) > 1.01 * float(run.tip_speed[:, 0].max()):
+        at, most = run.tip_speed_peak_time.values, run.tip_speed_peak.values
+        for b in range(run.sizes["rib"]):
+            label = "largest, between samples" if b == 0 else ""
+            speed.append(Line(x=at[b : b + 1], y=most[b : b + 1], label=label, color=_color(b), style="", marker="o"))
     panels = [
         Panel(x_label="", y_label="tip speed, m/s", lines=speed, y_zero=True),
         Panel(x_label="", y_label="tip from the axis, m", lines=radius, y_zero=True),
@@ -299,7 +335,7 @@ def _points_figure(run: xr.Dataset, case: Case) -> Figure:
     """Number of check points in contact (Yi, figure 8)."""
     time = run.time.values
     lines = [
-        Line(x=time, y=run.contact_points.values[:, b], label=_label(run, b), color=b, width=1.0)
+        Line(x=time, y=run.contact_points.values[:, b], label=_label(run, b), color=_color(b), width=1.0)
         for b in range(run.sizes["rib"])
     ]
     every = case.rib.elements * case.contact.points
@@ -311,6 +347,11 @@ def _points_figure(run: xr.Dataset, case: Case) -> Figure:
 def running_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:
     """Mean of `values` over the time `window` about every sample, shorter at both ends."""
     total = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (values[1:] + values[:-1]))])
+    return mean_of_integral(time, total, window)
+
+
+def mean_of_integral(time: np.ndarray, total: np.ndarray, window: float) -> np.ndarray:
+    """The same of what has the integral `total`: of a force, its impulse, which knows what lies between samples."""
     low, high = np.maximum(time - 0.5 * window, time[0]), np.minimum(time + 0.5 * window, time[-1])
     mean: np.ndarray = (np.interp(high, time, total) - np.interp(low, time, total)) / (high - low)
     return mean
@@ -323,19 +364,18 @@ def _force_figure(run: xr.Dataset, case: Case) -> Figure:
     force, impulse = [], []
     for b in range(run.sizes["rib"]):
         values = run.contact_force.values[:, b]
-        force.append(Line(x=time, y=values, label=f"samples {_label(run, b)}".strip(), color=6 + b, width=0.7))
-        force.append(
-            Line(
-                x=time,
-                y=running_mean(time, values, window),
-                label=f"mean of {window:.3g} s {_label(run, b)}".strip(),
-                color=b,
-            )
-        )
-        impulse.append(Line(x=time, y=run.contact_impulse.values[:, b], color=b))
-    if case.drive is not None and case.drive.torque is not None and case.drive.kind == "torque":
-        held = reference.wound_contact_force(case.strip, case.drive.torque)
-        label = "at rest, wound: T L / 2 R2"
+        if run.sizes["rib"] == 1:
+            force.append(Line(x=time, y=values, label="samples", color=6, width=0.7))
+        else:
+            force.append(Line(x=time, y=values, color=_color(b), style=":", width=0.7))
+        mean = mean_of_integral(time, run.contact_impulse.values[:, b], window)
+        label = f"mean of {window:.3g} s {_label(run, b)}".strip()
+        force.append(Line(x=time, y=mean, label=label, color=_color(b)))
+        impulse.append(Line(x=time, y=run.contact_impulse.values[:, b], color=_color(b)))
+    torque = _resting_torque(case)
+    if torque is not None:
+        held = reference.wound_contact_force(case.strip, torque)
+        label = "at rest, wound: T L / 2 R2" if case.strip.taper == 1.0 else "at rest, wound"
         ends = np.array([time[0], time[-1]])
         force.append(Line(x=ends, y=np.array([held, held]), label=label, color=2, style="--", width=1.2))
     title = "single samples depend on the mesh and on the contact's stiffness; means and impulses do not"
@@ -358,9 +398,9 @@ def _along_figure(run: xr.Dataset, case: Case) -> Figure:
         tension.append(Line(x=arc, y=run.tension.values[k, 0], color=color, width=1.2))
         at, values = _pressure(run, k)
         pressure.append(Line(x=at, y=values, color=color, width=1.2))
-    if case.phase == "hold" and case.drive is not None and case.drive.torque is not None:
-        T, strip = case.drive.torque, case.strip
-        stretched = 1.0 + reference.wound_tension(strip, T, arc) / strip.axial_stiffness
+    T, strip = _resting_torque(case), case.strip
+    if case.phase == "hold" and T is not None:
+        stretched = 1.0 + reference.wound_tension(strip, T, arc) / reference.axial_stiffness_at(strip, arc)
         curvature.append(_dashed(x=arc, y=stretched, label="closed form"))
         tension.append(_dashed(x=arc, y=reference.wound_tension(strip, T, arc)))
         pressure.append(_dashed(x=arc, y=reference.wound_pressure(strip, T, arc)))
@@ -388,13 +428,13 @@ def _energy_figure(run: xr.Dataset) -> Figure:
     """Energies, what takes them, and how well the account closes."""
     time = run.time.values
     largest = max(float(run.energy_kinetic.max()), float(run.energy_elastic.max()), float(run.work_external.max()))
-    scale, unit = (1e3, "mJ") if largest > 1e-4 else (1e6, "µJ")
+    scale, unit = (1.0, "J") if largest > 1.0 else (1e3, "mJ") if largest > 1e-3 else (1e6, "µJ")
 
     def lines(*names: tuple[str, int], log: bool) -> list[Line]:
         found = []
         for name, color in names:
             values = scale * run[f"energy_{name}"].values
-            y = np.where(values > 0.0, values, np.nan) if log else values
+            y = np.where(values > STORED_SHOWN * scale * largest, values, np.nan) if log else values
             if np.any(values):
                 found.append(Line(x=time, y=y, label=name, color=color, width=1.2))
         return found
@@ -448,11 +488,11 @@ def scene(run: xr.Dataset) -> Scene | None:
     tilt[:, 0] = 1.0
     if "hub_quaternion" in run:
         attitude = run.hub_quaternion.values
-        tilt = _tilt(attitude, angle)
+        tilt = tilt_of(attitude, angle)
     else:
         zero = np.zeros(count)
         attitude = np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
-    points = _in_body(run.position.values - origin[:, None, None], attitude)
+    points = np.einsum("tji,tbnj->tbni", rotation_matrices(attitude), run.position.values - origin[:, None, None])
     by_tension = case.phase != "deploy"
     along = run.tension.values if by_tension else case.hub.radius * run.curvature.values
     edge = 0.5 * case.hub.height
@@ -477,19 +517,3 @@ def scene(run: xr.Dataset) -> Scene | None:
             "contact force, N": run.contact_force.values[:, 0],
         },
     )
-
-
-def _in_body(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Vectors (nt, ribs, points, 3) seen from bodies of attitude q (nt, 4)."""
-    w, v = q[:, 0, None, None, None], -q[:, None, None, 1:]
-    turn = 2.0 * np.cross(np.broadcast_to(v, x.shape), x)
-    turned: np.ndarray = x + w * turn + np.cross(np.broadcast_to(v, x.shape), turn)
-    return turned
-
-
-def _tilt(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """What is left of attitudes q once the turn by `angle` about z is taken out: (angle about z)^-1 q."""
-    c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)
-    left = [c * q[:, 0] - s * q[:, 3], c * q[:, 1] - s * q[:, 2], c * q[:, 2] + s * q[:, 1], c * q[:, 3] + s * q[:, 0]]
-    turned = np.stack(left, axis=1)
-    return np.where(turned[:, :1] < 0.0, -turned, turned)

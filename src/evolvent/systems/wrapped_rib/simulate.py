@@ -11,10 +11,11 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
+from evolvent.systems._common import refuse_laws, rotation_matrices, sample_times
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.show import CAUSES, comparable_string
-from evolvent.systems.wrapped_rib.start import Start, hermite, rotation, start
+from evolvent.systems.wrapped_rib.start import Start, hermite, start
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from evolvent.system import System
 
 METHOD = "generalized-alpha"
-#: Largest number of values of the state that a run may keep, and of steps of a fixed length that it may take.
-MOST_VALUES, MOST_STEPS = 200_000_000, 100_000_000
+#: Largest number of steps of a fixed length that a run may take.
+MOST_STEPS = 100_000_000
 #: Angle over which a hub or a carried tip reaches its rate at least, rad: at once it would take an infinite force.
 LEAST_RAMP = 0.1
 #: Share of the energy that the method itself may take, or add, before a run tells.
@@ -54,7 +55,7 @@ def _system(case: Case, begin: Start) -> System:
 
     system = System()
     _add_hub(system, case, begin)
-    R = rotation(begin.hub.quaternion)
+    R = rotation_matrices(begin.hub.quaternion)
     motion, contact, drive = case.hub.motion, case.contact, case.drive
     for b in range(case.rib.count):
         k = b + 1
@@ -108,6 +109,9 @@ def _system(case: Case, begin: Start) -> System:
                 ),
                 f"drive-{k}",
             )
+    if contact.self:
+        for k in range(1, case.rib.count + 1):
+            system.add(_layers(case, begin, k), f"layer-{k}")
     if motion == "driven":
         system.add(parts.Turn(body="hub", feed=_feed(case, None)), "turn")
     return system
@@ -153,6 +157,27 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     )
 
 
+def _layers(case: Case, begin: Start, k: int) -> Any:
+    """Turns of rib k (from 1) on the turns below: its own, or those of the next rib."""
+    from evolvent import parts
+
+    rib, contact = case.rib, case.contact
+    return parts.Layers(
+        body="hub",
+        over=f"rib-{k}",
+        under=f"rib-{k % rib.count + 1}" if rib.count > 1 else "",
+        thickness=[rib.thickness_at((i + 0.5) / rib.elements) for i in range(rib.elements)],
+        width=rib.width,
+        law=contact.law,
+        stiffness=begin.stiffness,
+        exponent=contact.exponent,
+        damping=contact.damping if contact.law == "paper" else contact.dissipation,
+        points=contact.points,
+        friction=contact.friction,
+        stick_stiffness=STICK * begin.stiffness,
+    )
+
+
 def _damped(case: Case) -> list[int]:
     """Damped elements, from 0."""
     chosen = case.damping.elements
@@ -194,8 +219,6 @@ def _check(case: Case) -> None:
     """Refuse what no part does yet."""
     if case.solver.method != METHOD:
         raise InputError(f"solver.method is {case.solver.method!r}, which does not know ribs yet; take {METHOD}")
-    if case.contact.self:
-        raise InputError("contact.self is true, but turns do not touch each other yet; leave it out")
     if case.damping.elements != "all" and case.damping.alpha > 0.0:
         raise InputError(
             "damping.elements is given, but damping.alpha acts on the whole rib; take damping.alpha: 0 and damping.beta"
@@ -210,18 +233,10 @@ def _check(case: Case) -> None:
 
 def _samples(case: Case) -> np.ndarray:
     """Times of the samples; no fixed step is cut short for one."""
-    every, end = case.output.every, case.duration
+    every = case.output.every
     if case.solver.step != "auto":
         every = max(every, float(case.solver.step))
-    count = end / every
-    values = count * case.rib.count * (case.rib.elements + 1) * 24
-    if values > MOST_VALUES:
-        raise InputError(f"output.every is {every:g} s; that makes {count:.3g} samples over {end:g} s, too many")
-    samples = every * np.arange(int(count + 1e-9) + 1)
-    if samples.size == 1 or end - samples[-1] > 1e-6 * every:
-        return np.append(samples, end)
-    samples[-1] = end
-    return samples
+    return sample_times(every, case.duration, values=24 * case.rib.count * (case.rib.elements + 1))
 
 
 def run(
@@ -236,8 +251,7 @@ def run(
     """
     from evolvent.solvers.implicit import solve_implicit
 
-    if laws:
-        raise InputError(f"laws are given ({', '.join(laws)}), but wrapped-rib places no law of the user's")
+    refuse_laws(laws, case.system)
     _check(case)
     samples = _samples(case)
     begin = start(case)
@@ -373,14 +387,14 @@ def _results(
 
     rib, motion = case.rib, _motion(case, begin, assembly, solution)
     length, per = rib.element_length, case.output.points
-    R = rotation(motion.q)
+    R = rotation_matrices(motion.q)
     xi = np.arange(per) / per
     inner = _along(motion.nodes, length, xi)
     position = np.concatenate([inner.reshape(*inner.shape[:2], -1, 3), motion.nodes[:, :, -1:, 0]], axis=2)
     arc = length / per * np.arange(rib.elements * per + 1)
     ends = np.arange(per + 1) / per
     strain = _strain(motion.nodes, length, per)
-    thickness = rib.thickness + (arc / rib.length) * ((rib.tip_thickness or rib.thickness) - rib.thickness)
+    thickness = rib.thickness_at(arc / rib.length)
     tension = rib.young_modulus * rib.width * thickness * strain * np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
     hub = assembly.index("hub", "bodies")
     torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
@@ -398,8 +412,11 @@ def _results(
         "tip_radius": variable(
             ribs, np.hypot(own[..., 0], own[..., 1]), "m", "distance of the tip from the hub's axis"
         ),
-        "wrap_angle": variable(ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers"),
+        "wrap_angle": variable(
+            ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers, negative the other way"
+        ),
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
+        **_turns(case, assembly, solution),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_impulse": variable(ribs, touched[..., 7], "N s", "integral of the normal forces since the start"),
         **_pressed(case, begin, motion, R),
@@ -493,6 +510,20 @@ def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[s
     }
 
 
+def _turns(case: Case, assembly: Assembly, solution: ImplicitSolution) -> dict[str, xr.Variable]:
+    """Contact of the turns with one another, where it is switched on."""
+    from evolvent.results import variable
+
+    if not case.contact.self:
+        return {}
+    touched = solution.cylinders[:, [assembly.index(f"layer-{b + 1}", "cylinders") for b in range(case.rib.count)]]
+    ribs = ("time", "rib")
+    return {
+        "turn_points": variable(ribs, touched[..., 8], "1", "check points in contact with the turn below"),
+        "turn_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the turns below"),
+    }
+
+
 def _curvature(motion: _Motion, R: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
     """Turn about the hub's axis per length without stress at xi : (nt, ribs, elements, k), 1/m, positive as it winds.
 
@@ -516,7 +547,7 @@ def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
     Notes
     -----
     Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
-    acos(R/r) of its distance r.
+    acos(R/r) of its distance r; negative where the rib lies the other way round.
     """
     xi = np.arange(8) / 8
     inner = _along(motion.nodes, case.rib.element_length, xi)
@@ -524,8 +555,9 @@ def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
     own = np.einsum("tji,tbnj->tbni", R, path - motion.x[:, None, None])
     angle = np.unwrap(np.arctan2(own[..., 1], own[..., 0]), axis=-1)
     radius = np.maximum(np.hypot(own[..., -1, 0], own[..., -1, 1]), case.hub.radius)
-    found: np.ndarray = angle[..., -1] - angle[..., 0] - np.arccos(case.hub.radius / radius)
-    return np.clip(found, 0.0, None)
+    turned, tail = angle[..., -1] - angle[..., 0], np.arccos(case.hub.radius / radius)
+    found: np.ndarray = np.sign(turned) * np.clip(np.abs(turned) - tail, 0.0, None)
+    return found
 
 
 # ------------------------------------------------------------------------------------------------ accounts
@@ -617,7 +649,7 @@ def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarra
     if case.hub.motion == "free":
         P += hub["mass"] * motion.v
         H += hub["mass"] * np.cross(motion.x, motion.v)
-        H += np.einsum("tij,jk,tk->ti", rotation(motion.q), hub["inertia"], motion.w)
+        H += np.einsum("tij,jk,tk->ti", rotation_matrices(motion.q), hub["inertia"], motion.w)
     elif case.hub.motion != "fixed":
         H[:, 2] += hub["spin_inertia"] * motion.w[:, 2]
     return P, H
@@ -632,6 +664,13 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
         found.append(
             f"the rib was strained by up to {100.0 * most:.3g} %, at t = {run.time.values[k]:.6g} s, beyond what "
             f"linear elasticity and most sections bear"
+        )
+    gap = run.contact_gap.values.min(axis=(1, 2))
+    if float(gap.min()) < -advice.SUNK_TOLD * case.hub.radius:
+        k = int(np.argmin(gap))
+        found.append(
+            f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
+            f"contact.stiffness, or auto"
         )
     balance = run.energy_balance.values
     if float(balance.max()) > GAIN_TOLD:

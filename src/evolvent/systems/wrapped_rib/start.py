@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from evolvent.errors import InputError
+from evolvent.systems._common import rotation_matrices
 from evolvent.systems.wrapped_rib.advice import bent_element
 from evolvent.systems.wrapped_rib.case import Case
 
@@ -100,35 +102,81 @@ def _wound(case: Case) -> np.ndarray:
     Notes
     -----
     Chord and slopes of an element are those of least energy when bent by its angle; the angle is such that the check
-    point nearest to the axis lies on the hub.
+    point nearest to the axis lies on the hub. Where turns touch, each lies on the one below (`_stacked`).
     """
     rib, R = case.rib, case.hub.radius
 
-    def bent(angle: float) -> tuple[float, np.ndarray]:
-        """Distance of the nearest check point from the axis, and the element's sizes."""
+    def bent(angle: float, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances of points of an element from the axis, and the element's sizes."""
         _, sizes = bent_element(case, angle)
         chord, slope = sizes[0], sizes[1]
         half = 0.5 * angle
-        xi = np.arange(1, case.contact.points + 1) / case.contact.points
         # Hermite's cubic from (-chord/2, 0) to (chord/2, 0), the axis at (0, -chord / (2 tan(half)))
         x = chord * (3.0 * xi**2 - 2.0 * xi**3 - 0.5)
         x += rib.element_length * slope * math.cos(half) * (xi - 3.0 * xi**2 + 2.0 * xi**3)
         y = rib.element_length * slope * math.sin(half) * (xi - xi**2)
-        return float(np.hypot(x, y + 0.5 * chord / math.tan(half)).min()), sizes
+        return np.hypot(x, y + 0.5 * chord / math.tan(half)), sizes
 
+    checks = np.arange(1, case.contact.points + 1) / case.contact.points
     low, high = 0.5 * rib.element_length / R, 1.5 * rib.element_length / R
     for _ in range(80):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if bent(middle)[0] > R else (low, middle)
-    _, sizes = bent(low)
+        low, high = (middle, high) if bent(middle, checks)[0].min() > R else (low, middle)
+    distance, sizes = bent(low, np.linspace(0.0, 1.0, 41))
     chord, slope = sizes[0], sizes[1]
     radius = 0.5 * chord / math.sin(0.5 * low)
+    if case.contact.self:
+        d_chord = (chord - bent_element(case, 0.99 * low)[1][0]) / (0.01 * low)
+        pitch = max(rib.thickness, rib.tip_thickness or 0.0) + float(np.ptp(distance))
+        places, slopes = _stacked(case, radius, pitch, low, lambda angle: chord + d_chord * (angle - low))
+        across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
+        return _vectors(case, places, slope * slopes, across, along)
     at = low * np.arange(rib.elements + 1)
     c, s, zero = np.cos(at), np.sin(at), np.zeros(at.size)
     places = radius * np.stack([c, s, zero], axis=1)
     slopes = slope * np.stack([-s, c, zero], axis=1)
     across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
     return _vectors(case, places, slopes, across, along)
+
+
+def _stacked(
+    case: Case, radius: float, pitch: float, angle: float, chord: Callable[[float], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of a coil whose turns lie on one another, and their directions.
+
+    Parameters
+    ----------
+    radius : float, m, of the nodes on the hub
+    pitch : float, m, from turn to turn
+    angle : float, rad, of an element on the hub; chord : its chord (m) as a function of the angle that it turns by
+
+    Notes
+    -----
+    A spiral: the first turn leaves the hub by a pitch until it meets the root below, its own or the next rib's.
+    """
+    growth = pitch * case.rib.count / (2.0 * math.pi)
+
+    def coil(phi: float) -> tuple[np.ndarray, float]:
+        """Place at the angle phi, and the direction there."""
+        r = radius + growth * phi
+        return r * np.array([math.cos(phi), math.sin(phi), 0.0]), phi + 0.5 * math.pi - math.atan2(growth, r)
+
+    phi = 0.0
+    place, direction = coil(phi)
+    places, directions = [place], [direction]
+    for _ in range(case.rib.elements):
+        low, high = phi + 0.5 * angle, phi + 1.5 * angle
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            at, facing = coil(middle)
+            short = float(np.linalg.norm(at - place)) < chord(facing - direction)
+            low, high = (middle, high) if short else (low, middle)
+        phi = low
+        place, direction = coil(phi)
+        places.append(place)
+        directions.append(direction)
+    faced = np.array(directions)
+    return np.array(places), np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
 
 
 # ------------------------------------------------------------------------------------------------ saved runs
@@ -164,7 +212,7 @@ def _from_run(case: Case) -> Start:
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
     if case.hub.motion != "free":
         _check_upright(case, hub)
-    R = rotation(hub.quaternion)
+    R = rotation_matrices(hub.quaternion)
     refined = [
         _refined(case, run.end_coordinates.values[b], run.end_velocities.values[b], R) for b in range(case.rib.count)
     ]
@@ -218,37 +266,8 @@ def hermite(
     xi: np.ndarray, length: float, p: np.ndarray, px: np.ndarray, q: np.ndarray, qx: np.ndarray, *, order: int = 0
 ) -> np.ndarray:
     """Place (order 0) on elements' axes, or its derivative by arc length, at xi : (k,), of vectors (..., k, 3)."""
-    if order == 0:
-        S = (
-            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
-            length * (xi - 2.0 * xi**2 + xi**3),
-            3.0 * xi**2 - 2.0 * xi**3,
-            length * (xi**3 - xi**2),
-        )
-    elif order == 1:
-        S = (
-            (6.0 * xi**2 - 6.0 * xi) / length,
-            1.0 - 4.0 * xi + 3.0 * xi**2,
-            (6.0 * xi - 6.0 * xi**2) / length,
-            3.0 * xi**2 - 2.0 * xi,
-        )
-    else:
-        S = (
-            (12.0 * xi - 6.0) / length**2,
-            (6.0 * xi - 4.0) / length,
-            (6.0 - 12.0 * xi) / length**2,
-            (6.0 * xi - 2.0) / length,
-        )
+    from evolvent.elements import axis_shape
+
+    S = axis_shape(length, xi, order=order)
     total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
     return total
-
-
-def rotation(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body to inertial, scalar part first."""
-    w, x, y, z = np.moveaxis(np.asarray(q), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -1,0 +1,339 @@
+"""Turns of beams that lie on one another, wound round a body's axis: where they touch, forces and tangents.
+
+A turn is seen from the one below it: a check point p of the upper beam, the nearest place r of the lower beam's cubic
+in the plane across the axis a, the lower one's direction e there, n = e x a outwards, and the gap (p - r) . n less the
+layers' thickness. The gap has sides: a point that has passed through the layer below is pushed back out. Since p - r is
+across e, moving along the lower beam does not change the gap to first order, so that f n on p and -f n at r are its
+gradients; what p lies off the plane makes a small couple, which the body bears, and momenta are kept.
+"""
+
+import math
+
+from evolvent.jit import inlined, kernel
+from evolvent.kernels import blocks, contact
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.rotations import cross, turn, turn_back
+
+#: Steps of the search for the nearest place, and the change (of an element) at which it ends.
+MOST_STEPS, NEAR = 12, 1e-9
+#: What `checks.carrier` is before the first search; -1 where there is nothing below.
+UNKNOWN = -2
+#: Points farther than this from the layer below, in its elements' lengths, do not touch it.
+FAR = 2.0
+
+
+@inlined
+def _shape(length, xi):
+    """Hermite's cubic: factors of place, slope, place and slope of a cell's two nodes."""
+    return (
+        1.0 - xi * xi * (3.0 - 2.0 * xi),
+        length * xi * (1.0 - xi) * (1.0 - xi),
+        xi * xi * (3.0 - 2.0 * xi),
+        length * xi * xi * (xi - 1.0),
+    )
+
+
+@inlined
+def _combined(y, at, half, S):
+    """S . (place and slope of a cell's two nodes), of nodes with `half` vectors."""
+    b, c, d = at + 3, at + 3 * half, at + 3 * half + 3
+    return (
+        S[0] * y[at] + S[1] * y[b] + S[2] * y[c] + S[3] * y[d],
+        S[0] * y[at + 1] + S[1] * y[b + 1] + S[2] * y[c + 1] + S[3] * y[d + 1],
+        S[0] * y[at + 2] + S[1] * y[b + 2] + S[2] * y[c + 2] + S[3] * y[d + 2],
+    )
+
+
+@inlined
+def _check_point(y, at, S):
+    """Place (or velocity) of a check point from the four vectors at `at`."""
+    return (
+        S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
+        S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],
+        S[0] * y[at[0] + 2] + S[1] * y[at[1] + 2] + S[2] * y[at[2] + 2] + S[3] * y[at[3] + 2],
+    )
+
+
+@kernel
+def nearest(y, flexible, beam, cell, xi, px, py, pz, ax, ay, az):
+    """Place of a beam's axis that is nearest to a point as seen along the unit vector a, searched from (cell, xi) on.
+
+    Returns
+    -------
+    cell : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
+    xi : float, place in the cell, 0 to 1
+    """
+    cells, half = flexible.cells, NODE_VECTORS[flexible.beams[beam].kind]
+    first = flexible.beams[beam].cell
+    last = first + flexible.beams[beam].cells - 1
+    for step in range(MOST_STEPS):
+        length, at = cells[cell].length, cells[cell].iq
+        x, w, z = _combined(y, at, half, _shape(length, xi))
+        d1, d2 = (6.0 * xi * xi - 6.0 * xi) / length, (12.0 * xi - 6.0) / (length * length)
+        tx, ty, tz = _combined(y, at, half, (d1, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d1, 3.0 * xi * xi - 2.0 * xi))
+        bx, by, bz = _combined(y, at, half, (d2, (6.0 * xi - 4.0) / length, -d2, (6.0 * xi - 2.0) / length))
+        dx, dy, dz = px - x, py - w, pz - z
+        off, rise = dx * ax + dy * ay + dz * az, tx * ax + ty * ay + tz * az
+        dx, dy, dz = dx - off * ax, dy - off * ay, dz - off * az
+        if step == 0 and dx * dx + dy * dy + dz * dz > (FAR * length) ** 2:
+            return -1, xi
+        square = tx * tx + ty * ty + tz * tz - rise * rise
+        slope = max(square - dx * bx - dy * by - dz * bz, 0.3 * square)
+        if not slope > 0.0:
+            return -1, xi
+        change = min(max((dx * tx + dy * ty + dz * tz) / (slope * length), -1.0), 1.0)
+        xi += change
+        if xi < 0.0:
+            if cell == first:
+                if xi > -NEAR:
+                    return cell, 0.0
+                if change < 0.0 and step > 1:
+                    return -1, xi
+                xi = 0.0
+            else:
+                cell -= 1
+                xi = max(xi + 1.0, 0.0)
+        elif xi > 1.0:
+            if cell == last:
+                if xi < 1.0 + NEAR:
+                    return cell, 1.0
+                if change > 0.0 and step > 1:
+                    return -1, xi
+                xi = 1.0
+            else:
+                cell += 1
+                xi = min(xi - 1.0, 1.0)
+        if abs(change) < NEAR:
+            return cell, xi
+    return cell, xi
+
+
+@kernel
+def _angles(y, flexible, beam, sense, cx, cy, cz, ax, ay, az):
+    """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `flexible.angles`."""
+    row, angles = flexible.beams[beam], flexible.angles
+    size = 3 * NODE_VECTORS[row.kind]
+    at, angle = row.block, 0.0
+    angles[at] = 0.0
+    for i in range(1, row.nodes):
+        q = row.iq + size * i
+        angle += sense * _between(
+            y[q - size] - cx, y[q - size + 1] - cy, y[q - size + 2] - cz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz,
+            ax, ay, az,
+        )  # fmt: skip
+        angles[at + i] = angle
+
+
+@inlined
+def _between(ux, uy, uz, vx, vy, vz, ax, ay, az):
+    """Angle from u to v about the axis a, -pi to pi."""
+    x, y, z = cross(ux, uy, uz, vx, vy, vz)
+    along = (ux * ax + uy * ay + uz * az) * (vx * ax + vy * ay + vz * az)
+    return math.atan2(x * ax + y * ay + z * az, ux * vx + uy * vy + uz * vz - along)
+
+
+@inlined
+def _frame(bodies, cylinders, k):
+    """Centre and axis of a cylinder, inertial axes."""
+    body = cylinders[k].body
+    R, X, o, axis = bodies[body].R, bodies[body].x, cylinders[k].centre, cylinders[k].axis
+    cx, cy, cz = turn(R, o[0], o[1], o[2])
+    ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+    return cx + X[0], cy + X[1], cz + X[2], ax, ay, az
+
+
+@kernel
+def find_partners(y, flexible, bodies, k):
+    """Find the place below every check point of cylinder k's layer, for the step that begins.
+
+    Notes
+    -----
+    At the check point's angle about the axis, counted along the beams from their roots on, less the angle `shift` by
+    which the upper beam's turns are ahead: a turn for one beam, the angle between the roots for neighbours.
+    """
+    cylinders, checks, cells, angles = flexible.cylinders, flexible.checks, flexible.cells, flexible.angles
+    under, sense, shift = cylinders[k].under, cylinders[k].sense, cylinders[k].shift
+    cx, cy, cz, ax, ay, az = _frame(bodies, cylinders, k)
+    low = flexible.beams[under]
+    over = cells[checks[cylinders[k].first].cell].beam
+    _angles(y, flexible, over, sense, cx, cy, cz, ax, ay, az)
+    if under != over:
+        _angles(y, flexible, under, sense, cx, cy, cz, ax, ay, az)
+    own = flexible.beams[over].block - flexible.beams[over].cell
+    j = 0
+    for i in range(cylinders[k].first, cylinders[k].last):
+        checks[i].carrier = -1
+        q = checks[i].iq[0]
+        px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+        angle = angles[own + checks[i].cell] + sense * _between(
+            y[q] - cx, y[q + 1] - cy, y[q + 2] - cz, px - cx, py - cy, pz - cz, ax, ay, az
+        )
+        angle -= shift
+        if angle < 0.0 or angle > angles[low.block + low.cells]:
+            continue
+        while j > 0 and angles[low.block + j] > angle:
+            j -= 1
+        while j < low.cells - 1 and angles[low.block + j + 1] < angle:
+            j += 1
+        a, b = angles[low.block + j], angles[low.block + j + 1]
+        xi = min(max((angle - a) / (b - a), 0.0), 1.0) if b > a else 0.5
+        checks[i].carrier, checks[i].xi = nearest(y, flexible, under, low.cell + j, xi, px, py, pz, ax, ay, az)
+
+
+@kernel
+def add_layers(y, step, n_q, flexible, bodies, k, F):
+    """Forces of the layer of cylinder k on the turns below it; fills its records as `touch.add_contacts` does."""
+    cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
+    body, under, sense, mu = cylinders[k].body, cylinders[k].under, cylinders[k].sense, cylinders[k].friction
+    R, G, half = bodies[body].R, cylinders[k].F, NODE_VECTORS[flexible.beams[under].kind]
+    _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
+    if step <= 0.0 or checks[cylinders[k].first].carrier == UNKNOWN:
+        settle_layers(y, flexible, bodies, k)
+    for i in range(6):
+        G[i] = 0.0
+    normal = energy = power = touching = 0.0
+    for i in range(cylinders[k].first, cylinders[k].last):
+        checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
+        checks[i].damper1, checks[i].slip, checks[i].gap1 = 0.0, 0.0, math.inf
+        if checks[i].carrier < 0:
+            continue
+        px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+        c, xi = nearest(y, flexible, under, checks[i].carrier, checks[i].xi, px, py, pz, ax, ay, az)
+        checks[i].carrier1, checks[i].xi1 = c, xi
+        if c < 0:
+            continue
+        length = cells[c].length
+        S = _shape(length, xi)
+        x, yy, z = _combined(y, cells[c].iq, half, S)
+        d1 = (6.0 * xi * xi - 6.0 * xi) / length
+        D = (d1, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d1, 3.0 * xi * xi - 2.0 * xi)
+        tx, ty, tz = _combined(y, cells[c].iq, half, D)
+        nx, ny, nz = cross(tx, ty, tz, ax, ay, az)
+        size = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if not size > 0.0:
+            continue
+        nx, ny, nz = sense * nx / size, sense * ny / size, sense * nz / size
+        wx, wy, wz = px - x, py - yy, pz - z
+        if abs(wx * ax + wy * ay + wz * az) > cylinders[k].half_length:
+            continue
+        gap = wx * nx + wy * ny + wz * nz - 0.5 * (cells[checks[i].cell].thickness + cells[c].thickness)
+        checks[i].gap1 = gap
+        if gap >= 0.0:
+            continue
+        ux, uy, uz = _check_point(y, checks[i].iv, checks[i].S)
+        vx, vy, vz = _combined(y, cells[c].iv, half, S)
+        rate = nx * (ux - vx) + ny * (uy - vy) + nz * (uz - vz)
+        stiffness, exponent = cylinders[k].stiffness, cylinders[k].exponent
+        force, d_gap, d_rate = contact.normal_force(
+            cylinders[k].law, gap, rate, gap, stiffness, exponent, cylinders[k].damping
+        )
+        checks[i].force, checks[i].d_gap, checks[i].d_rate = force, d_gap, d_rate
+        n, f, t = checks[i].n, checks[i].f, checks[i].t
+        n[0], n[1], n[2] = nx, ny, nz
+        fx, fy, fz = force * nx, force * ny, force * nz
+        if mu > 0.0:
+            sx, sy, sz = 0.0, 0.0, 0.0
+            if step > 0.0:  # against what was below at the step's start
+                before = checks[i].carrier
+                ox, oy, oz = _combined(y, cells[before].iq, half, _shape(cells[before].length, checks[i].xi))
+                sx, sy, sz = contact.tangential(px - ox, py - oy, pz - oz, nx, ny, nz)
+                off = checks[i].offset
+                sx, sy, sz = sx - off * ax, sy - off * ay, sz - off * az
+            q = checks[i].stick
+            qx, qy, qz = turn(R, q[0], q[1], q[2])
+            qx, qy, qz = contact.tangential(qx, qy, qz, nx, ny, nz)
+            found = contact.friction(
+                qx, qy, qz, sx, sy, sz, force, mu,
+                cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
+            )  # fmt: skip
+            fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
+            q = checks[i].stick1
+            q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
+            checks[i].slip = found[7]
+            t[0], t[1], t[2] = found[8], found[9], found[10]
+            checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
+            energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
+        f[0], f[1], f[2] = fx, fy, fz
+        energy += contact.contact_energy(gap, stiffness, exponent)
+        checks[i].damper1 = force - contact.elastic_force(gap, stiffness, exponent)[0]
+        power -= checks[i].damper1 * rate
+        touching += 1.0
+        normal += force
+        for j in range(4):
+            at, s = checks[i].iv[j] - n_q, checks[i].S[j]
+            F[at] -= s * fx
+            F[at + 1] -= s * fy
+            F[at + 2] -= s * fz
+            at, s = cells[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q, S[j]
+            F[at] += s * fx
+            F[at + 1] += s * fy
+            F[at + 2] += s * fz
+        tx, ty, tz = cross(wx, wy, wz, fx, fy, fz)
+        G[3] -= tx
+        G[4] -= ty
+        G[5] -= tz
+    for i in range(3, 6):
+        bodies[body].F[i] += G[i]
+    cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
+    cylinders[k].touching = touching
+
+
+@kernel
+def settle_layers(y, flexible, bodies, k):
+    """Find the partners of the step that begins, and how far their check points lie off along the axis."""
+    checks, cells, cylinders = flexible.checks, flexible.cells, flexible.cylinders
+    find_partners(y, flexible, bodies, k)
+    half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
+    _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
+    for i in range(cylinders[k].first, cylinders[k].last):
+        c = checks[i].carrier
+        if c >= 0:
+            px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+            x, yy, z = _combined(y, cells[c].iq, half, _shape(cells[c].length, checks[i].xi))
+            checks[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
+
+
+@kernel
+def add_layer_tangents(n_q, flexible, k, c_rate, matrix):
+    """Tangents of cylinder k's layer, through inner unknowns of the border: a turn is far from the next in the blocks.
+
+    Notes
+    -----
+    With u the displacement of p against r, as columns U of the coordinates, and K = -df/du, the forces add U K U^T to
+    the matrix, as eliminating z = U^T x does from A x + U K z and U^T x - z = 0: along n alone without friction. How n
+    turns and how far p lies along the lower beam is left out; beside the stiffness it counts as force by its element's
+    length.
+    """
+    cylinders, checks, cells, place = flexible.cylinders, flexible.checks, flexible.cells, flexible.place
+    half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
+    K = flexible.K12
+    for i in range(cylinders[k].first, cylinders[k].last):
+        if checks[i].force == 0.0 or checks[i].gap1 == math.inf:
+            continue
+        n, t, c = checks[i].n, checks[i].t, checks[i].carrier1
+        S = _shape(cells[c].length, checks[i].xi1)
+        normal = checks[i].d_gap + c_rate * checks[i].d_rate
+        rubs = cylinders[k].friction > 0.0
+        for a in range(3):
+            for b in range(3):
+                nn, tt = n[a] * n[b], t[a] * t[b]
+                same = 1.0 if a == b else 0.0
+                K[a, b] = checks[i].along * tt + checks[i].across * (same - nn - tt) if rubs else 0.0
+                K[a, b] -= (n[a] - checks[i].by_normal * t[a]) * normal * n[b]
+        size = math.sqrt(abs(normal) + checks[i].along + checks[i].across)
+        if not size > 0.0:
+            continue
+        q = blocks.inner(matrix, 3 if rubs else 1)
+        for j in range(8):
+            if j < 4:
+                row, s = place[checks[i].iv[j] - n_q], checks[i].S[j]
+            else:
+                row, s = place[cells[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q], -S[j - 4]
+            for a in range(3):
+                if rubs:
+                    matrix.C[row + a, q + a] += size * s
+                    for b in range(3):
+                        matrix.B[row + a, q + b] += s * K[a, b] / size
+                else:
+                    matrix.C[row + a, q] += size * s * n[a]
+                    matrix.B[row + a, q] -= s * n[a] * normal / size

@@ -1,0 +1,232 @@
+"""Turns that lie on one another: gaps, forces, tangents and momenta of spirals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import InputError, System, elements, parts
+from evolvent.builder import Assembly
+from evolvent.kernels import blocks
+from evolvent.kernels.rotations import rotation_from_quaternion
+from evolvent.solvers.implicit import matrix_of
+from evolvent.solvers.static import sparse_of
+from implicit.rigs import RUBBER, Equations, bind_equations, run, start_step
+
+Array = np.ndarray
+RADIUS, THICK, LENGTH, N, TURNS = 0.6, 0.002, 9.0, 60, 2.43
+STIFFNESS = 500.0
+STRIP = elements.Rectangle(thickness=THICK, width=0.03)
+
+
+def spiral(pitch: float, *, start: float = 0.0, sense: int = 1, turns: float = TURNS, rise: float = 0.0) -> Array:
+    """Nodes (n + 1, 2, 3) of a spiral about z that grows by `pitch` a turn and rises by `rise` of its length."""
+    angle, growth = np.linspace(0.0, 2.0 * np.pi * turns, N + 1), pitch / (2.0 * np.pi)
+    r, at, zero = RADIUS + growth * angle, sense * (angle + start), 0.0 * angle
+    places = np.stack([r * np.cos(at), r * np.sin(at), rise * RADIUS * angle], axis=1)
+    out, on = np.stack([np.cos(at), np.sin(at), zero], axis=1), np.stack([-np.sin(at), np.cos(at), zero], axis=1)
+    by_angle = growth * out + sense * r[:, None] * on + [0.0, 0.0, rise * RADIUS]
+    return np.stack([places, by_angle * 2.0 * np.pi * turns / LENGTH], axis=1)
+
+
+def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **fields: Any) -> Assembly:
+    """Cables wound round a free hub."""
+    system = System()
+    system.add(parts.RigidBody(mass=3.0, inertia=0.4), "hub")
+    for b in range(count):
+        nodes = spiral(pitch, start=2.0 * np.pi * b / count, sense=sense, rise=rise)
+        beam = parts.Beam(
+            length=LENGTH, section=STRIP, material=RUBBER, elements=N, formulation="cable", nodes=nodes, rest="start"
+        )
+        system.add(beam, f"rib-{b}")
+    given = {"thickness": THICK, "stiffness": STIFFNESS, "sense": sense} | fields
+    for b in range(count):
+        under = f"rib-{(b + 1) % count}" if count > 1 else ""
+        system.add(parts.Layers(body="hub", over=f"rib-{b}", under=under, **given), f"layer-{b}")
+    return system.assemble()
+
+
+def layer_forces(assembly: Assembly, y: Array, step: float = 0.0) -> tuple[Array, float]:
+    """Generalised forces that layers put on the left of the equations, and their energy."""
+    model = assembly.model
+    n_v, rows, found = model.flexible.place.size, model.flexible.cylinders, []
+    for stiffness in (STIFFNESS, 0.0):
+        rows["stiffness"] = stiffness
+        equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, step)
+        found.append(equations.residual(np.zeros(n_v), np.zeros(0)))
+        if stiffness:
+            energy = float(rows["energy"].sum())
+    rows["stiffness"] = STIFFNESS
+    return found[0] - found[1], energy
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_gap_of_a_spiral(sense: int) -> None:
+    """All of the second turn and what there is of the third lie a pitch above the turn below; the first has none."""
+    assembly = wound(0.0015, sense=sense)
+    start_step(assembly, assembly.y)
+    gap, checks = assembly.model.flexible.checks["gap"], 2 * N
+    over = np.arange(1, checks + 1) / checks * TURNS > 1.0
+    assert np.all(np.isinf(gap[~over]))
+    assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
+    assert assembly.model.flexible.cylinders["touching"][0] == over.sum()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_gap_of_neighbours(sense: int) -> None:
+    """Three ribs wind over one another: each lies a third of the pitch above the next, from a third of a turn on."""
+    assembly = wound(0.0045, count=3, sense=sense)
+    start_step(assembly, assembly.y)
+    for row in assembly.model.flexible.cylinders:
+        assert row["shift"] == pytest.approx(2.0 * np.pi / 3.0)
+        gap = assembly.model.flexible.checks["gap"][row["first"] : row["last"]]
+        over = np.arange(1, 2 * N + 1) / (2 * N) * TURNS > 1.0 / 3.0
+        assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
+        assert np.all(np.isinf(gap[~over]))
+
+
+def test_turns_side_by_side_do_not_touch() -> None:
+    assembly = wound(0.0015, rise=0.02, width=0.03)
+    start_step(assembly, assembly.y)
+    assert assembly.model.flexible.cylinders["touching"][0] == 0.0
+
+
+def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> Array:
+    """The start a little disturbed, with the hub turned a little."""
+    n_q = int(assembly.model.info["nq"][0])
+    y = assembly.y.copy()
+    beams = assembly.model.flexible.beams
+    for row in beams:
+        q = slice(row["iq"], row["iq"] + 6 * row["nodes"])
+        y[q] += size * rng.standard_normal(q.stop - q.start)
+    hub = assembly.model.bodies[assembly.index("hub", "bodies")]
+    q = y[hub["iq"] + 3 : hub["iq"] + 7]
+    q += 0.01 * rng.standard_normal(4)
+    q /= np.linalg.norm(q)
+    y[n_q : n_q + assembly.model.flexible.place.size] += 1e-3 * rng.standard_normal(assembly.model.flexible.place.size)
+    return y
+
+
+def test_forces_are_the_slope_of_the_energy(rng: np.random.Generator) -> None:
+    assembly = wound(0.0015)
+    y = assembly.y
+    beam = assembly.model.flexible.beams[0]
+    force, _ = layer_forces(assembly, y)
+    at, n_q = int(beam["iv"]), int(assembly.model.info["nq"][0])
+    for _ in range(5):
+        d = np.zeros_like(y)
+        d[beam["iq"] : beam["iq"] + 6 * beam["nodes"]] = 1e-7 * rng.standard_normal(6 * beam["nodes"])
+        change = layer_forces(assembly, y + d)[1] - layer_forces(assembly, y - d)[1]
+        work = 2.0 * force[at - n_q : at - n_q + 6 * (N + 1)] @ d[beam["iq"] : beam["iq"] + 6 * (N + 1)]
+        assert work == pytest.approx(change, rel=1e-4, abs=1e-14)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_momenta_are_kept(friction: float, rng: np.random.Generator) -> None:
+    """Forces and torques on the coil and the hub cancel, out of the plane too."""
+    assembly = wound(0.0015, count=2, rise=1e-3, friction=friction, damping=2.0, stick_stiffness=100.0, thickness=0.004)
+    start_step(assembly, assembly.y)
+    y = moved(assembly, rng)
+    force, _ = layer_forces(assembly, y, 1e-3 if friction else 0.0)
+    model = assembly.model
+    n_q, total, torque, size = int(model.info["nq"][0]), np.zeros(3), np.zeros(3), 0.0
+    for row in model.flexible.beams:
+        f = force[row["iv"] - n_q :][: 6 * row["nodes"]].reshape(-1, 3)
+        total += f[::2].sum(axis=0)
+        torque += np.cross(y[row["iq"] :][: 6 * row["nodes"]].reshape(-1, 3), f).sum(axis=0)
+        size += np.abs(f[::2]).sum()
+    hub = model.bodies[assembly.index("hub", "bodies")]
+    R, at = np.zeros((3, 3)), int(hub["iv"]) - n_q
+    rotation_from_quaternion(*y[hub["iq"] + 3 : hub["iq"] + 7], R)
+    assert size > 1.0
+    assert total + force[at : at + 3] == pytest.approx(0.0, abs=1e-12 * size)
+    assert torque + R @ force[at + 3 : at + 6] == pytest.approx(0.0, abs=1e-10 * size)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_tangent(friction: float, rng: np.random.Generator) -> None:
+    """Against differences, but for what turns with the lower beam: force by its element's length."""
+    assembly = wound(0.0015, friction=friction, damping=2.0, stick_stiffness=100.0)
+    start_step(assembly, assembly.y)
+    y, model = moved(assembly, rng, 1e-6), assembly.model
+    n_v, step = model.flexible.place.size, 1e-3
+    beam = model.flexible.beams[0]
+    first = int(beam["iv"]) - int(model.info["nq"][0])
+    own = slice(first, first + 6 * (N + 1))
+    found, exact = [], []
+    for stiffness in (STIFFNESS, 0.0):
+        model.flexible.cylinders["stiffness"] = stiffness
+        equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 50.0, step)
+        matrix = matrix_of(model)
+        equations.residual(np.zeros(n_v), np.zeros(0))
+        calls = bind_equations(model, matrix)
+        calls.tangent[0](0.0, y, np.zeros(0), 0.0, 50.0, 1.0, model, matrix)
+        assert (matrix.counts[blocks.INNER] > 0) == (stiffness > 0.0)
+        found.append(sparse_of(matrix, model.flexible.place).toarray()[own, own])
+        columns = []
+        for k in range(own.start, own.stop):
+            d = np.zeros(n_v)
+            d[k] = 1e-8
+            columns.append((equations.residual(d, np.zeros(0)) - equations.residual(-d, np.zeros(0)))[own] / 2e-8)
+        exact.append(np.array(columns).T)
+    tangent, differences = found[0] - found[1], exact[0] - exact[1]
+    assert np.abs(differences).max() > 100.0
+    assert np.abs(tangent - differences).max() < 0.02 * np.abs(differences).max()
+
+
+def test_steps_with_the_border_solve_the_whole_matrix(rng: np.random.Generator) -> None:
+    """The factors with inner unknowns solve A + B C^T, and leave them out of the solution."""
+    matrix = blocks.bordered(5, 6, 3, spare=2, inner=7)
+    blocks.clear(matrix)
+    matrix.A[:] = rng.standard_normal(matrix.A.shape)
+    matrix.A[:, np.arange(6), 6 + np.arange(6)] += 8.0
+    matrix.A[0, :, :6] = matrix.A[-1, :, 12:] = 0.0
+    matrix.B[:, :3], matrix.C[:, :3] = rng.standard_normal((2, 30, 3))
+    matrix.E[:3, :3] = rng.standard_normal((3, 3))
+    for _ in range(2):
+        q = blocks.inner(matrix, 2)
+        matrix.B[:, q : q + 2], matrix.C[:, q : q + 2] = rng.standard_normal((2, 30, 2))
+    whole = sparse_of(matrix, np.arange(33)).toarray()
+    right = rng.standard_normal(33)
+    x = right.copy()
+    assert blocks.factor(matrix) == 0
+    blocks.solve(matrix, x)
+    assert whole @ x == pytest.approx(right, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"law": "conservative"}, "layer-0.law is 'conservative', which layers do not know"),
+        ({"sense": 2}, "layer-0.sense is 2"),
+        ({"thickness": 0.0}, "layer-0.thickness is 0.0; it must be a number above 0 m, or 60 of them"),
+        ({"thickness": (1e-3, 2e-3)}, "or 60 of them"),
+        ({"width": 0.0}, "layer-0.width is 0.0"),
+        ({"points": 0}, "layer-0.points is 0"),
+    ],
+)
+def test_refusals(fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        wound(0.0015, **fields)
+
+
+def test_explicit_methods_refuse_layers() -> None:
+    from evolvent.solvers.flexible import check_explicit
+
+    with pytest.raises(InputError, match="'layer-0' is a layer on others"):
+        check_explicit(wound(0.0015))
+
+
+def test_a_pressed_coil_springs_apart_without_gaining() -> None:
+    """A free coil whose turns are pressed into one another: what the account gains falls with the step's square."""
+    gained = []
+    for step in (5e-4, 2.5e-4):
+        assembly = wound(0.0015)
+        solution = run(assembly, np.linspace(0.0, 0.5, 11), spectral_radius=1.0, step=step)
+        assert solution.cylinders[0, 0, 8] > 60.0
+        assert solution.cylinders[-1, 0, 8] == 0.0
+        gained.append(np.abs(solution.gained).max() / layer_forces(assembly, assembly.y)[1])
+    assert gained[0] < 0.01
+    assert gained[1] < 0.3 * gained[0]
