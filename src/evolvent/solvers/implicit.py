@@ -449,7 +449,7 @@ def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarr
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = ", contact.law hunt-crossley or conservative, or less contact.damping"
+            law = ", a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
         elif met:
             law = ", a law without jump (contact.law hunt-crossley or conservative), or a softer contact"
         return (
