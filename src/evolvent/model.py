@@ -94,13 +94,15 @@ RECORDS: dict[str, np.dtype] = {
         centre=_3, axis=_3, F=_6,
     ),
     # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its
-    # end: those with 1, normal, force and its derivatives, part of the force that damps, work of slip. Of layers: cell
-    # and place below at the step's start and end, and how far off along the axis that was
+    # end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the start
+    # (body axes), drag1 of the end (inertial axes). Of layers: cell and place below at the step's start and end, how
+    # far off along the axis that was, work of slip
     "checks": _record(
         "cell iq iv carrier carrier1", "S reach",
-        "xi xi1 offset "
-        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 slip t along across by_normal",
-        iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3,
+        "xi xi1 offset slip "
+        "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
+        "drag drag1",
+        iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector
     "pushes": _record("kind beam iq iv", "value centre axis start end ramp", centre=_3, axis=_3),

@@ -95,6 +95,7 @@ def start_step(assembly: Assembly, y: Array) -> None:
     n_v = model.flexible.place.size
     model.flexible.checks["gap"] = np.inf
     model.flexible.checks["stick"] = 0.0
+    model.flexible.checks["drag"] = 0.0
     Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
     model.flexible.cylinders["share"] = 1.0
     touch.settle_contacts(y, model.flexible, model.bodies)

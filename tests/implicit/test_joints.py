@@ -342,6 +342,28 @@ def test_velocities_that_break_a_joint_are_refused(what: str) -> None:
         solve_implicit(system.assemble(), samples=[0.0, 1.0], step=1e-2)
 
 
+@pytest.mark.parametrize("what", ["turn", "carry", "involute"])
+def test_feeds_whose_rate_jumps_are_refused(what: str) -> None:
+    """A step in velocity under a constraint; after the joint has let go it does no harm."""
+    feed = parts.RampFeed(rate=0.5, steps=((1.0, 0.2, 2.0), (3.0, 0.0, -1.5)))
+    unit = "m/s" if what == "carry" else "rad/s"
+
+    def assemble(until: float) -> Assembly:
+        system = System()
+        if what == "turn":
+            system.add(parts.RigidBody(motion="spin", inertia=1.0, rate=0.5), "hub")
+            system.add(parts.Turn(body="hub", feed=feed, until=until), "drive")
+        else:
+            system.add(parts.Point(mass=1.0, velocity=(0.5, 0.0, 0.0)), "bob")
+            round_it = {"radius": 0.2, "length": 1.0} if what == "involute" else {}
+            system.add(parts.Carry(what="bob", feed=feed, until=until, **round_it), "drive")
+        return system.assemble()
+
+    with pytest.raises(InputError, match=rf"drive.feed jumps from 2 to -1.5 {unit} at t = 3 s.*RampFeed.*duration"):
+        assemble(math.inf)
+    assert assemble(2.5).model.flexible.joints.size > 0
+
+
 def test_multipliers_are_found_by_name() -> None:
     """The force in the pin that holds a hanging weight."""
     system = System(gravity=(0.0, -9.81, 0.0))

@@ -15,7 +15,7 @@ from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks
 from evolvent.solvers import alpha
 from evolvent.solvers.drive import choose_step
-from evolvent.solvers.implicit import matrix_of, solve_implicit
+from evolvent.solvers.implicit import gained, matrix_of, solve_implicit
 from evolvent.system import System
 from helpers import END, L0, RHO, TIP, L, R, Run, fitted_order, heliogyro, run
 
@@ -89,12 +89,15 @@ def test_order_against_the_chain_of_fixed_links() -> None:
     samples = np.linspace(0.0, 12.0, 61)
     exact = run(heliogyro(out=1.1), samples, "dopri5", rtol=1e-10, atol=1e-12)
     late = samples > 2.0  # what starts without stretch rings at first
-    errors, steps = [], [2.5e-3, 1.25e-3, 6.25e-4]
+    errors, steps = [], [1e-2, 5e-3, 2.5e-3]
     for step in steps:
         found = implicit(heliogyro(segments="springs", stiffness=STIFF, out=1.1), samples, step)
         assert found.solution.event_times == pytest.approx(exact.solution.event_times, abs=1e-9)
         errors.append(np.abs(found.lag() - exact.lag())[late].max())
-    assert errors[-1] < 0.05  # deg
+        # what is out follows from the feed alone, however large the step
+        assert np.array_equal(found.solution.s, exact.solution.s)
+        assert np.abs(gained(found.solution.ledger)).max() < 0.1 * step * found.energy[0]
+    assert errors[-1] < 0.02  # deg
     assert fitted_order(steps, errors) == pytest.approx(2.0, abs=0.3)
 
 
@@ -152,7 +155,7 @@ def test_the_whole_deployment_of_the_system() -> None:
     lag = np.degrees(found.lag_angle.isel(blade=0, node=0).values)
     t = found.time.values
     for (low, high), value in {(7, 20): 13.46, (20, 60): 13.32, (60, 100): 12.94, (100, 142): 12.3}.items():
-        assert lag[(t >= low) & (t <= high)].mean() == pytest.approx(value, abs=0.06)
+        assert lag[(t >= low) & (t <= high)].mean() == pytest.approx(value, abs=0.02 if low < 100 else 0.06)
     assert float(np.abs(found.momentum_balance).max()) < 1e-3
 
 

@@ -18,14 +18,15 @@ Array = np.ndarray
 K, SPEED, HIGH = 1e4, 1.0, 0.05
 
 
-def bar(law: str, damping: float) -> Assembly:
+def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> Assembly:
     """A stiff bar of 1 kg that falls end on onto a cylinder, without gravity."""
-    nodes, rates = np.zeros((2, 2, 3)), np.zeros((2, 2, 3))
-    nodes[:, 0, 1], nodes[:, 1, 1] = (1.1 + HIGH, 1.0 + HIGH), -1.0
+    nodes, rates = np.zeros((count + 1, 2, 3)), np.zeros((count + 1, 2, 3))
+    nodes[:, 0, 1], nodes[:, 1, 1] = np.linspace(1.1 + HIGH, 1.0 + HIGH, count + 1), -1.0
     rates[:, 0, 1] = -SPEED
     system = System()
-    section, material = elements.Rectangle(thickness=0.1, width=0.1), elements.Material(E=1e12, nu=0.0, density=1000.0)
-    beam = parts.Beam(length=0.1, section=section, material=material, elements=1, nodes=nodes, rates=rates)
+    section = elements.Rectangle(thickness=0.1, width=0.1)
+    material = elements.Material(E=modulus, nu=0.0, density=1000.0)
+    beam = parts.Beam(length=0.1, section=section, material=material, elements=count, nodes=nodes, rates=rates)
     system.add(beam, "bar")
     system.add(
         parts.Cylinder(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
@@ -82,7 +83,91 @@ def test_the_conservative_law_gains_nothing(step: float) -> None:
     assert solution.gained.max() < 1e-6
 
 
-@pytest.mark.parametrize("law", ["hunt-crossley", "conservative", "paper"])
+CONTACT_TIME = math.pi / math.sqrt(K)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.8])
+@pytest.mark.parametrize("part", [0.3, 0.5, 1.0, 3.0])
+def test_the_conservative_law_bounces_in_a_single_step(part: float, rho: float) -> None:
+    """Of a stiff bar, whose own vibration no step resolves, it keeps the energy even at steps beyond the contact."""
+    assembly = bar("conservative", 0.0)
+    solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=rho)
+    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-5)
+    assert solution.gained.max() < 1e-5 * 0.5 * SPEED**2
+
+
+@pytest.mark.parametrize("modulus", [1e5, 1e6, 1e8])
+@pytest.mark.parametrize("part", [0.2, 0.35, 0.5])
+def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part: float) -> None:
+    """From as soft as the contact to a thousand times as stiff; what it loses is no more than it may vibrate with."""
+    fine = bar("conservative", 0.0, modulus=modulus, count=4)
+    exact = restitution(fine, run(fine, [0.0, 0.04, 0.15], step=2e-4, spectral_radius=0.9))
+    assembly = bar("conservative", 0.0, modulus=modulus, count=4)
+    solution = run(assembly, [0.0, 0.04, 0.4], step=part * CONTACT_TIME)
+    assert solution.gained.max() < 1e-6 * 0.5 * SPEED**2
+    assert restitution(assembly, solution) == pytest.approx(exact, abs=2.0 * K / (modulus * 0.1) * 0.1 + 1e-3)
+
+
+def test_mean_forces_and_reactions_are_those_of_rest() -> None:
+    """A bar pressed on a cylinder: normal force, reaction of its hinge and wrench of the ground, by the lever."""
+    system = System()
+    material = elements.Material(E=1e9, nu=0.0, density=1000.0)
+    section = elements.Rectangle(thickness=0.02, width=0.02)
+    beam = parts.Beam(
+        length=1.0, section=section, material=material, elements=8, position=(-1.0, 1.0, 0.0), mass_damping=10.0
+    )
+    system.add(beam, "bar")
+    system.add(parts.Joint(a=(-1.0, 1.0, 0.0), b=("bar", "root"), kind="hinge"))
+    system.add(
+        parts.Cylinder(
+            body="ground", beams=["bar"], radius=1.0, law="conservative", stiffness=1e4, damping=1e3, points=1
+        )
+    )
+    system.add(parts.PointLoad(node=("bar", 4), force=(0.0, -5.0, 0.0), ramp=0.5))
+    assembly = system.assemble()
+    solution = run(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
+    assert solution.cylinders[-1, 0, 6] == pytest.approx(2.5, rel=5e-3)
+    assert abs(solution.la[-1, 1]) == pytest.approx(2.5, rel=5e-3)
+    assert solution.wrenches[-1, 0, 1] == pytest.approx(-5.0, rel=5e-3)
+
+
+def dragged(law: str) -> Assembly:
+    """A bar, held at its root, that a growing load presses on a turning drum."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven", rate=0.5), "drum")
+    material = elements.Material(E=1e9, nu=0.0, density=1000.0)
+    section = elements.Rectangle(thickness=0.02, width=0.02)
+    beam = parts.Beam(
+        length=0.5, section=section, material=material, elements=1, position=(-0.5, 1.0, 0.0), mass_damping=5.0
+    )
+    system.add(beam, "bar")
+    system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b=("bar", "root"), kind="hinge"))
+    system.add(
+        parts.Cylinder(
+            body="drum", beams=["bar"], radius=1.0, law=law, stiffness=1e4, damping=1.0, points=1, friction=0.3,
+            stick_stiffness=1e4,
+        )
+    )  # fmt: skip
+    system.add(parts.PointLoad(node=("bar", "tip"), force=(0.0, -5.0, 0.0), ramp=0.5))
+    return system.assemble()
+
+
+@pytest.mark.parametrize("law", ["hunt-crossley", "conservative"])
+def test_the_account_of_a_sliding_point_closes(law: str) -> None:
+    """What friction takes is mu N times the drum's way, with N as it grows; the account is open by h^2."""
+    steps, opened = (2e-2, 1e-2, 5e-3), []
+    for step in steps:
+        solution = run(dragged(law), np.linspace(0.0, 0.8, 9), step=step, spectral_radius=0.9)
+        opened.append(np.abs(solution.gained).max())
+    way = 0.5 * (0.25 + 0.3)  # the load's ramp is half of it on average
+    assert solution.ledger[-1, alpha.BY_FRICTION] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert solution.ledger[-1, alpha.DRIVES] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert opened[-1] < (1e-6 if law == "hunt-crossley" else 5e-6)
+    if law == "hunt-crossley":
+        assert np.polyfit(np.log(steps), np.log(opened), 1)[0] == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize("law", ["hunt-crossley", "paper"])
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.1])
 def test_steps_far_too_large_for_the_contact_fail_and_say_so(law: str, step: float) -> None:
     solution = solve_implicit(bar(law, 0.0), samples=np.arange(0.0, 1.01, 0.05), step=step)

@@ -227,7 +227,7 @@ def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, st
     of s, F = -T; else the point slips by (|T| - mu N) / K along t = T/|T|, and F = -mu N t. A stuck bristle is an
     elastic spring whose state is not touched: it cannot creep. Its energy is k u^2 / 2; without a normal force it lets
     go. Over a step -F . s = change of energy + dissipated + (c/h + k/2) |u1 - u0|^2, where k/2 |u1 - u0|^2 comes from
-    taking the force at the step's end.
+    taking the force at the step's end; accounts take the mean of both ends (`touch.settle_contacts`).
     """
     if not normal > 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

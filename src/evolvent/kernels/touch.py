@@ -65,7 +65,8 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
                 )
             checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
             checks[i].damper1 = 0.0
-            checks[i].slip = 0.0
+            d = checks[i].drag1
+            d[0] = d[1] = d[2] = 0.0
             checks[i].gap1 = math.inf
             if not near:
                 continue
@@ -104,7 +105,7 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
                 fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
                 q = checks[i].stick1
                 q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-                checks[i].slip = found[7]
+                d[0], d[1], d[2] = found[0], found[1], found[2]
                 t[0], t[1], t[2] = found[8], found[9], found[10]
                 checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
                 energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
@@ -199,7 +200,14 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
 
 @kernel
 def settle_contacts(y, flexible, bodies):
-    """Make the end of a step the start of the next; returns what slip and normal damping took, J."""
+    """Make the end of a step the start of the next; returns what friction and normal damping took, J.
+
+    Notes
+    -----
+    Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
+    of both ends as the work of all else is booked, and of the law CONSERVATIVE the step's own: with the force of the
+    end alone the account would gain in proportion to the step.
+    """
     cylinders, checks = flexible.cylinders, flexible.checks
     slip = damped = 0.0
     for k in range(cylinders.size):
@@ -207,19 +215,32 @@ def settle_contacts(y, flexible, bodies):
         R, X, mu = bodies[body].R, bodies[body].x, cylinders[k].friction
         for i in range(cylinders[k].first, cylinders[k].last):
             gap, gap1 = checks[i].gap, checks[i].gap1
-            slip += checks[i].slip
             if math.isfinite(gap) and math.isfinite(gap1):
                 if cylinders[k].law == contact.CONSERVATIVE:
                     damped -= checks[i].damper1 * (gap1 - gap)
                 else:
                     damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
             checks[i].gap, checks[i].damper = gap1, checks[i].damper1
-            if mu > 0.0:
+            if mu > 0.0 and cylinders[k].under >= 0:  # of layers: the slip alone
+                slip += checks[i].slip
+                for c in range(3):
+                    checks[i].stick[c] = checks[i].stick1[c] if checks[i].force > 0.0 else 0.0
+            elif mu > 0.0:
                 x, yy, z = _point(y, checks[i].iq, checks[i].S)
                 q, u, u1 = checks[i].anchor, checks[i].stick, checks[i].stick1
-                q[0], q[1], q[2] = turn_back(R, x - X[0], yy - X[1], z - X[2])
+                x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
+                d, d1 = checks[i].drag, checks[i].drag1
+                fx, fy, fz = turn_back(R, d1[0], d1[1], d1[2])
+                if cylinders[k].law == contact.CONSERVATIVE:
+                    d[0], d[1], d[2] = fx, fy, fz
+                slip -= 0.5 * ((d[0] + fx) * (x - q[0]) + (d[1] + fy) * (yy - q[1]) + (d[2] + fz) * (z - q[2]))
+                q[0], q[1], q[2] = x, yy, z
+                d[0], d[1], d[2] = fx, fy, fz
+                half = 0.5 * cylinders[k].stick_stiffness
+                slip += half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
                 for c in range(3):
                     u[c] = u1[c] if checks[i].force > 0.0 else 0.0
+                slip -= half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
         if cylinders[k].under >= 0:
             layers.settle_layers(y, flexible, bodies, k)
     return slip, damped

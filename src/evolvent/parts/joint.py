@@ -15,7 +15,7 @@ from evolvent.kernels import couplings as kernels
 from evolvent.kernels import flexible, rigid
 from evolvent.parts.beam import node_of
 from evolvent.parts.checks import not_negative, number, positive, unit_vector, vector
-from evolvent.parts.feed import Feed
+from evolvent.parts.feed import Feed, RampFeed
 
 KINDS = ("point", "hinge", "clamp", "distance")
 _LEAST_OFF = 1e-6
@@ -199,6 +199,20 @@ def _row(builder: Builder, kind: int, a: _Side, b: _Side, **fields: Any) -> int:
     )
 
 
+def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
+    """Refuse a feed whose rate jumps under a constraint: it would take an infinite force."""
+    if not isinstance(feed, RampFeed):
+        return
+    before = feed.rate
+    for time, duration, rate in feed.steps:
+        if duration == 0.0 and rate != before and 0.0 < time < until:
+            raise InputError(
+                f"{name}.feed jumps from {before:.6g} to {rate:.6g} {unit} at t = {time:.6g} s, for which what is held "
+                f"to it needs an infinite force; give the step of the RampFeed a duration above 0 s"
+            )
+        before = rate
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Turn:
     """A spinning body turned by a feed law: its angle is that of the feed.
@@ -206,7 +220,7 @@ class Turn:
     Parameters
     ----------
     body : str, with motion "spin"
-    feed : a feed of `evolvent.parts`, rad
+    feed : a feed of `evolvent.parts`, rad; its rate must not jump
     until : float, s, when the body turns free
     """
 
@@ -221,6 +235,7 @@ class Turn:
         if body["motion"] != rigid.SPIN:
             raise InputError(f"{name}.body is {self.body!r}; only a body with motion 'spin' can be turned")
         feed = self.feed.write(builder, name)
+        _check_jumps(name, self.feed, float(self.until), "rad/s")
         side = _Side(kernels.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
         path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
         row = _row(builder, kernels.ANGLE, side, side, until=float(self.until), **path)
@@ -235,7 +250,7 @@ class Carry:
     ----------
     what : as the ends of a `Joint`
     feed : a feed of `evolvent.parts`
-        Along a line, m; round an involute, the angle wound so far, rad.
+        Along a line, m; round an involute, the angle wound so far, rad. Its rate must not jump.
     direction : (3,) float, of the line, inertial axes; the place is held across it as well
     radius, centre, axis, zero, length : float and (3,) float, optional
         Of an involute (`radius` above 0): the circle's radius (m), a point and the direction of its axis, the direction
@@ -259,6 +274,7 @@ class Carry:
         if b.on != kernels.ON_COORDINATES:
             raise InputError(f"{name}.what is {self.what!r}; only a beam's node or a point can be carried")
         feed = self.feed.write(builder, name)
+        _check_jumps(name, self.feed, float(self.until), "rad/s" if self.radius > 0.0 else "m/s")
         fields: dict[str, Any] = {"feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
         fields["until"] = float(self.until)
         builder.names[name] = ("joints", len(builder.rows["joints"]))
@@ -295,6 +311,11 @@ class Hinge:
     low, high : float, rad, stops; stop : float, N m/rad, their stiffness
     latch : float, rad, optional, angle at which the hinge locks for good
     latch_stiffness, latch_damping : float, N m/rad and N m s/rad, of the lock
+
+    Notes
+    -----
+    Of a cable the angle is that of its axis, of a beam that of its section, a quarter turn from the slope across it:
+    what turns the axis passes moments on by the shear of half an element alone.
     """
 
     body: str
@@ -314,7 +335,7 @@ class Hinge:
     def write(self, builder: Builder, name: str) -> None:
         """Write the hinge."""
         index = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
-        _, _, iq, iv = node_of(builder, self.beam)
+        _, kind, iq, iv = node_of(builder, self.beam)
         R = builder.poses[index].R
         axis = unit_vector(f"{name}.axis", self.axis)
         slope = np.array(builder.q[iq + 3 : iq + 6])
@@ -329,13 +350,20 @@ class Hinge:
             raise InputError(f"{name}.stop is {self.stop!r}; stops need a stiffness above 0 N m/rad")
         if self.latch is not None and self.latch_stiffness <= 0.0:
             raise InputError(f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 N m/rad")
+        which = 1
+        if kind == flexible.BEAM:
+            across = np.array(builder.q[iq + 6 : iq + 12]).reshape(2, 3)
+            which = 2 + int(np.argmin(np.abs(across @ axis) / np.linalg.norm(across, axis=1)))
+            quarter = np.cross(axis, zero)
+            zero = quarter if across[which - 2] @ np.cross(axis, slope) > 0.0 else -quarter
+            slope = across[which - 2]
         angle = math.atan2(slope @ np.cross(axis, zero), slope @ zero)
         latch = math.inf if self.latch is None else float(self.latch)
         found = builder.add(
             "hinges",
             body=index,
-            iq=iq + 3,
-            iv=iv + 3,
+            iq=iq + 3 * which,
+            iv=iv + 3 * which,
             axis=R.T @ axis,
             zero=R.T @ zero,
             stiffness=not_negative(f"{name}.stiffness", self.stiffness),

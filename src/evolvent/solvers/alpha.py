@@ -15,7 +15,10 @@ alpha_m = (2 rho - 1)/(rho + 1), alpha_f = rho/(rho + 1), beta = 1/(1 + rho)^2, 
 
 Contact forces f that are means over the step (the law CONSERVATIVE) add h^2 w/2 to dq and h w to v1, M w = f. With a1
 and v1' replaced by those that the same dq has without w, they stand in the equations with the share
-(1 - alpha_m)/(2 beta (1 - alpha_f)), and v1, a1 and v1' are set right after Newton's method.
+(1 - alpha_m)/(2 beta (1 - alpha_f)), and v1, a1 and v1' are set right after Newton's method. Of a part whose stiffness
+the step does not resolve, f = M w + g: it takes the jump of velocity as a whole, and what would drive its ends against
+each other, g, stands in the equations as a force of the step's end, with the share 1: so energy is kept at fixed steps
+as long as the contact, too (see `_borne`; adaptive steps resolve it, g = 0). Multipliers bear M w as a mean, too.
 """
 
 from __future__ import annotations
@@ -27,14 +30,15 @@ import numpy as np
 
 from evolvent.flow import implicit as eq
 from evolvent.jit import inlined, kernel
-from evolvent.kernels import couplings, rigid, touch
+from evolvent.kernels import contact, couplings, rigid, touch
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
-# places in March.tally; OVER: looks in a row at which the account has gained too much
-STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, N_TALLY = range(10)
+# places in March.tally; OVER: looks in a row at which the account has gained too much; MET: whether
+# anything touched in an iteration of the last step
+STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, MET, N_TALLY = range(11)
 # places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; NET: what the account has gained
 # since the start, LARGEST: since its lowest; LAST: step that the algorithmic accelerations belong to; EVENT: the next
 # step's limit, where a latch lies
@@ -50,6 +54,9 @@ ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
 SLOW = 0.15
+#: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
+#: it is not.
+BORNE, FOLLOWS = 1e-2, 0.25
 #: Steps between two looks at the energies, where nothing touches; they take half of an iteration's time.
 EACH = 8
 #: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
@@ -63,8 +70,8 @@ class March(NamedTuple):
     Attributes
     ----------
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
-    v1 : (4, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
-        over the step; those of its start in `v0`
+    v1 : (5, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
+        over the step, the part g of those that stiffness bears; those of its start in `v0`
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
@@ -229,6 +236,12 @@ def start_accelerations(calls, model, matrix, options, march):
     accelerations_at(calls, t, y, model, matrix, options, march, A, la)
     if not is_finite(A):
         return NOT_FINITE
+    for i in range(n_v):
+        march.v1[0, i] = A[i]
+    if model.threads.size > 0:
+        settle(calls, model, matrix, options, march)
+        march.clock[LAST] = h
+        return DONE
     J, B, state, la1 = march.v0[0], march.v0[1], march.spare, march.la0
     for i in range(n_v):
         J[i] = 0.0
@@ -282,8 +295,59 @@ def start_accelerations(calls, model, matrix, options, march):
 
 
 @kernel
-def step_of(calls, t1, h, model, matrix, options, march):
-    """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero."""
+def settle(calls, model, matrix, options, march):
+    """Give a model with threads at march.y the accelerations that its steps go on with; without a solution none.
+
+    Notes
+    -----
+    A thread's springs are not resolved by a step: to it they are links. What pulls them on without stretch is not seen
+    in the accelerations of the state, but in those v' of a step d of spectral radius 0, which has the increments
+    d v + d^2 v'/2 and so v' + d v''/3 in place of v'. Steps of h/2 and h tell v' from v'', and with them
+    a0 = v'(t0 + (alpha_m - alpha_f) h), as the method goes on (Arnold, Bruls & Cardona, 2015).
+    """
+    n_v, h, t = march.dq.size, march.clock[STEP], march.clock[TIME]
+    am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
+    options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA] = -1.0, 0.0, 1.0, 1.5
+    A, half, found = march.v0[2], march.v0[3], 1
+    for i in range(march.y.size):
+        march.y0[i] = march.y[i]
+    for i in range(march.la.size):
+        march.la0[i] = march.la[i]
+    for i in range(n_v):
+        A[i] = march.v1[1, i]
+        march.v0[0, i] = A[i]
+        march.v0[1, i] = A[i]
+    for side in range(2):
+        if found > 0:
+            d = (0.5 + 0.5 * side) * h
+            found = step_of(calls, t + d, d, False, model, matrix, options, march)
+            for i in range(march.y.size):
+                march.y[i] = march.y0[i]
+            for i in range(march.la.size):
+                march.la[i] = march.la0[i]
+            for i in range(n_v):
+                if side == 0:
+                    half[i] = march.v1[1, i]
+            for i in range(march.powers.shape[1]):
+                march.powers[1, i] = 2.0 * march.powers[1, i] - march.powers[0, i] if side == 1 else march.powers[0, i]
+    options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA] = am, af, beta, gamma
+    for i in range(n_v):
+        first = 2.0 * half[i] - march.v1[1, i] if found > 0 else A[i]
+        jerk = 6.0 * (march.v1[1, i] - half[i]) if found > 0 else 0.0  # times h
+        march.v1[0, i], march.v1[1, i] = first + (am - af) * jerk, first
+    calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    if found > 0:
+        for i in range(march.powers.shape[1]):
+            march.powers[0, i] = march.powers[1, i]
+    march.tally[FRESH] = 1
+
+
+@kernel
+def step_of(calls, t1, h, goes_on, model, matrix, options, march):
+    """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
+
+    `goes_on`: from what march holds, not from the start of the step.
+    """
     n_q, n_v = model.info[0].nq, model.info[0].nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
     place, weight, n_j = model.flexible.place, march.weight, march.la.size
@@ -293,20 +357,27 @@ def step_of(calls, t1, h, model, matrix, options, march):
     c_rate = gamma / (beta * h)
     scale = c_mass * options[MASS]
     a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
-    for i in range(n_v):
-        A[i] = A0[i]
-        a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
-        dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
-        y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
-    displace(y0, dq, model, y)
+    if not goes_on:
+        for i in range(n_v):
+            A[i] = A0[i]
+            a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+            dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
+            y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
+        displace(y0, dq, model, y)
+        march.tally[MET] = 0
     if abs(march.clock[FACTOR] - h) > 1e-6 * h:
         march.tally[FRESH] = 1
     last, ratio = math.inf, 0.0
     for iteration in range(MOST_ITERATIONS):
         calls.residual[0](t1, y, A, la, h, 1.0, model, r, march.powers[0])
+        if model.flexible.cylinders.size > 0:
+            for i in range(n_v):
+                r[place[i]] += (options[SHARE] - 1.0) * march.v1[4, i]
         if not is_finite(r):
             return NOT_FINITE
         touching = touch.count_touching(model.flexible)
+        if touching != 0:
+            march.tally[MET] = 1
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
@@ -355,7 +426,7 @@ def book(t, h, model, march):
     Notes
     -----
     Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h; friction is booked by the slip of its bristles.
+    springs and joints are the mean power times h; friction is booked as in `touch.settle_contacts`.
     """
     ledger, f = march.ledger, model.flexible
     n_v = model.info[0].nv
@@ -370,6 +441,9 @@ def book(t, h, model, march):
         ledger[cause] += 0.5 * h * (p[which] + p0[which])
     ledger[DRIVES] += _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     ledger[SPOOLS] += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
+    for k in range(f.cylinders.size):
+        if f.cylinders[k].law == contact.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
+            ledger[DRIVES] += h * _driven(f.cylinders, model.bodies, k)
     slip, damped = touch.settle_contacts(march.y, f, model.bodies)
     ledger[BY_FRICTION] += slip
     ledger[BY_CONTACT] += damped
@@ -511,17 +585,21 @@ def advance(calls, model, matrix, options, march, budget):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
             march.powers[1, i] = march.powers[0, i]
+        for i in range(n_v):
+            march.v1[4, i] = 0.0
         paths(t, h, model, march)
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = step_of(calls, t_end, h, model, matrix, options, march)
+        found = step_of(calls, t_end, h, False, model, matrix, options, march)
         error = 0.0
         if found > 0:
-            if model.flexible.cylinders.size > 0 or lands:
-                # contacts and reactions of the state that the last correction led to
+            if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
+                # contacts, tensions and reactions of the state that the last correction led to
                 calls.residual[0](t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-                if not _mean_forces(calls, t_end, h, model, matrix, options, march):
+                if not adaptive:
+                    found = _bear(calls, t_end, h, found, model, matrix, options, march)
+                if found > 0 and not _mean_forces(calls, t_end, h, model, matrix, options, march):
                     found = SINGULAR
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
@@ -589,20 +667,109 @@ def advance(calls, model, matrix, options, march, budget):
 
 
 @kernel
-def _mean_forces(calls, t, h, model, matrix, options, march):
-    """Set right the velocities and accelerations of a step with contact forces that are means over it."""
-    n_q, n_v, w = model.info[0].nq, model.info[0].nv, march.v1[3]
-    cylinders, some = model.flexible.cylinders, False
+def _bear(calls, t, h, found, model, matrix, options, march):
+    """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
+
+    Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
+    does with friction, whose forces go on as those of rest do.
+    """
+    f, before, n_v = march.v1[3], march.v0[4], march.dq.size
+    for k in range(model.flexible.cylinders.size):
+        if model.flexible.cylinders[k].friction > 0.0:
+            return found
+    borne = _borne(calls, t, h, model, matrix, options, march)
+    if borne <= 0:
+        return found if borne == 0 else SINGULAR
     for i in range(n_v):
-        w[i] = 0.0
-    for k in range(cylinders.size):
-        some = some or (cylinders[k].share != 1.0 and cylinders[k].normal > 0.0)
-    if not some or not touch.step_forces(n_q, model.flexible, model.bodies, w):
-        return True
+        before[i] = f[i]
+    again = step_of(calls, t, h, True, model, matrix, options, march)
+    if again > 0:
+        calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+        touch.step_forces(model.info[0].nq, model.flexible, model.bodies, f)
+        change = largest = 0.0
+        for i in range(n_v):
+            change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
+        if change <= FOLLOWS * largest:
+            return found + again
+    for i in range(n_v):
+        march.v1[4, i] = 0.0
+    for i in range(march.la.size):
+        march.la[i] = march.la0[i]
+    march.tally[FRESH] = 1
+    again = step_of(calls, t, h, False, model, matrix, options, march)
+    if again > 0:
+        calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+    return again
+
+
+@kernel
+def _borne(calls, t, h, model, matrix, options, march):
+    """Find the part g of contact forces f, means over the step, that stiffness and joints bear at once.
+
+    Returns whether it counts (0 or 1), -1 without a solution. f stays in the place of w.
+
+    Notes
+    -----
+    g = f - c M x with (c M + K) x + G^T mu = f, G x = 0, the contact's own stiffness left out. Any g will do; with this
+    one little is left of what `_mean_forces` would set right in motions that the step does not resolve.
+    """
+    n_q, n_v, f, g, A = model.info[0].nq, model.info[0].nv, march.v1[3], march.v1[4], march.v1[1]
+    cylinders, place = model.flexible.cylinders, model.flexible.place
+    if not touch.step_forces(n_q, model.flexible, model.bodies, f):
+        return 0
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
-        march.x[model.flexible.place[i]] = w[i]
+        march.x[place[i]] = f[i]
+    c_mass = (1.0 - options[ALPHA_M]) / (options[BETA] * h * h * (1.0 - options[ALPHA_F]))
+    march.tally[FRESH] = 1
+    for k in range(cylinders.size):
+        cylinders[k].share = 0.0
+    found = factor_at(calls, t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
+    for k in range(cylinders.size):
+        cylinders[k].share = options[SHARE] if cylinders[k].law == contact.CONSERVATIVE else 1.0
+    if found != 0:
+        return -1
+    calls.solve[0](matrix, march.x)
+    for i in range(n_v):
+        march.spare[i] = A[i]
+        A[i] += c_mass * march.x[place[i]]
+    calls.residual[0](t, march.y, A, march.la, h, 1.0, model, march.x, march.powers[0])
+    for i in range(n_v):
+        A[i] = march.spare[i]
+    calls.residual[0](t, march.y, A, march.la, h, 1.0, model, march.r, march.powers[0])
+    most = largest = 0.0
+    for i in range(n_v):
+        g[i] = f[i] - (march.x[place[i]] - march.r[place[i]])
+        most, largest = max(most, abs(g[i])), max(largest, abs(f[i]))
+    if most > BORNE * largest:
+        return 1
+    for i in range(n_v):
+        g[i] = 0.0
+    return 0
+
+
+@kernel
+def _mean_forces(calls, t, h, model, matrix, options, march):
+    """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
+    n_q, n_v, w, g = model.info[0].nq, model.info[0].nv, march.v1[3], march.v1[4]
+    cylinders, bodies, some = model.flexible.cylinders, model.bodies, False
+    for k in range(cylinders.size):
+        if cylinders[k].law == contact.CONSERVATIVE:
+            G, b = cylinders[k].F, cylinders[k].body
+            if bodies[b].motion == rigid.DRIVEN:
+                march.powers[0, eq.DRIVEN] -= cylinders[k].share * _driven(cylinders, bodies, k)
+            for i in range(6):
+                bodies[b].F[i] += (1.0 - cylinders[k].share) * G[i]
+    some = touch.step_forces(n_q, model.flexible, bodies, w)
+    for i in range(march.x.size):
+        march.x[i] = 0.0
+    for i in range(n_v):
+        some = some or g[i] != 0.0
+        march.x[model.flexible.place[i]] = w[i] - g[i]
+        w[i] = 0.0
+    if not some:
+        return True
     c_mass = _short(options)
     march.tally[FRESH] = 1
     if factor_at(calls, t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
@@ -614,7 +781,16 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
         march.y[n_q + i] += h * w[i] * (1.0 - gamma / (2.0 * beta))
         march.v1[0, i] -= w[i] / (2.0 * beta)
         march.v1[1, i] -= options[SHARE] * w[i]
+    for k in range(march.la.size):
+        march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[march.x.size - march.la.size + k]
     return True
+
+
+@inlined
+def _driven(cylinders, bodies, k):
+    """Power that turns a driven body against the contacts of cylinder k, W."""
+    w, G = bodies[cylinders[k].body].w, cylinders[k].F
+    return -(w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
 
 
 @kernel

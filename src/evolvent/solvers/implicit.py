@@ -264,7 +264,7 @@ def solve_implicit(
         if outrun:
             status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
         elif code != alpha.DONE:
-            status, message = "failed", _reason(code, march, step, options)
+            status, message = "failed", _reason(code, march, step, options, assembly)
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
@@ -376,6 +376,7 @@ def _march(
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     model.flexible.checks["gap"], model.flexible.checks["carrier"] = np.inf, UNKNOWN
     model.flexible.checks["stick"] = 0.0
+    model.flexible.checks["drag"] = 0.0
     model.flexible.hinges["latched"] = 0.0
     clocks = np.zeros(alpha.N_CLOCK)
     for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
@@ -387,8 +388,8 @@ def _march(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
         spare=assembly.y.copy(),
-        v1=np.zeros((4, n_v)),
-        v0=np.zeros((4, n_v)),
+        v1=np.zeros((5, n_v)),
+        v0=np.zeros((5, n_v)),
         la=np.zeros(n_j),
         la0=np.zeros(n_j),
         dq=np.zeros(n_v),
@@ -433,18 +434,26 @@ def _joint_name(assembly: Assembly, row: int) -> str:
     return max(found)[1] if found else "a joint"
 
 
-def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarray) -> str:
+def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
     smaller = "take a smaller solver.step, or auto" if step is not None else "loosen solver.tolerance"
     if code == alpha.NO_CONVERGENCE:
-        touching = " with contact" if march.tally[alpha.SET] != 0 else ""
-        law = (
-            ", a law without jump (contact.law hunt-crossley or conservative), or a softer contact" if touching else ""
-        )
+        met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
+        touching = " with contact" if met else ""
+        jumps = _jumping(assembly)
+        why = law = ""
+        if jumps:
+            why = (
+                f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
+                f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
+            )
+            law = ", a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
+        elif met:
+            law = ", a law without jump (contact.law hunt-crossley or conservative), or a softer contact"
         return (
-            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}; "
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
             f"{smaller}{law}"
         )
     if code == alpha.NOT_FINITE:
@@ -461,6 +470,14 @@ def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarr
         f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
         f"lower solver.spectral_radius"
     )
+
+
+def _jumping(assembly: Assembly) -> str:
+    """Names of the cylinders whose force jumps at the touch."""
+    cylinders = assembly.model.flexible.cylinders
+    some = (cylinders["law"] == contact.PAPER) & (cylinders["damping"] > 0.0)
+    names = [name for name, (family, k) in assembly.names.items() if family == "cylinders" and some[k]]
+    return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")
 
 
 def place_of_rows(assembly: Assembly, name: str) -> slice:

@@ -234,6 +234,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     flexible.pushes["ramp"] = 0.0
     flexible.checks["gap"], flexible.checks["carrier"] = np.inf, UNKNOWN
     flexible.checks["stick"] = 0.0
+    flexible.checks["drag"] = 0.0
     flexible.hinges["latched"] = 0.0
     # what tells these apart is work over a step in time
     flexible.cylinders["law"][flexible.cylinders["law"] == contact.CONSERVATIVE] = contact.HUNT_CROSSLEY
