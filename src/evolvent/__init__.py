@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from evolvent import parts
     from evolvent.jit import event_law, feed_law, force_law, spring_law
     from evolvent.results import open  # noqa: A004  (evolvent.open is the public name)
+    from evolvent.stepping import Stepper
     from evolvent.studies import sweep
     from evolvent.system import System
 
@@ -23,6 +24,7 @@ __all__ = [
     "EvolventError",
     "InputError",
     "RunFailed",
+    "Stepper",
     "System",
     "event_law",
     "feed_law",
@@ -36,6 +38,7 @@ __all__ = [
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
 _LAZY = {
+    "Stepper": "evolvent.stepping",
     "System": "evolvent.system",
     "event_law": "evolvent.jit",
     "feed_law": "evolvent.jit",

@@ -96,10 +96,10 @@ RECORDS: dict[str, np.dtype] = {
     # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its
     # end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the start
     # (body axes), drag1 of the end (inertial axes). Of layers: cell and place below at the step's start and end, how
-    # far off along the axis that was, work of slip
+    # far off along the axis that was; `anchor` is what it moved by against what is below
     "checks": _record(
         "cell iq iv carrier carrier1", "S reach",
-        "xi xi1 offset slip "
+        "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1",
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,

@@ -67,6 +67,12 @@ class System:
         self._parts[name] = part
         return name
 
+    def copy(self) -> System:
+        """The same parts in a system of its own."""
+        other = System(gravity=self._gravity.tolist())
+        other._parts = dict(self._parts)
+        return other
+
     def assemble(self) -> Assembly:
         """All parts as one Model of flat arrays, with the initial state.
 

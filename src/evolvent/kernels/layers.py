@@ -194,7 +194,10 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
     normal = energy = power = touching = 0.0
     for i in range(cylinders[k].first, cylinders[k].last):
         checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
-        checks[i].damper1, checks[i].slip, checks[i].gap1 = 0.0, 0.0, math.inf
+        checks[i].damper1, checks[i].gap1 = 0.0, math.inf
+        d, s = checks[i].drag1, checks[i].anchor
+        for j in range(3):
+            d[j], s[j] = 0.0, 0.0
         if checks[i].carrier < 0:
             continue
         px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
@@ -249,7 +252,9 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
             fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
             q = checks[i].stick1
             q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-            checks[i].slip = found[7]
+            d, s = checks[i].drag1, checks[i].anchor
+            d[0], d[1], d[2] = turn_back(R, found[0], found[1], found[2])
+            s[0], s[1], s[2] = turn_back(R, sx, sy, sz)
             t[0], t[1], t[2] = found[8], found[9], found[10]
             checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
             energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)

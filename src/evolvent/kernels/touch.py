@@ -221,10 +221,13 @@ def settle_contacts(y, flexible, bodies):
                 else:
                     damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
             checks[i].gap, checks[i].damper = gap1, checks[i].damper1
-            if mu > 0.0 and cylinders[k].under >= 0:  # of layers: the slip alone
-                slip += checks[i].slip
+            if mu > 0.0 and cylinders[k].under >= 0:  # of layers: `anchor` is the displacement against what is below
+                q, u, u1, d, d1 = checks[i].anchor, checks[i].stick, checks[i].stick1, checks[i].drag, checks[i].drag1
                 for c in range(3):
-                    checks[i].stick[c] = checks[i].stick1[c] if checks[i].force > 0.0 else 0.0
+                    new = u1[c] if checks[i].force > 0.0 else 0.0
+                    slip -= 0.5 * (d[c] + d1[c]) * q[c]
+                    slip += 0.5 * cylinders[k].stick_stiffness * (u[c] * u[c] - new * new)
+                    d[c], u[c] = d1[c], new
             elif mu > 0.0:
                 x, yy, z = _point(y, checks[i].iq, checks[i].S)
                 q, u, u1 = checks[i].anchor, checks[i].stick, checks[i].stick1

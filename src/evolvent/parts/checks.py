@@ -22,9 +22,9 @@ def number(name: str, value: Any, *, least: float = -math.inf, allowed: str = "a
     return result
 
 
-def positive(name: str, value: Any) -> float:
+def positive(name: str, value: Any, *, allowed: str = "a finite number above 0") -> float:
     """`value` as a float; refused unless finite and above zero."""
-    return number(name, value, least=math.nextafter(0.0, 1.0), allowed="a finite number above 0")
+    return number(name, value, least=math.nextafter(0.0, 1.0), allowed=allowed)
 
 
 def not_negative(name: str, value: Any) -> float:

@@ -35,7 +35,7 @@ class _Side(NamedTuple):
 
 def _place(builder: Builder, where: Any) -> _Side:
     """The side of a place: a point's or body's name, (body, place in its axes), (beam, node), a place on the ground."""
-    if not isinstance(where, str) and len(where) == 2 and builder.names.get(where[0], ("",))[0] == "beams":
+    if isinstance(where, tuple | list) and len(where) == 2 and builder.names.get(where[0], ("",))[0] == "beams":
         _, kind, iq, iv = node_of(builder, where)
         u = np.array(builder.q[iq : iq + 3])
         return _Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))

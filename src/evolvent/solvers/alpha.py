@@ -660,7 +660,7 @@ def advance(calls, model, matrix, options, march, budget):
             if adaptive:
                 clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
         if latched:
-            status = _anew(calls, t1, h, model, matrix, options, march)
+            status = anew(calls, t1, h, model, matrix, options, march)
             if status != DONE:
                 return status
     return BUDGET
@@ -753,15 +753,7 @@ def _borne(calls, t, h, model, matrix, options, march):
 def _mean_forces(calls, t, h, model, matrix, options, march):
     """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
     n_q, n_v, w, g = model.info[0].nq, model.info[0].nv, march.v1[3], march.v1[4]
-    cylinders, bodies, some = model.flexible.cylinders, model.bodies, False
-    for k in range(cylinders.size):
-        if cylinders[k].law == contact.CONSERVATIVE:
-            G, b = cylinders[k].F, cylinders[k].body
-            if bodies[b].motion == rigid.DRIVEN:
-                march.powers[0, eq.DRIVEN] -= cylinders[k].share * _driven(cylinders, bodies, k)
-            for i in range(6):
-                bodies[b].F[i] += (1.0 - cylinders[k].share) * G[i]
-    some = touch.step_forces(n_q, model.flexible, bodies, w)
+    some = touch.step_forces(n_q, model.flexible, model.bodies, w)
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
@@ -769,6 +761,7 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
         march.x[model.flexible.place[i]] = w[i] - g[i]
         w[i] = 0.0
     if not some:
+        _whole_wrenches(model, march)
         return True
     c_mass = _short(options)
     march.tally[FRESH] = 1
@@ -783,7 +776,23 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
         march.v1[1, i] -= options[SHARE] * w[i]
     for k in range(march.la.size):
         march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[march.x.size - march.la.size + k]
+    # powers and wrenches of the velocities as they are now
+    calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+    _whole_wrenches(model, march)
     return True
+
+
+@kernel
+def _whole_wrenches(model, march):
+    """Wrenches of bodies, and the power that turns driven ones, with all of the forces that are means."""
+    cylinders, bodies = model.flexible.cylinders, model.bodies
+    for k in range(cylinders.size):
+        if cylinders[k].law == contact.CONSERVATIVE:
+            G, b = cylinders[k].F, cylinders[k].body
+            if bodies[b].motion == rigid.DRIVEN:
+                march.powers[0, eq.DRIVEN] -= cylinders[k].share * _driven(cylinders, bodies, k)
+            for i in range(6):
+                bodies[b].F[i] += (1.0 - cylinders[k].share) * G[i]
 
 
 @inlined
@@ -794,7 +803,7 @@ def _driven(cylinders, bodies, k):
 
 
 @kernel
-def _anew(calls, t, h, model, matrix, options, march):
+def anew(calls, t, h, model, matrix, options, march):
     """Start anew just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
     ledger = march.ledger
     before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import time as clock
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import int64, typeof
@@ -20,10 +19,13 @@ from evolvent.flow.implicit import N_POWERS
 from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
+from evolvent.parts.checks import number, positive
 from evolvent.solvers import alpha, cold_start
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
+#: Wall time between two looks at how a run gets on, s, and steps beyond which what is left of it is given up.
+LOOK, MOST_STEPS = 10.0, 1e8
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
 #: What a joint may be off at the start, beside the size of the system and its speed.
@@ -138,52 +140,38 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
 
 
-def solve_implicit(
+class Prepared(NamedTuple):
+    """What the compiled loop takes: equations, room for their tangent, options and the state of the loop."""
+
+    model: mdl.Model
+    calls: Any
+    matrix: blocks.Bordered
+    options: np.ndarray
+    march: alpha.March
+    releases: Releases | None
+    compile_time: float
+
+
+def prepared(
     assembly: Assembly,
+    times: np.ndarray,
     *,
-    samples: Any,
-    step: float | None = None,
-    tolerance: float = 1e-4,
-    spectral_radius: float = 0.3,
+    step: float | None,
+    tolerance: float,
+    spectral_radius: float,
     newton: float | None = None,
     largest_gain: float = LARGEST_GAIN,
     longest_step: float | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> ImplicitSolution:
-    """Integrate an assembled model with generalized-alpha, joints as constraints of index 3.
-
-    Parameters
-    ----------
-    assembly : Assembly; its initial state is left as it is
-    samples : (nt,) float, s, increasing; the first is the start, the last the end
-    step : float, s, fixed; None has it follow from `tolerance`
-    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
-    spectral_radius : float, 0 to 1, at infinite frequency: 1 damps nothing, 0 all that the step does not resolve
-    newton : float, correction at which an iteration has converged, beside the same sizes
-    largest_gain : float, share of the largest energy and work that the account may gain before the run fails
-    longest_step : float, s, of an adaptive run
-    progress : called with the time reached, a few times a second
-
-    Returns
-    -------
-    ImplicitSolution
-        A run that fails keeps the samples that it reached.
-
-    Raises
-    ------
-    InputError
-        For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
-    """
-    times = np.array(samples, dtype=float)
+) -> Prepared:
+    """Check the arguments of `solve_implicit`, compile, and stand at the start."""
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
     span = float(times[-1] - times[0])
-    if not 0.0 <= spectral_radius <= 1.0:
+    if not 0.0 <= number("solver.spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
         raise InputError(f"solver.spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
-    if step is not None and not (math.isfinite(step) and step > 0.0):
-        raise InputError(f"solver.step is {step!r}; it must be a finite time above 0, or auto")
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise InputError(f"solver.tolerance is {tolerance!r}; it must be above 0")
+    if step is not None:
+        positive("solver.step", step, allowed="a finite time above 0, or auto")
+    positive("solver.tolerance", tolerance)
     check_implicit(assembly)
     aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
@@ -226,14 +214,65 @@ def solve_implicit(
     calls = bind_equations(model, matrix)
     alpha.advance(calls, model, matrix, options, march, 0)
     alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
-    compile_time = clock.perf_counter() - began
+    march = _march(assembly, times, first, weight, matrix)
+    return Prepared(model, calls, matrix, options, march, releases, clock.perf_counter() - began)
+
+
+def solve_implicit(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    step: float | None = None,
+    tolerance: float = 1e-4,
+    spectral_radius: float = 0.3,
+    newton: float | None = None,
+    largest_gain: float = LARGEST_GAIN,
+    longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> ImplicitSolution:
+    """Integrate an assembled model with generalized-alpha, joints as constraints of index 3.
+
+    Parameters
+    ----------
+    assembly : Assembly; its initial state is left as it is
+    samples : (nt,) float, s, increasing; the first is the start, the last the end
+    step : float, s, fixed; None has it follow from `tolerance`
+    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
+    spectral_radius : float, 0 to 1, at infinite frequency: 1 damps nothing, 0 all that the step does not resolve
+    newton : float, correction at which an iteration has converged, beside the same sizes
+    largest_gain : float, share of the largest energy and work that the account may gain before the run fails
+    longest_step : float, s, of an adaptive run
+    progress : called with the time reached, a few times a second
+
+    Returns
+    -------
+    ImplicitSolution
+        A run that fails keeps the samples that it reached.
+
+    Raises
+    ------
+    InputError
+        For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
+    """
+    times = np.array(samples, dtype=float)
+    run = prepared(
+        assembly,
+        times,
+        step=step,
+        tolerance=tolerance,
+        spectral_radius=spectral_radius,
+        newton=newton,
+        largest_gain=largest_gain,
+        longest_step=longest_step,
+    )
+    model, calls, matrix, options, march, releases = run[:6]
 
     began = clock.perf_counter()
-    march = _march(assembly, times, first, weight, matrix)
     status, message = "success", "the run reached its end"
     budget = 20
     kept_s = np.zeros((times.size, assembly.s.size), dtype=np.int64)
-    outrun = False
+    outrun = stalled = False
+    last, rest = (clock.perf_counter(), times[0], 0), 0.0
     try:
         if releases is not None:
             outrun = releases.fire(times[0], march.y) < 0
@@ -256,15 +295,24 @@ def solve_implicit(
                 if outrun:
                     break
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
+                now = (clock.perf_counter(), float(march.clock[alpha.TIME]), int(march.tally[alpha.STEPS]))
+                if now[0] - last[0] > LOOK:
+                    rest = (times[-1] - now[1]) / max(now[1] - last[1], 1e-300) * (now[2] - last[2])
+                    if step is None and rest > MOST_STEPS:
+                        stalled = True
+                        break
+                    last = now
                 if progress is not None:
                     progress(float(march.clock[alpha.TIME]))
         if releases is not None and code == alpha.DONE:  # what is due at the very end still happens
             outrun = releases.fire(times[-1], march.y) < 0
             march.out_y[-1], kept_s[-1] = march.y, model.flexible.switches
-        if outrun:
+        if stalled:
+            status, message = "failed", _stalled(march, now[2] - last[2], now[1] - last[1], rest)
+        elif outrun:
             status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
         elif code != alpha.DONE:
-            status, message = "failed", _reason(code, march, step, options, assembly)
+            status, message = "failed", reason(code, march, step, options, assembly)
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
@@ -296,7 +344,7 @@ def solve_implicit(
         message=message,
         statistics=statistics,
         wall_time=wall_time,
-        compile_time=compile_time,
+        compile_time=run.compile_time,
         s=kept_s[:kept],
         event_times=np.array(releases.times if releases is not None else [], dtype=float),
         event_kinds=np.array(releases.kinds if releases is not None else [], dtype=np.int64),
@@ -434,11 +482,11 @@ def _joint_name(assembly: Assembly, row: int) -> str:
     return max(found)[1] if found else "a joint"
 
 
-def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
+def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
-    smaller = "take a smaller solver.step, or auto" if step is not None else "loosen solver.tolerance"
+    smaller = "take a smaller solver.step, or auto" if step is not None else "take a smaller solver.tolerance"
     if code == alpha.NO_CONVERGENCE:
         met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
         touching = " with contact" if met else ""
@@ -449,12 +497,15 @@ def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarr
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = ", a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
+            law = "a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
         elif met:
-            law = ", a law without jump (contact.law hunt-crossley or conservative), or a softer contact"
+            law = "a softer contact"
+        if step is None:  # only the smallest of steps is given up
+            smaller = "look at the last samples" if not law else "take"
+        joined = ", " if law and step is not None else " " if law else ""
         return (
             f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
-            f"{smaller}{law}"
+            f"{smaller}{joined}{law}"
         )
     if code == alpha.NOT_FINITE:
         return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s; {smaller}"
@@ -469,6 +520,16 @@ def _reason(code: int, march: alpha.March, step: float | None, options: np.ndarr
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
         f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
         f"lower solver.spectral_radius"
+    )
+
+
+def _stalled(march: alpha.March, steps: int, time: float, rest: float) -> str:
+    """Why a run of ever smaller steps was given up."""
+    t = float(march.clock[alpha.TIME])
+    return (
+        f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
+        f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
+        f"(damping.beta), touch more softly, or take a greater solver.tolerance or a fixed solver.step"
     )
 
 
