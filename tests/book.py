@@ -10,12 +10,12 @@ makes the table.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pathlib
 import re
 import sys
-import uuid
 from typing import Any
 
 #: Chapters, in the order of the table.
@@ -77,7 +77,9 @@ class Book:
         if folder:
             path = pathlib.Path(folder)
             path.mkdir(parents=True, exist_ok=True)
-            (path / f"{uuid.uuid4().hex}.json").write_text(json.dumps(entry))
+            # a second run into the same folder writes over the first one's
+            name = hashlib.sha256("\n".join((self.test, chapter, case, reference)).encode()).hexdigest()[:32]
+            (path / f"{name}.json").write_text(json.dumps(entry))
 
 
 def _in_order(entry: dict[str, Any]) -> tuple[list[tuple[float, str]], str]:

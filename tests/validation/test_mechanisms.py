@@ -1,4 +1,4 @@
-"""Mechanisms of the IFToMM benchmark against one equation of motion each."""
+"""Mechanisms of the IFToMM benchmark, tops and pendulums against equations of motion in few unknowns."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import System, parts
 from helpers import fitted_order, rotation
+from helpers import run as march
 from implicit.rigs import coordinates, run
 
 CHAPTER = "Rigid bodies"
@@ -55,6 +56,57 @@ def test_four_bars(book: Book) -> None:
     book(
         CHAPTER, "IFToMM A02, two four-bars, B0 at 10 s (h = 0.5 ms)", reference="(0.3284581, 0.9445185) m",
         source="equation of one angle, SciPy DOP853", error=np.abs(place - exact).max(), allowed=5e-4, unit="m",
+    )  # fmt: skip
+
+
+def test_heavy_top(book: Book) -> None:
+    """A level top on a pivot, fast enough to precess without nodding: C w W = m g l."""
+    mass, C, A, spin = 15.0, 0.46875, 0.234375, 50.0
+    W, times = mass * G / (C * spin), np.linspace(0.0, 1.0, 11)
+    errors, steps = [], (1e-3, 5e-4, 2.5e-4)
+    for h in steps:
+        system = System(gravity=(0.0, 0.0, -G))
+        system.add(
+            parts.RigidBody(mass=mass, inertia=(C, A, A), position=(1.0, 0.0, 0.0), velocity=(0.0, W, 0.0),
+                            angular_velocity=(spin, 0.0, W)), "top",
+        )  # fmt: skip
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("top", (-1.0, 0.0, 0.0))), "pivot")
+        assembly = system.assemble()
+        solution = run(assembly, times, step=h, spectral_radius=0.9, newton=1e-12)
+        found = coordinates(assembly, solution.y, "top")[:, :3]
+        exact = np.array([np.cos(W * times), np.sin(W * times), 0.0 * times]).T
+        errors.append(np.abs(found - exact).max())
+    order = fitted_order(steps, errors)
+    assert order == pytest.approx(2.0, abs=0.15)
+    book(
+        CHAPTER, "Heavy top, level, precessing for one turn (generalized-alpha, 0.25 ms)",
+        reference="W = m g l/(C w), no nodding", source="closed form", error=errors[-1], allowed=3e-5, unit="m",
+        order=order, wanted="2",
+    )  # fmt: skip
+
+
+def test_double_pendulum(book: Book) -> None:
+    """Two equal points on links of 1 m from level, against the textbook's two angles."""
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        a, b, u, v = y
+        c, s = np.cos(a - b), np.sin(a - b)
+        M = np.array([[2.0, c], [c, 1.0]])
+        r = np.array([-s * v * v - 2.0 * G * np.sin(a), s * u * u - G * np.sin(b)])
+        return [u, v, *np.linalg.solve(M, r)]
+
+    start = [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0]
+    times = np.linspace(0.0, 3.0, 31)
+    a, b = solve_ivp(rates, (0.0, 3.0), start, "DOP853", times, rtol=1e-12, atol=1e-12).y[:2]
+    system = System(gravity=(0.0, -G, 0.0))
+    for k, previous in ((1, (0.0, 0.0, 0.0)), (2, "p1")):
+        system.add(parts.Point(mass=1.0, position=(float(k), 0.0, 0.0)), f"p{k}")
+        system.add(parts.Link(a=previous, b=f"p{k}"))
+    seen = march(system.assemble(), times, rtol=1e-11, atol=1e-12)
+    exact = np.array([np.sin(a) + np.sin(b), -np.cos(a) - np.cos(b)]).T
+    book(
+        CHAPTER, "Double pendulum from level for 3 s (Dormand-Prince, 1e-11)", reference="equations of two angles",
+        source="SciPy DOP853, 1e-12", error=np.abs(seen.y[:, 3:5] - exact).max(), allowed=1e-7, unit="m",
     )  # fmt: skip
 
 
