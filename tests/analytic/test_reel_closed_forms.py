@@ -320,13 +320,13 @@ def test_solar_pressure_coning(book: Book) -> None:
 
 
 def test_lumped_catenary(book: Book) -> None:
-    """N rigid links, N - 1 equal masses, length 10, span 8: sag 2.7486015881 (4), 2.6686442582 (10) (validation.md).
+    """N rigid links, N - 1 equal masses, length 10, span 8: sag 2.7486 (4), 2.6686 (10), 2.6579 (20) (validation.md).
 
     The shape comes from statics solved apart (a horizontal pull H); the engine must find it at rest, with its tensions.
     """
     from scipy.optimize import brentq
 
-    for n, sag in ((4, 2.7486015881), (10, 2.6686442582)):
+    for n, sag in ((4, 2.7486015881), (10, 2.6686442582), (20, 2.6579156662)):
         ln = 10.0 / n
         up = 0.5 * (n - 2) - np.arange(n) + 0.5  # vertical pulls of the links, unit masses and gravity
 

@@ -22,11 +22,12 @@ def test_exact_without_noise(method: object, length: int, book: Book) -> None:
     np.testing.assert_allclose(modes.decay_rate, setup.decay_rate, rtol=1e-6)
     np.testing.assert_allclose(modes.complex_amplitude, setup.amplitude, atol=1e-7)
     np.testing.assert_allclose(modes.offset, [0.5, -0.2, 0.1, 0.0], atol=1e-7)
-    book(
-        "Inertia stand and identification",
-        f"Three modes without noise, {method.__name__}, {length} samples: frequencies", reference="put in",
-        source="there and back", error=np.abs(modes.frequency / setup.frequency - 1.0).max(), allowed=1e-8,
-    )  # fmt: skip
+    if length == 1000:
+        book(
+            "Inertia stand and identification",
+            f"Three modes without noise, {method.__name__}, {length} samples: frequencies", reference="put in",
+            source="there and back", error=np.abs(modes.frequency / setup.frequency - 1.0).max(), allowed=1e-8,
+        )  # fmt: skip
 
 
 @pytest.mark.parametrize("setup", [build() for build in SETUPS.values()], ids=list(SETUPS))
