@@ -254,3 +254,25 @@ def test_torsion_constant_of_a_rectangle(ratio: int, wanted: float, book: Book) 
         CHAPTER, f"Torsion constant of a rectangle, 1 : {ratio}", reference=f"J/c^4 = {wanted:.7f}",
         source="St Venant's series", error=abs(J / wanted - 1.0), allowed=1e-6,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["clamp", "hinge"])
+def test_torsion_of_a_held_rod(kind: str, book: Book) -> None:
+    """The joint takes the torque by one director of the root, where the section shears a little: more, the finer."""
+    section, material = Rectangle(thickness=3.2024e-3, width=12.3777e-3), Material(E=71.7e9, nu=0.31, density=2700.0)
+    torque = 0.01 * material.shear_modulus * section.properties(0.31).J / 0.508
+    system = System()
+    system.add(
+        parts.Beam(length=0.508, section=section, material=material, elements=32, formulation="assumed_strain"), "rod"
+    )
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("rod", "root"), kind=kind))
+    if kind == "hinge":
+        system.add(parts.Hinge(body="ground", beam=("rod", "root"), stiffness=100.0))
+    system.add(parts.PointLoad(node=("rod", "tip"), force=(0.0, 0.0, 0.5 * torque), on=2))
+    system.add(parts.PointLoad(node=("rod", "tip"), force=(0.0, -0.5 * torque, 0.0), on=3))
+    a = system.assemble()
+    tip = nodes(a, solved(solve_static(a)), "rod")[-1]
+    book(
+        CHAPTER, f"Rod twisted at its tip, root on a {kind} (assumed_strain, 32 elements)", reference="T L/(G J)",
+        source="closed form", error=abs(0.5 * (tip[2, 2] - tip[3, 1]) / 0.01 - 1.0), allowed=2e-4,
+    )  # fmt: skip
