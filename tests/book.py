@@ -10,11 +10,12 @@ makes the table.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pathlib
+import re
 import sys
-import uuid
 from typing import Any
 
 #: Chapters, in the order of the table.
@@ -32,7 +33,8 @@ HEAD = """# Validation book
 
 Made by the tests themselves: every row was written by a test that passed. *Error* is the largest one that the test saw,
 *allowed* what it would have failed beyond; *order* is the fitted order of convergence, where the test fits one. Errors
-are relative to the reference unless a unit is given.
+are relative to the reference unless a unit is given. In brackets after a case stand the formulation and the mesh;
+*limit* is what the two finest meshes point to (Richardson), *kernel* a compiled law stepped by the test itself.
 """
 
 
@@ -75,14 +77,22 @@ class Book:
         if folder:
             path = pathlib.Path(folder)
             path.mkdir(parents=True, exist_ok=True)
-            (path / f"{uuid.uuid4().hex}.json").write_text(json.dumps(entry))
+            # a second run into the same folder writes over the first one's
+            name = hashlib.sha256("\n".join((self.test, chapter, case, reference)).encode()).hexdigest()[:32]
+            (path / f"{name}.json").write_text(json.dumps(entry))
+
+
+def _in_order(entry: dict[str, Any]) -> tuple[list[tuple[float, str]], str]:
+    """Cases by name, the numbers in them by size."""
+    pieces = re.split(r"(\d+(?:\.\d+)?)", entry["case"])
+    return [(float(x), "") if k % 2 else (0.0, x) for k, x in enumerate(pieces)], entry["test"]
 
 
 def table(entries: list[dict[str, Any]]) -> str:
     """The book, Markdown."""
     lines = [HEAD, f"{len(entries)} entries.\n"]
     for chapter in CHAPTERS:
-        rows = sorted((e for e in entries if e["chapter"] == chapter), key=lambda e: (e["case"], e["test"]))
+        rows = sorted((e for e in entries if e["chapter"] == chapter), key=_in_order)
         if not rows:
             continue
         lines += [f"## {chapter}\n", "| case | reference | source | error | allowed | order | passed | test |"]

@@ -7,6 +7,7 @@ import functools
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent import model as mdl
 from helpers import END, L0, RHO, TIP, W0, J, L, Run, V, heliogyro, run
 
@@ -34,22 +35,32 @@ def formulas(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("nodes", [20, 40, 80])
-def test_mean_tip_lag(nodes: int) -> None:
+def test_mean_tip_lag(nodes: int, book: Book) -> None:
     """Mean lags 13.46, 13.32, 12.94, 12.3 deg (thread.md): their last digit at n >= 40; 0.06 deg below at n = 20.
 
     At n = 20 the blade, each of whose last nodes is 5 % of it, swings by 0.3 deg more at the end of the deployment.
     """
     tolerance = [0.005, 0.005, 0.01, 0.06] if nodes == 20 else [0.005, 0.005, 0.01, 0.05]
     assert np.all(np.abs(np.array(means(deployment(nodes).lag())) - MEANS) < tolerance)
+    book(
+        "Threads, reels, tethers", f"Heliogyro, mean tip lags in four windows ({nodes} nodes)",
+        reference="13.46, 13.32, 12.94, 12.3 deg", source="independent computation",
+        error=np.abs(np.array(means(deployment(nodes).lag())) - MEANS).max(), allowed=max(tolerance), unit="deg",
+    )  # fmt: skip
 
 
-def test_first_extremes_of_the_tip_lag() -> None:
+def test_first_extremes_of_the_tip_lag(book: Book) -> None:
     """15.26 deg at 0.13 s, 12.62 at 0.35 s, 14.02 at 0.67 s (thread.md): n = 40, to the last digits given."""
     t = np.arange(0.0, 1.0, 0.002)
     lag = run(heliogyro(nodes=40), t, rtol=1e-10, atol=1e-12).lag()[1:]
     turns = np.flatnonzero(np.diff(np.sign(np.diff(lag)))) + 1
     assert t[1:][turns] == pytest.approx([0.13, 0.35, 0.67], abs=0.005)
     assert lag[turns] == pytest.approx([15.26, 12.62, 14.02], abs=0.006)
+    book(
+        "Threads, reels, tethers", "Heliogyro, first extremes of the tip lag (40 nodes)",
+        reference="15.26, 12.62, 14.02 deg", source="independent computation",
+        error=np.abs(lag[turns] - [15.26, 12.62, 14.02]).max(), allowed=0.006, unit="deg",
+    )  # fmt: skip
 
 
 def test_end_rate() -> None:

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import j1
 
+from book import Book
 from evolvent import parts
 from evolvent.system import System
 from helpers import (
@@ -43,7 +44,7 @@ def straight(segments: str, out: float, spool: float, rate: float = W0, **thread
 
 @pytest.mark.parametrize("out", [1.35, 3.0 * L / 20.0])
 @pytest.mark.parametrize(("segments", "method"), [("inextensible", "dopri5"), ("springs", "rk4")])
-def test_straight_blade_stays_straight(segments: str, method: str, out: float) -> None:
+def test_straight_blade_stays_straight(segments: str, method: str, out: float, book: Book) -> None:
     """Constant rate and feed: the straight blade at sin delta = 2 v / (L0 W) holds to 1e-6 rad through releases.
 
     For every distribution of mass (here the tip's) and every length; thread.md calls it the sharpest test of a reel.
@@ -55,6 +56,7 @@ def test_straight_blade_stays_straight(segments: str, method: str, out: float) -
     seen = run(straight(segments, out, 3.5, stiffness=1e7, damping=1e-2), t, method, **options)
     releases = seen.solution.event_times.size
     assert releases >= (2 if segments == "springs" else 8)
+    largest = 0.0
     for node in range(20):
         here = seen.solution.s[:, 0] > node
         x = seen.in_body(seen.seen.position)[:, node] - np.array([L0, 0.0, R])
@@ -62,8 +64,12 @@ def test_straight_blade_stays_straight(segments: str, method: str, out: float) -
         if not np.any(far):
             continue
         lag = np.arctan2(-x[far, 1], x[far, 0])
-        assert np.max(np.abs(lag - steady_lag())) < 1e-6
+        largest = max(largest, np.max(np.abs(lag - steady_lag())))
         assert np.max(np.abs(x[far, 2])) < 1e-9
+    book(
+        "Threads, reels, tethers", f"Steady Coriolis lag through releases ({segments}, from {out:g} m)",
+        reference="sin d = 2 v/(L0 W)", source="closed form", error=largest, allowed=1e-6, unit="rad",
+    )  # fmt: skip
 
 
 def test_blade_wraps_back_at_the_critical_feed() -> None:
@@ -75,7 +81,7 @@ def test_blade_wraps_back_at_the_critical_feed() -> None:
     assert lag[1:].max() > 90.0
 
 
-def test_start_transient_of_a_point_mass() -> None:
+def test_start_transient_of_a_point_mass(book: Book) -> None:
     """delta_s [1 - J1(2 sqrt(kappa t)) / sqrt(kappa t)], kappa = W0^2 L0 / v (thread.md).
 
     One node on a driven body, slow feed: the formula is linear in delta_s = 2e-3, its error of order delta_s^2.
@@ -90,10 +96,14 @@ def test_start_transient_of_a_point_mass() -> None:
     expected = lag_s * (1.0 - j1(2.0 * z) / z)
     assert expected.max() > 1.04 * lag_s  # past the first overshoot
     assert np.max(np.abs(lag - expected)) < 1e-5 * lag_s
+    book(
+        "Threads, reels, tethers", "Start of a point mass on a reel", reference="d [1 - J1(2 sqrt(k t))/sqrt(k t)]",
+        source="closed form, Bessel", error=np.max(np.abs(lag - expected)) / lag_s, allowed=1e-5,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("nodes", [1, 5])
-def test_lag_frequency(nodes: int) -> None:
+def test_lag_frequency(nodes: int, book: Book) -> None:
     """w^2 = W^2 L0 S (Jb + I + 2 L0 S) / (I Jb - L0^2 S^2), Jb = J / 2 + M L0^2 (thread.md), feed stopped.
 
     Exact for one node, swing 1e-4 rad; with five, which bend, the formula of the stiff blade is 1.5 % too high at most.
@@ -111,6 +121,11 @@ def test_lag_frequency(nodes: int) -> None:
     t = np.linspace(0.0, 4.0 * math.pi / w, 4001)
     lag = np.radians(run(assembly, t, rtol=1e-11, atol=1e-14).lag())
     if nodes == 1:
+        book(
+            "Threads, reels, tethers", "Lag frequency of a stiff blade on a spinning body (one node)",
+            reference="w^2 of hub and blade", source="closed form",
+            error=np.max(np.abs(lag - turn * np.cos(w * t))) / turn, allowed=1e-6, unit="of the swing",
+        )  # fmt: skip
         assert np.max(np.abs(lag - turn * np.cos(w * t))) < 1e-6 * turn
         return
     up = np.flatnonzero((lag[:-1] > 0.0) & (lag[1:] <= 0.0))
@@ -144,7 +159,7 @@ def yoyo(stop: object = None) -> tuple[object, float, float, float]:
     return system.assemble(), K, drum, free / (drum * w0)
 
 
-def test_yoyo_despin() -> None:
+def test_yoyo_despin(book: Book) -> None:
     """I 300, R 1.5, two masses of 3 kg, 5 rad/s: to 1 rad/s l 5.901977, t 0.786930; to 0 l 7.228416, t 0.963789.
 
     validation.md: omega = w0 (K R^2 - l^2) / (K R^2 + l^2), K = 1 + I / (m R^2), l = R w0 t.
@@ -160,9 +175,13 @@ def test_yoyo_despin() -> None:
     assert seen.rate() == pytest.approx(rate, abs=1e-8)
     assert free[-2:] == pytest.approx([5.901977, 7.228416], abs=1e-5)
     assert seen.rate()[-2:] == pytest.approx([1.0, 0.0], abs=1e-5)
+    book(
+        "Threads, reels, tethers", "Yo-yo despin, to 1 rad/s and to rest", reference="omega of length",
+        source="closed form", error=np.abs(seen.rate() - rate).max() / 5.0, allowed=2e-9,
+    )  # fmt: skip
 
 
-def test_pendulum_that_wraps_on_a_peg() -> None:
+def test_pendulum_that_wraps_on_a_peg(book: Book) -> None:
     """R 0.1, L 1, from theta = 1 at rest: against theta'' = (R theta'^2 l - g l sin theta) / l^2 (validation.md)."""
     drum, length, theta = 0.1, 1.0, 1.0
     free = length - drum * theta
@@ -186,10 +205,15 @@ def test_pendulum_that_wraps_on_a_peg() -> None:
     assert theta_t.min() < -0.9
     assert seen.y[:, 0] == pytest.approx(x, abs=1e-8)
     assert seen.y[:, 1] == pytest.approx(y, abs=1e-8)
+    book(
+        "Threads, reels, tethers", "Pendulum that wraps on a peg, 5 s", reference="equation of one angle",
+        source="SciPy DOP853, 1e-12", error=max(np.abs(seen.y[:, 0] - x).max(), np.abs(seen.y[:, 1] - y).max()),
+        allowed=1e-8, unit="m",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("sense", "change"), [(1, -1.0), (-1, 1.0)])
-def test_involute(sense: int, change: float) -> None:
+def test_involute(sense: int, change: float, book: Book) -> None:
     """A point mass on a cord and a fixed cylinder: l^2 = l0^2 +- 2 R v0 t, tension m v0^2 / l (validation.md).
 
     The cord leaves the cylinder at (R, 0); the mass turns to the left about it, which winds a cord of sense +1 up and
@@ -211,6 +235,11 @@ def test_involute(sense: int, change: float) -> None:
     for time, y, s2 in zip(t, seen.y, squared, strict=True):
         f(time, y)
         assert assembly.model.la[0] == pytest.approx(2.0 * speed**2 / math.sqrt(s2), rel=1e-8)
+    book(
+        "Threads, reels, tethers", f"Involute, cord wound {'up' if sense > 0 else 'off'}",
+        reference="l^2 = l0^2 +- 2 R v t", source="closed form",
+        error=np.abs(squared / (free**2 + change * 2.0 * drum * speed * t) - 1.0).max(), allowed=1e-8,
+    )  # fmt: skip
 
 
 def rope(nodes: int) -> float:
@@ -237,7 +266,7 @@ def rope(nodes: int) -> float:
     return float(0.2 * seen.seen.spool[-1, 0, 0])
 
 
-def test_drum_with_heavy_rope_and_weight() -> None:
+def test_drum_with_heavy_rope_and_weight(book: Book) -> None:
     """I 0.5, R 0.2, lam 0.3, L 20, M 2, x0 1: x(1 s) = 1.55693233 (validation.md); better than first order in n.
 
     The rope out is short of its continuous mass by up to a node, hence no second order.
@@ -246,9 +275,14 @@ def test_drum_with_heavy_rope_and_weight() -> None:
     errors = np.abs(np.array([rope(n) for n in nodes]) - 1.55693233)
     assert errors[-1] < 4e-4
     assert fitted_order(1.0 / nodes, errors) > 1.15
+    book(
+        "Threads, reels, tethers", "Drum, heavy rope and weight after 1 s (640 nodes)", reference="1.55693233 m",
+        source="closed form", error=errors[-1] / 1.55693233, allowed=2.6e-4, order=fitted_order(1.0 / nodes, errors),
+        wanted="above 1",
+    )  # fmt: skip
 
 
-def test_solar_pressure_coning() -> None:
+def test_solar_pressure_coning(book: Book) -> None:
     """Tip 2 q ln 2 / (m Omega^2) of a hubless thread under a small normal load q (validation.md).
 
     The static shape is found by Newton's method on the right-hand side; second order in n, q = 2 p w of a mirror.
@@ -278,16 +312,21 @@ def test_solar_pressure_coning() -> None:
         errors.append(abs(abs(tip) / exact - 1.0))
     assert errors[-1] < 1e-3
     assert fitted_order(1.0 / np.array(counts), errors) > 1.85
+    book(
+        "Threads, reels, tethers", "Coning under sunlight (40 nodes)", reference="tip 2 q ln 2/(m W^2)",
+        source="closed form", error=errors[-1], allowed=1e-3, order=fitted_order(1.0 / np.array(counts), errors),
+        wanted="2",
+    )  # fmt: skip
 
 
-def test_lumped_catenary() -> None:
-    """N rigid links, N - 1 equal masses, length 10, span 8: sag 2.7486015881 (4), 2.6686442582 (10) (validation.md).
+def test_lumped_catenary(book: Book) -> None:
+    """N rigid links, N - 1 equal masses, length 10, span 8: sag 2.7486 (4), 2.6686 (10), 2.6579 (20) (validation.md).
 
     The shape comes from statics solved apart (a horizontal pull H); the engine must find it at rest, with its tensions.
     """
     from scipy.optimize import brentq
 
-    for n, sag in ((4, 2.7486015881), (10, 2.6686442582)):
+    for n, sag in ((4, 2.7486015881), (10, 2.6686442582), (20, 2.6579156662)):
         ln = 10.0 / n
         up = 0.5 * (n - 2) - np.arange(n) + 0.5  # vertical pulls of the links, unit masses and gravity
 
@@ -308,6 +347,10 @@ def test_lumped_catenary() -> None:
         assembly = system.assemble()
         dy = derivative(assembly)(0.0, assembly.y)
         assert np.max(np.abs(dy)) < 1e-9
+        book(
+            "Threads, reels, tethers", f"Lumped catenary of {n} links: acceleration at rest", reference="0",
+            source="statics solved apart", error=np.max(np.abs(dy)), allowed=1e-9, unit="g",
+        )  # fmt: skip
         assert np.sort(np.abs(assembly.model.la)) == pytest.approx(np.sort(np.hypot(H, up)), rel=1e-9)
 
 
@@ -319,7 +362,7 @@ def test_lumped_catenary() -> None:
         (0.1, 1, 2, (1.149310, 6.784231)),
     ],
 )
-def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tuple[float, ...]) -> None:
+def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tuple[float, ...], book: Book) -> None:
     """omega^2 / Omega^2 of a spinning thread: flap 1, 6, 15; lag 0, 5, 14; hub of 0.1 length: flap 1.149310, 6.784231.
 
     (validation.md.) Linearised right-hand side about the straight blade, all out; second order in n, extrapolated.
@@ -342,10 +385,16 @@ def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tup
     assert fitted_order(1.0 / np.array(counts), errors) == pytest.approx(2.0, abs=0.15)
     extrapolated = found[2] + (found[2] - found[1]) / 3.0
     assert extrapolated == pytest.approx(expected, abs=2e-3)
+    numbers = ", ".join(f"{x:g}" for x in expected)
+    book(
+        "Modes", f"Thread that turns, {'flap' if axis == 2 else 'lag'}, hub {hub:g} L (extrapolated from 80 nodes)",
+        reference=f"w^2/W^2 = {numbers}", source="closed form, Legendre", error=np.abs(extrapolated - expected).max(),
+        allowed=2e-3, unit="W^2", order=fitted_order(1.0 / np.array(counts), errors), wanted="2",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("axis", [1, 2])
-def test_hanging_chain_modes(axis: int) -> None:
+def test_hanging_chain_modes(axis: int, book: Book) -> None:
     """10 equal masses on equal links: omega / sqrt(g / L) = 1.173855, 2.700842 (validation.md: zeros of L_10).
 
     The thread's tip has half a node's mass; a tip mass of rho l0 / 2 makes all equal.
@@ -364,6 +413,11 @@ def test_hanging_chain_modes(axis: int) -> None:
     assert found == pytest.approx([1.173855, 2.700842], abs=1e-6)
     zeros = np.sort(np.roots(np.polynomial.laguerre.lag2poly([0.0] * n + [1.0])[::-1]).real)
     assert found == pytest.approx(np.sqrt(n * zeros[:2]), abs=1e-6)
+    book(
+        "Modes", f"Hanging chain of ten masses, {'across the plane' if axis == 2 else 'in the plane'}",
+        reference="1.173855, 2.700842 sqrt(g/L)", source="closed form, Laguerre",
+        error=np.abs(found / np.sqrt(n * zeros[:2]) - 1.0).max(), allowed=1e-6,
+    )  # fmt: skip
 
 
 def test_feed_speed_is_the_papers() -> None:

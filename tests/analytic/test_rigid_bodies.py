@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
+from book import Book
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.system import System
@@ -25,7 +26,7 @@ def falls(t, y, parameters):  # type: ignore[no-untyped-def]
     return -y[int(parameters[0])]
 
 
-def test_dzhanibekov() -> None:
+def test_dzhanibekov(book: Book) -> None:
     """J (1, 2, 3), w0 (0.01, 1, 0.01): flip interval 19.5528671 s (validation.md).
 
     The middle rate passes through zero; its crossings are found by events of the user's.
@@ -46,6 +47,11 @@ def test_dzhanibekov() -> None:
     assert np.ptp(seen.momentum, axis=0).max() < 1e-10
     assert np.ptp(seen.energy) < 1e-10
     assert seen.seen.body_position[:, 1] == pytest.approx(np.outer(t, [0.1, 0.2, -0.3]), abs=1e-11)
+    book(
+        "Rigid bodies", "Dzhanibekov: flip intervals, J (1, 2, 3), for 100 s", reference="19.5528671 s",
+        source="closed form, elliptic integral",
+        error=np.abs(np.diff(seen.solution.event_times) / 19.5528671 - 1.0).max(), allowed=5e-9,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("method", "tolerance"), [("dopri5", 1e-9), ("rk4", 1e-8)])
@@ -73,7 +79,7 @@ def test_free_body_keeps_energy_and_momentum(rng: np.random.Generator, method: s
         assert np.linalg.norm(seen.y[:, 3:7], axis=1) == pytest.approx(1.0, abs=1e-10)
 
 
-def test_free_symmetric_top_turns_steadily() -> None:
+def test_free_symmetric_top_turns_steadily(book: Book) -> None:
     """A symmetric top: body-axes rate turns at (C - A) / A w3 (Euler); inertial H stays."""
     A, C, w3, w1 = 1.0, 1.6, 2.0, 0.3
     system = System()
@@ -85,6 +91,10 @@ def test_free_symmetric_top_turns_steadily() -> None:
     assert w[:, 0] == pytest.approx(w1 * np.cos(k * t), abs=1e-10)
     assert w[:, 1] == pytest.approx(w1 * np.sin(k * t), abs=1e-10)
     assert w[:, 2] == pytest.approx(w3, abs=1e-10)
+    book(
+        "Rigid bodies", "Free symmetric top, 20 s", reference="precession at (C - A) w3/A", source="closed form, Euler",
+        error=np.abs(w[:, 0] - w1 * np.cos(k * t)).max(), allowed=1e-10, unit="rad/s",
+    )  # fmt: skip
 
 
 def pendulum() -> object:
@@ -94,14 +104,19 @@ def pendulum() -> object:
     return system.assemble()
 
 
-def test_pendulum_a01() -> None:
+def test_pendulum_a01(book: Book) -> None:
     """IFToMM A01 (L = m = 1, g 9.81, from horizontal): (-0.2750874626, -0.9614192051) at 10 s (validation.md)."""
     seen = run(pendulum(), [0.0, 10.0], rtol=1e-12, atol=1e-13)
     assert seen.y[-1, :2] == pytest.approx([-0.2750874626, -0.9614192051], abs=1e-9)
     assert np.linalg.norm(seen.y[-1, :3]) == pytest.approx(1.0, abs=1e-12)
+    book(
+        "Rigid bodies", "IFToMM A01, pendulum at 10 s (Dormand-Prince, 1e-12)",
+        reference="(-0.2750874626, -0.9614192051) m", source="IFToMM library; elliptic functions",
+        error=np.abs(seen.y[-1, :2] - [-0.2750874626, -0.9614192051]).max(), allowed=1e-9, unit="m",
+    )  # fmt: skip
 
 
-def test_pendulum_of_two_lengths_of_body() -> None:
+def test_pendulum_of_two_lengths_of_body(book: Book) -> None:
     """A body hung by a point off its centre swings like the physical pendulum: J + m h^2 (parallel axes).
 
     A free body held by three links to the ground at one of its points; small steps in the plane; against SciPy.
@@ -122,6 +137,11 @@ def test_pendulum_of_two_lengths_of_body() -> None:
     theta = solve_ivp(f, (0.0, 2.0), [np.pi / 2, 0.0], "DOP853", t, rtol=1e-12, atol=1e-13).y[0]
     assert seen.seen.body_position[:, 1, 0] == pytest.approx(h * np.sin(theta), abs=1e-7)
     assert seen.seen.body_position[:, 1, 1] == pytest.approx(-h * np.cos(theta), abs=1e-7)
+    book(
+        "Rigid bodies", "Physical pendulum for 2 s, held by links", reference="equation of one angle",
+        source="SciPy DOP853, 1e-12", error=np.abs(seen.seen.body_position[:, 1, 0] - h * np.sin(theta)).max(),
+        allowed=1e-7, unit="m",
+    )  # fmt: skip
 
 
 def chain(n: int = 10) -> object:
@@ -134,7 +154,7 @@ def chain(n: int = 10) -> object:
     return system.assemble()
 
 
-def test_chain_of_ten_links() -> None:
+def test_chain_of_ten_links(book: Book) -> None:
     """10 rigid links, L 1, total mass 1, pinned, from horizontal: tip at 0.5 s (-0.156401511, -0.915683202).
 
     (validation.md.) The masses are lumped at the links' outer ends.
@@ -142,6 +162,11 @@ def test_chain_of_ten_links() -> None:
     seen = run(chain(), [0.0, 0.25, 0.5], rtol=1e-11, atol=1e-12)
     assert seen.y[-1, 27:29] == pytest.approx([-0.156401511, -0.915683202], abs=2e-9)
     assert seen.accounts[-1, mdl.LOAD] == pytest.approx(seen.energy[-1] - seen.energy[0], rel=1e-9)
+    book(
+        "Dynamics", "Chain of ten rigid links from level, tip at 0.5 s", reference="(-0.156401511, -0.915683202) m",
+        source="independent computation", error=np.abs(seen.y[-1, 27:29] - [-0.156401511, -0.915683202]).max(),
+        allowed=2e-9, unit="m",
+    )  # fmt: skip
 
 
 def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> None:
@@ -166,7 +191,7 @@ def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> No
     assert seen.momentum[-1] == pytest.approx([0.3, 1.0, -0.5], abs=1e-9)
 
 
-def test_rotation_of_a_driven_body() -> None:
+def test_rotation_of_a_driven_body(book: Book) -> None:
     """A driven body turns at its rate about its own axis, from its orientation."""
     quaternion = (0.8, 0.2, -0.4, 0.3)
     system = System()
@@ -176,6 +201,10 @@ def test_rotation_of_a_driven_body() -> None:
     c, s = np.cos(0.91), np.sin(0.91)
     turned = rotation(quaternion) @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     assert seen.seen.body_rotation[-1, 1] == pytest.approx(turned, abs=1e-12)
+    book(
+        "Rigid bodies", "Driven body about a tilted axis", reference="rotation matrix", source="closed form",
+        error=np.abs(seen.seen.body_rotation[-1, 1] - turned).max(), allowed=1e-12, unit="rad",
+    )  # fmt: skip
 
 
 def test_links_lengths_are_held_to_round_off() -> None:

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
+from book import Book
 from evolvent import parts
 from evolvent.builder import Assembly
 from evolvent.solvers import drive, explicit, solve
@@ -101,7 +102,7 @@ def coordinates(assembly: Assembly) -> int:
 
 @pytest.mark.parametrize("method", ORDERS)
 @pytest.mark.parametrize("case", CASES)
-def test_fitted_order(method: str, case: str) -> None:
+def test_fitted_order(method: str, case: str, book: Book) -> None:
     """Orders 2, 4 and 5 (Hairer, Norsett, Wanner, Solving ODEs I) within 0.15 (issue 2), events and links included."""
     make, first, releases = CASES[case]
     fine = run(make(), [0.0, END], rtol=1e-13, atol=1e-15)
@@ -109,7 +110,13 @@ def test_fitted_order(method: str, case: str) -> None:
     exact = fine.y[-1, : coordinates(fine.assembly)]
     counts = first[list(ORDERS).index(method)] * np.array([1, 2, 4])
     errors = [np.linalg.norm(at_steps(make(), method, k) - exact) for k in counts]
-    assert fitted_order(END / counts, errors) == pytest.approx(ORDERS[method], abs=0.15), errors
+    order = fitted_order(END / counts, errors)
+    name = {"heun": "Heun", "rk4": "RK4", "dopri5": "Dormand-Prince"}[method]
+    book(
+        "Dynamics", f"{name}: order, {case}", reference=f"{ORDERS[method]}",
+        source="Hairer, Norsett & Wanner, Solving ODEs I", error=abs(order - ORDERS[method]), allowed=0.15,
+        unit="in the order", order=order, wanted=f"{ORDERS[method]}",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("method", "lowest", "first"), [("heun", 1.85, 800), ("rk4", 3.0, 160), ("dopri5", 3.0, 160)])
@@ -198,7 +205,7 @@ def falling(stops: bool = True) -> Assembly:
 
 
 @pytest.mark.parametrize(("method", "options"), [("rk4", {"step": 0.03}), ("heun", {"step": 0.03}), ("dopri5", {})])
-def test_users_event_stops_at_the_right_time(method: str, options: dict[str, float]) -> None:
+def test_users_event_stops_at_the_right_time(method: str, options: dict[str, float], book: Book) -> None:
     """A stone that falls from 1 m to 0.25 m: the parabola's time, which methods of order 2 and above follow exactly."""
     exact = (0.5 + math.sqrt(0.25 + 2.0 * G * 0.75)) / G
     solution = solve(falling(), samples=np.linspace(0.0, 2.0, 21), method=method, **options)
@@ -207,6 +214,10 @@ def test_users_event_stops_at_the_right_time(method: str, options: dict[str, flo
     assert solution.t[-1] == pytest.approx(exact, abs=1e-12)
     assert solution.y[-1, 2] == pytest.approx(0.25, abs=1e-12)
     assert np.all(np.diff(solution.t) > 0.0)
+    book(
+        "Rigid bodies", f"Stone thrown up falls to a height ({method})", reference="time on the parabola",
+        source="closed form", error=abs(solution.event_times[0] - exact), allowed=1e-12, unit="s",
+    )  # fmt: skip
 
 
 def test_users_event_that_does_not_stop() -> None:
@@ -218,7 +229,7 @@ def test_users_event_that_does_not_stop() -> None:
 
 
 @pytest.mark.parametrize("method", ["heun", "rk4"])
-def test_event_time_has_the_order_of_the_method(method: str) -> None:
+def test_event_time_has_the_order_of_the_method(method: str, book: Book) -> None:
     """A pendulum's passage through the vertical: the error of its time goes with h^p."""
 
     def make() -> Assembly:
@@ -239,6 +250,11 @@ def test_event_time_has_the_order_of_the_method(method: str) -> None:
     assert fitted_order(steps[-3:], errors[-3:]) == pytest.approx(ORDERS[method], abs=0.15), errors
     fine = solve(make(), samples=[0.0, 1.0], method="dopri5", rtol=1e-12, atol=1e-13)
     assert fine.event_times[0] == pytest.approx(exact, abs=1e-11)
+    book(
+        "Rigid bodies", "Quarter of a period of a pendulum from 90 degrees (Dormand-Prince, 1e-12)",
+        reference="K(1/2)/sqrt(g)", source="closed form, elliptic integral", error=abs(fine.event_times[0] - exact),
+        allowed=1e-11, unit="s",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("method", "options"), [("rk4", {"step": 0.07}), ("heun", {"step": 0.07}), ("dopri5", {})])

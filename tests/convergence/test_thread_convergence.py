@@ -9,6 +9,7 @@ import pathlib
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent import parts
 from helpers import END, R, V, fitted_order, heliogyro, run
 
@@ -34,7 +35,7 @@ def test_tip_lag_converges_with_the_nodes() -> None:
 
 
 @pytest.mark.parametrize("carried", [False, True])
-def test_continuum_is_reached(carried: bool) -> None:
+def test_continuum_is_reached(carried: bool, book: Book) -> None:
     """An ALE continuum of 4 Legendre modes, solved apart by SciPy, from 5 mm, 40 s: lag and rate converge to it.
 
     The lumped thread is out by half a node of mass, so that from a given length the order is that of its mass, about
@@ -49,9 +50,15 @@ def test_continuum_is_reached(carried: bool) -> None:
     assert rates == pytest.approx([33e-4, 9.1e-4, 2.4e-4, 0.67e-4], rel=0.08)
     assert fitted_order(1.0 / NODES, lags) > 1.2
     assert fitted_order(1.0 / NODES, rates) > 1.8
+    book(
+        "Threads, reels, tethers",
+        f"Heliogyro, rate of the body, 160 nodes, wound thread {'carried' if carried else 'ignored'}",
+        reference="growing continuum, 4 Legendre modes", source="SciPy DOP853, apart", error=rates[-1], allowed=0.75e-4,
+        order=fitted_order(1.0 / NODES, rates), wanted="2",
+    )  # fmt: skip
 
 
-def test_free_spool_reaches_the_continuum() -> None:
+def test_free_spool_reaches_the_continuum(book: Book) -> None:
     """A braked spool on a turning body, its wound thread carried, from 0.3 m, 10 s: second order in n."""
     t = np.linspace(0.0, 10.0, 101)
     inertia, brake = 1e-4, -1.1e-4
@@ -71,3 +78,8 @@ def test_free_spool_reaches_the_continuum() -> None:
     assert lengths[-1] < 1e-4
     for errors in (lags, rates, lengths):
         assert fitted_order(1.0 / NODES, errors) > 1.8
+    book(
+        "Threads, reels, tethers", "Braked spool on a turning body, length out, 160 nodes",
+        reference="growing continuum, 4 Legendre modes", source="SciPy DOP853, apart", error=lengths[-1], allowed=1e-4,
+        unit="m", order=fitted_order(1.0 / NODES, lengths), wanted="2",
+    )  # fmt: skip

@@ -40,17 +40,26 @@ def deflection_ratio(formulation: str, count: int, nu: float, across: int = 1) -
 
 @pytest.mark.parametrize("across", [1, 2], ids=["thickness", "width"])
 @pytest.mark.parametrize("formulation", [*REMEDIES, "full"])
-def test_a_cantilever_bends_as_much_as_linear_curvature_lets_it(formulation, across):
+def test_a_cantilever_bends_as_much_as_linear_curvature_lets_it(formulation, across, book):
     # of n elements with a constant curvature each: 1 - 1/(4 n^2); `full` only without Poisson's coupling
     nu = 0.0 if formulation == "full" else 0.3
-    for n in (1, 2, 4, 8):
-        assert_allclose(deflection_ratio(formulation, n, nu, across), 1.0 - 0.25 / n**2, rtol=2e-5)
+    counts = (1, 2, 4, 8)
+    side = "thickness" if across == 1 else "width"
+    errors = [abs(deflection_ratio(formulation, n, nu, across) / (1.0 - 0.25 / n**2) - 1.0) for n in counts]
+    book(
+        "Statics of beams", f"Element chain, small tip load across the {side} ({formulation}, nu {nu:g})",
+        reference="1 - 1/(4 n^2) of F L^3/3 EI, n = 1 to 8", source="closed form", error=max(errors), allowed=2e-5,
+    )  # fmt: skip
 
 
-def test_the_full_continuum_stays_too_stiff():
+def test_the_full_continuum_stays_too_stiff(book):
     # all of the section held in its shape: E/(lam + 2 mu) = (1 + nu)(1 - 2 nu)/(1 - nu) = 0.742857
-    assert_allclose(deflection_ratio("full", 40, 0.3), 0.7427, rtol=2e-4)
-    assert_allclose(deflection_ratio("full", 40, 0.3), 26 / 35 * (1.0 - 0.25 / 40**2), rtol=2e-4)
+    found = deflection_ratio("full", 40, 0.3)
+    assert_allclose(found, 0.7427, rtol=2e-4)
+    book(
+        "Statics of beams", "Poisson locking of the continuum (full, 40 elements)", reference="26/35 of F L^3/3 EI",
+        source="closed form", error=abs(found / (26 / 35 * (1.0 - 0.25 / 40**2)) - 1.0), allowed=2e-4,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("across", [1, 2])
@@ -111,17 +120,27 @@ def rolled_up(formulation: str, count: int, turns: float = 1.0) -> Chain:
 
 
 @pytest.mark.parametrize(("formulation", "order"), [("assumed_strain", 2.0), ("cable", 4.0)])
-def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order):
+def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
     counts = (10, 20)
     gaps = [np.linalg.norm(rolled_up(formulation, n).q[-1, 0]) for n in counts]
     assert gaps[1] < (0.05 if formulation == "assumed_strain" else 1e-4)
     assert_allclose(np.log2(gaps[0] / gaps[1]), order, atol=0.4)
+    book(
+        "Statics of beams", f"Element chain rolled up to a circle ({formulation}, 20 elements)",
+        reference="tip back at the clamp", source="closed form", error=gaps[1],
+        allowed=0.05 if formulation == "assumed_strain" else 1e-4, unit="L", order=np.log2(gaps[0] / gaps[1]),
+        wanted=f"{order:g}",
+    )  # fmt: skip
 
 
-def test_half_a_circle_has_its_radius():
+def test_half_a_circle_has_its_radius(book):
     c = rolled_up("cable", 16, turns=0.5)
     centre = np.array([0.0, 1.0 / np.pi, 0.0])
     assert_allclose(np.linalg.norm(c.q[:, 0] - centre, axis=1), 1.0 / np.pi, rtol=1e-4)
+    book(
+        "Statics of beams", "Roll-up to half a circle (cable, 16 elements)", reference="tip (0, 2/pi) L",
+        source="closed form", error=np.abs(c.q[-1, 0] - 2.0 * centre).max(), allowed=1e-4, unit="L",
+    )  # fmt: skip
 
 
 @functools.cache
@@ -150,7 +169,7 @@ def test_a_cantilever_under_a_large_tip_load_is_an_elastica(formulation, count, 
     assert_allclose(q[-1, 0, :2], elastica(load), atol=tolerance)
 
 
-def test_the_elastica_converges_as_stated():
+def test_the_elastica_converges_as_stated(book):
     errors = []
     for count in (8, 16):
         c = chain("assumed_strain", count, 1.0, STRIP, STEEL)
@@ -159,6 +178,11 @@ def test_the_elastica_converges_as_stated():
             q = c.solve(q, c.clamped(), tip_load(c, y=part * 4.0 * EI), tolerance=1e-9)
         errors.append(np.abs(q[-1, 0, :2] - elastica(4.0)).max())
     assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.15)
+    book(
+        "Statics of beams", "Elastica, P L^2/EI = 4 (assumed_strain, 16 elements)", reference="tip",
+        source="shooting, SciPy, 1e-11", error=errors[1], allowed=2e-3, unit="L", order=np.log2(errors[0] / errors[1]),
+        wanted="2",
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ torsion
@@ -181,14 +205,18 @@ def torque(formulation: str, section, angle: float, count: int = 4, length: floa
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_twist_is_torque_over_the_torsional_stiffness(formulation):
+def test_twist_is_torque_over_the_torsional_stiffness(formulation, book):
     section, length, angle, G = Rectangle(thickness=0.01, width=0.05), 2.0, 1e-3, 1e5
     s = section.properties(0.3)
     # the sections of the first two do not warp, and are stiffer for it
     J = s.Iy + s.Iz if formulation == "full" else s.J
     if formulation == "nu_split":
         J = s.shear_y * (s.Iy + s.Iz)
-    assert_allclose(torque(formulation, section, angle), G * J * angle / length, rtol=1e-4)
+    reference = {"full": "J = Iy + Iz, no warping", "nu_split": "J = 0.85 (Iy + Iz)"}.get(formulation, "J of St Venant")
+    book(
+        "Statics of beams", f"Torsion of a rod 1 : 5 ({formulation})", reference=reference, source="closed form",
+        error=abs(torque(formulation, section, angle) / (G * J * angle / length) - 1.0), allowed=1e-4,
+    )  # fmt: skip
 
 
 def test_torsion_of_a_general_section():
@@ -260,7 +288,11 @@ def buckling_factor(count: int) -> float:
     return brentq(lowest, 3.5, 4.5, xtol=1e-4)
 
 
-def test_a_deep_strip_buckles_sideways_at_the_load_of_theory():
+def test_a_deep_strip_buckles_sideways_at_the_load_of_theory(book):
     # from above: 6.3, 1.6, 0.44, 0.15 % at 4, 8, 16, 32 elements
     assert_allclose(buckling_factor(8), 4.0126, rtol=0.02)
-    assert_allclose(buckling_factor(32), 4.0126, rtol=3e-3)
+    book(
+        "Statics of beams", "Lateral buckling, element chain (assumed_strain, 32 elements)",
+        reference="4.0125993 sqrt(EI GJ)/L^2", source="closed form, Prandtl 1899",
+        error=abs(buckling_factor(32) / 4.0125993 - 1.0), allowed=3e-3,
+    )  # fmt: skip

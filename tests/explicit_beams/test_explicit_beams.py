@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent import InputError, elements, parts
 from evolvent import model as mdl
 from evolvent.builder import Assembly
@@ -71,22 +72,31 @@ def test_implicit_and_explicit_meet(system: Assembly) -> None:
 
 
 @pytest.mark.parametrize(("method", "order"), [("heun", 2), ("rk4", 4)])
-def test_order(method: str, order: int) -> None:
+def test_order(method: str, order: int, book: Book) -> None:
     system = thrown()
     limit = choose_step(system, method, None, 0.2)[1]
     exact = place(system, run(system, [0.0, 0.2], "dopri5", rtol=1e-12, atol=1e-14).y[-1])
     steps = [0.2 / int(np.ceil(0.2 / limit * k)) for k in (6.0, 8.0, 11.0, 16.0)]
     errors = [np.abs(place(system, run(system, [0.0, 0.2], method, step=h).y[-1]) - exact).max() for h in steps]
     assert fitted_order(steps, errors) == pytest.approx(order, abs=0.3)
+    book(
+        "Dynamics", f"{'RK4' if method == 'rk4' else 'Heun'}: order, a free cable", reference=f"{order}",
+        source="Hairer, Norsett & Wanner, Solving ODEs I", error=abs(fitted_order(steps, errors) - order), allowed=0.3,
+        unit="in the order", order=fitted_order(steps, errors), wanted=f"{order}",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("formulation", ["cable", "assumed_strain", "full"])
-def test_free_beam_keeps_energy_and_momentum(formulation: str) -> None:
+def test_free_beam_keeps_energy_and_momentum(formulation: str, book: Book) -> None:
     found = run(thrown(formulation), np.linspace(0.0, 1.0, 6), "dopri5", rtol=1e-10, atol=1e-12)
     assert np.abs(found.energy - found.energy[0]).max() < 1e-7 * found.energy[0]
     assert np.ptp(found.linear_momentum, axis=0).max() < 1e-12
     assert np.ptp(found.momentum, axis=0).max() < 1e-9
     assert found.energy[0] > 0.1
+    book(
+        "Dynamics", f"Free beam, energy over 1 s ({formulation}, Dormand-Prince, 1e-10)", reference="constant",
+        source="invariant", error=np.abs(found.energy / found.energy[0] - 1.0).max(), allowed=1e-7,
+    )  # fmt: skip
 
 
 def test_momentum_of_a_craft_with_a_rib() -> None:

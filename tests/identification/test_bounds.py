@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent.identification import cramer_rao, varpro
 from identification.setups import DURATION, stand
 
 
-def test_one_undamped_mode() -> None:
+def test_one_undamped_mode(book: Book) -> None:
     """24 noise^2 / (A^2 T^2 N (N^2 - 1)) with an unknown decay rate; both poles' coordinates alike, and apart."""
     T, N, A, noise = 0.02, 4000, 1.7, 0.1
     bound = cramer_rao(70.0, 0.0, A, phase=0.4, rate=1.0 / T, length=N, noise=noise)
@@ -17,10 +18,15 @@ def test_one_undamped_mode() -> None:
     assert bound[0, 0] == pytest.approx(closed, rel=5e-4)
     assert bound[1, 1] == pytest.approx(closed, rel=5e-4)
     assert abs(bound[0, 1]) < 1e-3 * closed
+    book(
+        "Inertia stand and identification", "Cramer-Rao bound, one undamped mode",
+        reference="24 s^2/(A^2 T^2 N (N^2 - 1))", source="closed form", error=abs(bound[0, 0] / closed - 1.0),
+        allowed=5e-4,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("decay", [0.05, 0.5, 3.0])
-def test_one_damped_mode(decay: float) -> None:
+def test_one_damped_mode(decay: float, book: Book) -> None:
     """2 noise^2 / (A^2 T^2) S0 / (S0 S2 - S1^2), S_j = sum n^j exp(-2 decay T n), once the mode is fast."""
     T, N, A, noise = 0.002, 4000, 1.7, 0.1
     bound = cramer_rao(700.0, decay, A, phase=0.4, rate=1.0 / T, length=N, noise=noise)
@@ -28,6 +34,11 @@ def test_one_damped_mode(decay: float) -> None:
     S0, S1, S2 = (float((n**j * np.exp(-2.0 * decay * T * n)).sum()) for j in range(3))
     closed = 2.0 * noise**2 / (A**2 * T**2) * S0 / (S0 * S2 - S1**2)
     assert bound[0, 0] == pytest.approx(closed, rel=5e-3)
+    book(
+        "Inertia stand and identification", f"Cramer-Rao bound, one mode of decay {decay:g} 1/s",
+        reference="2 s^2/(A^2 T^2) S0/(S0 S2 - S1^2)", source="closed form", error=abs(bound[0, 0] / closed - 1.0),
+        allowed=5e-3,
+    )  # fmt: skip
 
 
 def test_sensors_add_up() -> None:

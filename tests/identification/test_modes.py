@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent.identification import Modes, esprit, identify, matrix_pencil, prony, tls_prony, varpro
 from evolvent.identification.signals import exponentials
 from identification.setups import DURATION, SETUPS, Setup, stand, three_modes
@@ -14,13 +15,19 @@ from identification.setups import DURATION, SETUPS, Setup, stand, three_modes
 
 @pytest.mark.parametrize("method", [varpro, esprit, matrix_pencil, tls_prony, prony])
 @pytest.mark.parametrize("length", [128, 1000])
-def test_exact_without_noise(method: object, length: int) -> None:
+def test_exact_without_noise(method: object, length: int, book: Book) -> None:
     setup = three_modes()
     modes = method(setup.clean(length), 3, rate=length / DURATION)
     np.testing.assert_allclose(modes.frequency, setup.frequency, rtol=1e-8)
     np.testing.assert_allclose(modes.decay_rate, setup.decay_rate, rtol=1e-6)
     np.testing.assert_allclose(modes.complex_amplitude, setup.amplitude, atol=1e-7)
     np.testing.assert_allclose(modes.offset, [0.5, -0.2, 0.1, 0.0], atol=1e-7)
+    if length == 1000:
+        book(
+            "Inertia stand and identification",
+            f"Three modes without noise, {method.__name__}, {length} samples: frequencies", reference="put in",
+            source="there and back", error=np.abs(modes.frequency / setup.frequency - 1.0).max(), allowed=1e-8,
+        )  # fmt: skip
 
 
 @pytest.mark.parametrize("setup", [build() for build in SETUPS.values()], ids=list(SETUPS))

@@ -12,6 +12,7 @@ import pathlib
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent.identification import identify
 
 FOLDER = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "trifilar"
@@ -21,7 +22,7 @@ G, L, RW, PLATFORM, NUTS = 9.80665, 0.995, 1.0, 0.848, 0.02094
 
 
 @pytest.mark.skipif(len(FILES) != 11, reason=f"the eleven recordings are not in {FOLDER}")
-def test_inertia_of_the_platform() -> None:
+def test_inertia_of_the_platform(book: Book) -> None:
     """I = g M Rw^2 / (L omega^2) - m R^2; published: 0.23479(35) kg m2, mean and scatter of the eleven."""
     inertia = []
     for file in FILES:
@@ -34,3 +35,8 @@ def test_inertia_of_the_platform() -> None:
         inertia.append(G * (PLATFORM + NUTS) * RW**2 / (L * omega**2) - NUTS * R**2)
     assert np.mean(inertia) == pytest.approx(0.2348, abs=0.0004)
     assert np.std(inertia, ddof=1) < 0.0005
+    book(
+        "Inertia stand and identification", "Trifilar pendulum, eleven recordings: mean moment",
+        reference="0.23479(35) kg m2", source="published, KTH Stockholm 2014", error=abs(np.mean(inertia) - 0.23479),
+        allowed=0.0004, unit="kg m2",
+    )  # fmt: skip

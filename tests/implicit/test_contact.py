@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
 
+from book import Book
 from evolvent.kernels import contact
 
 Array = np.ndarray
@@ -258,7 +259,7 @@ def bounce(law: int, exponent: float, damping: float, stop: Callable[[float, flo
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.3, 0.7])
-def test_restitution_of_the_paper_law(ratio: float) -> None:
+def test_restitution_of_the_paper_law(ratio: float, book: Book) -> None:
     damping = 2.0 * ratio * math.sqrt(K * MASS)
     angle = math.asin(ratio)
     h = 1e-4 / math.sqrt(K / MASS)
@@ -268,11 +269,16 @@ def test_restitution_of_the_paper_law(ratio: float) -> None:
     # until it would pull
     pull = next(k for k, (g, w) in enumerate(states) if -K * g - damping * w < 0.0)
     assert_allclose(states[pull][1] / SPEED, math.exp(-(math.pi - 2.0 * angle) * math.tan(angle)), rtol=1e-4)
+    book(
+        "Contact", f"Bounce by the linear law, damping ratio {ratio:g} (kernel): to no gap",
+        reference="exp(-pi tan asin zeta)", source="closed form",
+        error=abs(states[-1][1] / SPEED / math.exp(-math.pi * math.tan(angle)) - 1.0), allowed=1e-4,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 @pytest.mark.parametrize("damping", [0.05, 0.6])
-def test_bounce_of_hunt_and_crossley_keeps_its_first_integral(exponent: float, damping: float) -> None:
+def test_bounce_of_hunt_and_crossley_keeps_its_first_integral(exponent: float, damping: float, book: Book) -> None:
     states = bounce(contact.HUNT_CROSSLEY, exponent, damping, lambda g, w: g, 1e-3 / math.sqrt(K / MASS))
 
     def integral(g: float, w: float) -> float:
@@ -284,6 +290,10 @@ def test_bounce_of_hunt_and_crossley_keeps_its_first_integral(exponent: float, d
     out = brentq(lambda w: integral(0.0, w) - integral(0.0, -SPEED), 1e-3, min(SPEED, (1.0 - 1e-12) / damping))
     assert_allclose(states[-1][1], out, rtol=1e-6)
     assert states[-1][1] < SPEED
+    book(
+        "Contact", f"Bounce by Hunt and Crossley, exponent {exponent:g}, d {damping:g} (kernel)",
+        reference="first integral", source="closed form", error=abs(states[-1][1] / out - 1.0), allowed=1e-6,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("h", [1e-4, 2e-3, 2e-2])
@@ -421,7 +431,7 @@ def glide(x: float, w: float, steps: int, h: float, *, spring: float, belt: floa
     return x, w, heat, stuck_at, history
 
 
-def test_sliding_block_stops_and_stays() -> None:
+def test_sliding_block_stops_and_stays(book: Book) -> None:
     normal, mu, speed = 9.81, 0.5, 3.0
     x, w, heat, stuck_at, history = glide(0.0, speed, 20_000, 1e-4, spring=0.0, belt=0.0, normal=normal)
     assert_allclose(x, speed**2 / (2.0 * mu * normal), rtol=1e-4)
@@ -429,9 +439,13 @@ def test_sliding_block_stops_and_stays() -> None:
     assert_allclose(heat, 0.5 * speed**2, rtol=1e-4)
     assert abs(w) < 1e-12
     assert np.ptp(history[10_000:]) < 1e-12
+    book(
+        "Contact", "Sliding block stops (kernel, midpoint)", reference="v^2/(2 mu g)", source="closed form",
+        error=abs(x / (speed**2 / (2.0 * mu * normal)) - 1.0), allowed=1e-4,
+    )  # fmt: skip
 
 
-def test_block_on_a_belt_is_caught_carried_and_let_go() -> None:
+def test_block_on_a_belt_is_caught_carried_and_let_go(book: Book) -> None:
     normal, mu, spring, belt = 9.81, 0.5, 40.0, 0.3
     omega, reach = math.sqrt(spring), mu * normal / spring
     caught = math.asin(belt / (reach * omega)) / omega
@@ -445,9 +459,13 @@ def test_block_on_a_belt_is_caught_carried_and_let_go() -> None:
     middle = round(0.5 * (caught + let_go) / h)
     assert_allclose(history[middle], place + belt * (middle * h - caught), atol=2e-5)
     assert_allclose(x, reach + belt / omega, rtol=1e-3)
+    book(
+        "Contact", "Block on a belt is let go (kernel, midpoint)", reference="place half a swing later",
+        source="closed form", error=abs(x / (reach + belt / omega) - 1.0), allowed=1e-3,
+    )  # fmt: skip
 
 
-def test_capstan(rng: np.random.Generator) -> None:
+def test_capstan(rng: np.random.Generator, book: Book) -> None:
     """Tension of a string that slides on a drum, point by point, with the friction of each under its own pressure."""
     mu, turn, points = 0.3, 2.0 * math.pi, 400
     half = 0.5 * turn / points
@@ -460,3 +478,7 @@ def test_capstan(rng: np.random.Generator) -> None:
             following = tension + f[0] / math.cos(half)
         tension = following
     assert_allclose(tension, math.exp(mu * turn), rtol=1e-4)
+    book(
+        "Contact", "Capstan, a whole turn on 400 points (kernel)", reference="e^(mu beta)", source="closed form",
+        error=abs(tension / math.exp(mu * turn) - 1.0), allowed=1e-4,
+    )  # fmt: skip

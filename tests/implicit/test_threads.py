@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import evolvent
+from book import Book
 from evolvent import InputError, parts
 from evolvent.builder import Assembly
 from evolvent.flow import bind_equations, observe
@@ -84,7 +85,7 @@ def test_tangent(motion: str, rng: np.random.Generator) -> None:
         assert np.abs(column - found[:, model.flexible.place[k]]).max() < 1e-4 * np.abs(found).max()
 
 
-def test_order_against_the_chain_of_fixed_links() -> None:
+def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
     """At 1e7 N/m the springs are as good as links; the lag's error is of order 2 in the step, through releases."""
     samples = np.linspace(0.0, 12.0, 61)
     exact = run(heliogyro(out=1.1), samples, "dopri5", rtol=1e-10, atol=1e-12)
@@ -99,6 +100,11 @@ def test_order_against_the_chain_of_fixed_links() -> None:
         assert np.abs(gained(found.solution.ledger)).max() < 0.1 * step * found.energy[0]
     assert errors[-1] < 0.02  # deg
     assert fitted_order(steps, errors) == pytest.approx(2.0, abs=0.3)
+    book(
+        "Threads, reels, tethers", "Deployment on springs of 1e7 N/m (generalized-alpha, 2.5 ms): lag",
+        reference="chain of fixed links", source="Dormand-Prince, 1e-10", error=errors[-1], allowed=0.02, unit="deg",
+        order=fitted_order(steps, errors), wanted="2",
+    )  # fmt: skip
 
 
 def test_soft_springs_as_rk4_has_them() -> None:
@@ -144,7 +150,7 @@ def test_reels_in_again() -> None:
     assert np.array_equal(found.solution.s, explicit.solution.s)
 
 
-def test_the_whole_deployment_of_the_system() -> None:
+def test_the_whole_deployment_of_the_system(book: Book) -> None:
     """The case heliogyro at 1e7 N/m and steps of 2.5 ms: mean lags of the reference, in seconds not minutes."""
     found = evolvent.run(
         "heliogyro",
@@ -154,9 +160,16 @@ def test_the_whole_deployment_of_the_system() -> None:
     assert float(found.time[-1]) == pytest.approx(END, rel=1e-6)
     lag = np.degrees(found.lag_angle.isel(blade=0, node=0).values)
     t = found.time.values
+    offs = []
     for (low, high), value in {(7, 20): 13.46, (20, 60): 13.32, (60, 100): 12.94, (100, 142): 12.3}.items():
-        assert lag[(t >= low) & (t <= high)].mean() == pytest.approx(value, abs=0.02 if low < 100 else 0.06)
+        offs.append(abs(lag[(t >= low) & (t <= high)].mean() - value))
+        assert offs[-1] < (0.02 if low < 100 else 0.06)
     assert float(np.abs(found.momentum_balance).max()) < 1e-3
+    book(
+        "Threads, reels, tethers", "Whole deployment, generalized-alpha at 2.5 ms: mean lags in four windows",
+        reference="13.46, 13.32, 12.94, 12.3 deg", source="independent computation", error=max(offs), allowed=0.06,
+        unit="deg",
+    )  # fmt: skip
 
 
 def test_lets_go_at_the_end() -> None:

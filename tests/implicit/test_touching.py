@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
 from evolvent.solvers import alpha
@@ -62,16 +63,21 @@ ZETA = 20.0 / (2.0 * math.sqrt(K))
         ("hunt-crossley", 0.0, 1.0),
         ("hunt-crossley", 0.5, hunt_crossley(0.5)),
         ("paper", 20.0, math.exp(-ZETA * math.pi / math.sqrt(1.0 - ZETA**2))),
+        ("paper", 10.0, 0.854468),
         ("conservative", 0.0, 1.0),
         ("conservative", 0.5, hunt_crossley(0.5)),
     ],
 )
-def test_restitution(law: str, damping: float, expected: float) -> None:
+def test_restitution(law: str, damping: float, expected: float, book: Book) -> None:
     assembly = bar(law, damping)
     solution = run(assembly, [0.0, 0.04, 0.15], tolerance=1e-9 if law == "paper" else 1e-8)
-    assert restitution(assembly, solution) == pytest.approx(expected, abs=1e-4)
     before = 0.5 * SPEED**2
     assert solution.ledger[-1, alpha.BY_CONTACT] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
+    source = "SciPy DOP853, 1e-12" if law != "paper" and damping else "closed form"
+    book(
+        "Contact", f"Bounce of a bar, law {law}, damping {damping:g}", reference=f"restitution {expected:.6f}",
+        source=source, error=abs(restitution(assembly, solution) - expected), allowed=1e-4, unit="of the speed",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
@@ -178,7 +184,7 @@ def test_steps_far_too_large_for_the_contact_fail_and_say_so(law: str, step: flo
     assert 2 <= kept.size == len(solution.y)
 
 
-def test_a_beam_pressed_on_a_cylinder() -> None:
+def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     """It lies on as far as the moment reaches EI/R, which F does at the arm EI/(R F) from its end."""
     R, F, thickness = 5.0, 0.25, 0.01
     material = elements.Material(E=6e7, nu=0.0, density=1000.0)
@@ -209,6 +215,18 @@ def test_a_beam_pressed_on_a_cylinder() -> None:
     assert force[near].sum() == pytest.approx(F, rel=0.03)
     assert curvature == pytest.approx(1.0 / R, rel=0.01)
     assert F * (tip[0] - end) == pytest.approx(EI / R, rel=0.01)
+    book(
+        "Contact", "Beam pressed on a circle (cable, 40 elements): where contact ends", reference="L - EI/(P R)",
+        source="closed form, Euler-Bernoulli", error=abs(F * (tip[0] - end) / (EI / R) - 1.0), allowed=0.01,
+    )  # fmt: skip
+    book(
+        "Contact", "Beam pressed on a circle (cable, 40 elements): concentrated force there", reference="P",
+        source="closed form, Euler-Bernoulli", error=abs(force[near].sum() / F - 1.0), allowed=0.03,
+    )  # fmt: skip
+    book(
+        "Contact", "Beam pressed on a circle (cable, 40 elements): curvature", reference="1/R",
+        source="closed form, Euler-Bernoulli", error=abs(curvature * R - 1.0), allowed=0.01,
+    )  # fmt: skip
 
 
 MU, BETA, RADIUS, TAIL = 0.3, 0.5 * math.pi, 0.1, 0.1
@@ -246,26 +264,39 @@ def capstan(*, turning: float = 0.0, pull: float | None = None, speed: float = 0
     return system.assemble()
 
 
-def test_capstan_pulled() -> None:
+def test_capstan_pulled(book: Book) -> None:
     """Force ratio e^(mu beta); pulled so slowly that nothing else counts."""
     solution = run(capstan(speed=0.01), [0.0, 0.1, 0.5, 0.8], tolerance=1e-5)
     assert np.abs(solution.la[2:, 0]) == pytest.approx(math.exp(MU * BETA), rel=0.01)
     assert solution.ledger[-1, alpha.BY_FRICTION] > 0.0
+    book(
+        "Contact", "Capstan, a quarter of a turn, cable pulled (48 elements)", reference="e^(mu beta)",
+        source="closed form", error=np.abs(np.abs(solution.la[2:, 0]) / math.exp(MU * BETA) - 1.0).max(), allowed=0.01,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("way", [-1.0, 1.0])
-def test_a_turning_drum_drags_the_cable(way: float) -> None:
+def test_a_turning_drum_drags_the_cable(way: float, book: Book) -> None:
     """The held end bears e^(mu beta) of the load where the drum turns away from it, else its inverse."""
     solution = run(capstan(turning=0.5 * way), [0.0, 0.5, 0.8], tolerance=1e-5)
     assert np.abs(solution.la[1:, 0]) == pytest.approx(math.exp(-way * MU * BETA), rel=0.01)
+    book(
+        "Contact", f"Capstan, the drum turns, {'towards' if way > 0 else 'away from'} the load",
+        reference="e^(+- mu beta)", source="closed form",
+        error=np.abs(np.abs(solution.la[1:, 0]) / math.exp(-way * MU * BETA) - 1.0).max(), allowed=0.01,
+    )  # fmt: skip
 
 
-def test_what_sticks_does_not_creep() -> None:
+def test_what_sticks_does_not_creep(book: Book) -> None:
     assembly = capstan(pull=1.2)
     solution = run(assembly, [0.0, 1.0, 2.0, 10.0], tolerance=1e-5)
     places = coordinates(assembly, solution.y, "cable")[:, :, 0]
     assert np.abs(places[3] - places[2]).max() < 1e-7
     assert np.abs(places[3] - places[0])[:, :2].max() < 0.01
+    book(
+        "Contact", "Cable that sticks on a drum, 8 s", reference="no creep", source="closed form",
+        error=np.abs(places[3] - places[2]).max(), allowed=1e-7, unit="m",
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ ends

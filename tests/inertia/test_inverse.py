@@ -44,7 +44,7 @@ def close(found, names, rel):
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.4, 0.0), (0.0, 0.2), (0.4, 0.17392), (0.8, 0.348), (-0.3, 0.13)])
 @pytest.mark.parametrize("Ixz", [0.0, 439.2, -439.2])
-def test_three_frequencies_there_and_back(at, Ixz):
+def test_three_frequencies_there_and_back(at, Ixz, book):
     """Also where ex / a = ez / b, where the polynomial degenerates to a double one."""
     tensor = np.diag([3703.0, 43920.0, 43920.0])
     tensor[0, 2] = tensor[2, 0] = Ixz
@@ -58,6 +58,12 @@ def test_three_frequencies_there_and_back(at, Ixz):
     assert found.candidates[1].mac < 0.9
     assert "Iyy" in found.assumed
     assert "Ixx" not in found.assumed
+    if Ixz > 0.0:
+        book(
+            "Inertia stand and identification", f"Moments from three frequencies, offset {at}, Ixz {Ixz:g}",
+            reference="Ixx, Izz put in", source="there and back",
+            error=max(abs(found["Ixx"] / 3703.0 - 1.0), abs(found["Izz"] / 43920.0 - 1.0)), allowed=1e-9,
+        )  # fmt: skip
 
 
 def test_every_candidate_gives_the_frequencies():
@@ -86,7 +92,7 @@ def test_shapes_and_not_nearness_tell_the_candidate():
         from_three_frequencies(STAND, BODY, modes.natural_frequency)
 
 
-def test_three_frequencies_with_unequal_springs():
+def test_three_frequencies_with_unequal_springs(book):
     stand = Stand(
         points=[[2.0, 0, 0.9], [1.9, 0, -0.8], [-2.1, 0, -0.9], [-1.8, 0, 0.85], [0.1, 0, 0.5]],
         stiffness=[7e5, 8e5, 7.5e5, 6e5, 1e5],
@@ -95,6 +101,11 @@ def test_three_frequencies_with_unequal_springs():
     modes = vertical_model(stand, BODY).modes()
     found = from_three_frequencies(stand, BODY, modes.natural_frequency, shapes=modes.at(P), points=P)
     close(found, ("Ixx", "Izz"), 1e-9)
+    book(
+        "Inertia stand and identification", "Moments from three frequencies, five unequal springs",
+        reference="Ixx, Izz put in", source="there and back",
+        error=max(abs(found[name] / TRUE[name] - 1.0) for name in ("Ixx", "Izz")), allowed=1e-9,
+    )  # fmt: skip
 
 
 def test_frequencies_that_no_body_has():

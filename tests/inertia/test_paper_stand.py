@@ -44,8 +44,14 @@ def box(n):
     ("ex", "expected"),
     [(0.0, (13.962, 16.422, 24.59)), (0.4, (13.229, 17.332, 24.59)), (0.8, (12.036, 19.050, 24.59))],
 )
-def test_frequencies_against_the_offset(ex, expected):
-    np.testing.assert_allclose(vertical_model(stand(), body(ex)).modes().natural_frequency, expected, atol=6e-4)
+def test_frequencies_against_the_offset(ex, expected, book):
+    numbers = ", ".join(map(str, expected))
+    book(
+        "Inertia stand and identification", f"Stand, offset {ex:g} m: three frequencies", reference=f"{numbers} rad/s",
+        source="Belyakov 2002; independent linear model",
+        error=np.abs(vertical_model(stand(), body(ex)).modes().natural_frequency - expected).max(), allowed=6e-4,
+        unit="rad/s",
+    )  # fmt: skip
 
 
 def test_width_of_the_printed_roll_frequency():
@@ -53,30 +59,44 @@ def test_width_of_the_printed_roll_frequency():
     np.testing.assert_allclose(roll, [24.590, 24.6015], atol=5e-4)
 
 
-def test_hanging_free():
+def test_hanging_free(book):
     w = linear_model(stand(), body()).modes().natural_frequency
     np.testing.assert_allclose(w[:2], 4.22, atol=0.005)
     assert w[2] == pytest.approx(5.414, abs=0.001)  # told as 5.42; sqrt(M g (a^2 + b^2) / (l I_yy)) is 5.414
     np.testing.assert_allclose(w[3:], [13.962, 16.422, 24.590], atol=6e-4)
+    book(
+        "Inertia stand and identification", "Stand, hanging free: lateral and yaw frequencies",
+        reference="4.22, 4.22, 5.414 rad/s", source="independent computation",
+        error=np.abs(w[:3] - [4.22, 4.22, 5.414]).max(), allowed=0.005, unit="rad/s",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (0.4, 0.0), (0.8, 0.348), (-0.3, 0.2)])
-def test_sum_of_energies(at):
+def test_sum_of_energies(at, book):
     s, b = stand(), body(*at)
     E = energies(s, b)
     assert E.sum() == pytest.approx(3 * FORCE**2 / (8 * K), rel=1e-12)
     assert E.sum() == pytest.approx(48.72, abs=0.005)
+    book(
+        "Inertia stand and identification", f"Stand, offset {at}: sum of the modes' energies", reference="3 F^2/8 k",
+        source="closed form", error=abs(E.sum() / (3 * FORCE**2 / (8 * K)) - 1.0), allowed=1e-12,
+    )  # fmt: skip
     modes = vertical_model(s, b).modes()
     amplitude = modes.amplitude(modes.release((0.0, -FORCE, 0.0), s.points[0]), s.points)
     np.testing.assert_allclose(E, spring_energies(K, amplitude), rtol=1e-9)
     np.testing.assert_allclose(E, 0.5 * FORCE * np.abs(amplitude[:, 0]), rtol=1e-9)
 
 
-def test_energies_of_the_modes():
+def test_energies_of_the_modes(book):
     np.testing.assert_allclose(energies(stand(), body()), 16.24, atol=0.005)
     np.testing.assert_allclose(energies(stand(), body(0.4)), [30.2, 2.27, 16.24], atol=0.01)
     np.testing.assert_allclose(energies(stand(), body(0.8)), [32.3, 0.171, 16.24], atol=0.01)
     assert energies(stand(), body(0.8, 0.348)).min() == pytest.approx(3e-4, abs=0.5e-4)
+    book(
+        "Inertia stand and identification", "Stand, offset 0.4 m: energies of the modes",
+        reference="30.2, 2.27, 16.24 J", source="independent computation",
+        error=np.abs(energies(stand(), body(0.4)) - [30.2, 2.27, 16.24]).max(), allowed=0.05, unit="J",
+    )  # fmt: skip
 
 
 def test_map_of_the_least_energy():
@@ -97,13 +117,17 @@ def test_a_longer_stand_bears_more():
         assert share[np.argmax(low < 0.05 * 16.24)] == pytest.approx(limit, abs=0.001)
 
 
-def test_height_of_the_attachment_plane():
+def test_height_of_the_attachment_plane(book):
     """h = 0.1 m: +0.4 % on roll hanging, +0.6 % on coil springs with lateral stiffness k / 2."""
     w = [linear_model(stand(), body(h=h)).modes().natural_frequency[-1] for h in (0.0, 0.1)]
-    assert w[1] / w[0] - 1 == pytest.approx(0.0039, abs=1e-4)
+    hanging = w[1] / w[0] - 1
     coil = stand("standing", lateral_stiffness=0.5 * K)
     w = [linear_model(coil, body(h=h)).modes().natural_frequency[-1] for h in (0.0, 0.1)]
     assert w[1] / w[0] - 1 == pytest.approx(0.0062, abs=1e-4)
+    book(
+        "Inertia stand and identification", "Stand, plane of the springs 0.1 m up: roll, hanging", reference="+ 0.39 %",
+        source="independent computation", error=abs(hanging - 0.0039), allowed=1e-4,
+    )  # fmt: skip
 
 
 def test_roll_stiffness_gains_what_height_adds():
@@ -135,14 +159,18 @@ def test_bias_of_the_simple_model(support):
     assert np.max(np.abs(inner)) < 2.5e-4
 
 
-def test_tilt_shifts_ixx_where_yaw_is_held_about_the_vertical():
+def test_tilt_shifts_ixx_where_yaw_is_held_about_the_vertical(book):
     """A body that may only turn about level axes: up to 0.17 %. Guides that leave it its own x axis: 0.07 %."""
     import dataclasses
 
     b = body(0.8, 0.4 * B)
     model = linear_model(stand("guided"), b)
     held = dataclasses.replace(model, basis=np.eye(6)[:, [1, 3, 5]])
-    assert bias(stand("guided"), (0.8, 0.4 * B), held.modes().natural_frequency)[0] == pytest.approx(0.00164, abs=2e-5)
+    shift = bias(stand("guided"), (0.8, 0.4 * B), held.modes().natural_frequency)[0]
+    book(
+        "Inertia stand and identification", "Stand, yaw held about the vertical: shift of Ixx", reference="0.164 %",
+        source="independent computation", error=abs(shift - 0.00164), allowed=2e-5,
+    )  # fmt: skip
 
 
 def test_full_model_has_no_bias_where_modes_can_be_seen():
@@ -218,8 +246,13 @@ def with_product(share):
         ({"body": with_product(0.01)}, (-0.14, 1.09)),
     ],
 )
-def test_sensitivities(change, expected):
-    np.testing.assert_allclose(np.abs(shifted(change)), np.abs(expected), atol=0.01)
+def test_sensitivities(change, expected, book):
+    book(
+        "Inertia stand and identification",
+        f"Stand, sensitivities of Ixx and Izz, {abs(expected[0])} and {abs(expected[1])} %",
+        reference="percent of a change of 1 mm or 1 %", source="independent computation",
+        error=np.abs(np.abs(shifted(change)) - np.abs(expected)).max(), allowed=0.01, unit="%",
+    )  # fmt: skip
 
 
 def test_sensitivity_to_frequencies():

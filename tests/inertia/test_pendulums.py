@@ -31,7 +31,7 @@ def quarter(acceleration, amplitude):
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 0.1, 0.5, 1.5])
-def test_multifilar_against_the_exact_motion(amplitude):
+def test_multifilar_against_the_exact_motion(amplitude, book):
     M, L, R, r, inertia, kappa = 12.0, 0.8, 0.3, 0.4, 0.5, 0.4
 
     def acceleration(t, y):
@@ -47,12 +47,22 @@ def test_multifilar_against_the_exact_motion(amplitude):
     error = multifilar(w, **given) / inertia - 1
     assert 0.0 < error
     assert error < 0.7 * amplitude**2
+    book(
+        "Inertia stand and identification", f"Multifilar pendulum, swing of {amplitude:g} rad",
+        reference="moment put in", source="SciPy DOP853, 1e-12",
+        error=abs(multifilar(w, amplitude=amplitude, **given) / inertia - 1.0), allowed=1e-8,
+    )  # fmt: skip
 
 
-def test_compound_against_the_exact_motion():
+def test_compound_against_the_exact_motion(book):
     M, r, inertia, amplitude = 3.0, 0.4, 0.2, 1.0
     w = quarter(lambda t, y: [y[1], -M * G * r * np.sin(y[0]) / (inertia + M * r * r)], amplitude)
     assert compound(w, mass=M, distance=r, amplitude=amplitude) == pytest.approx(inertia, rel=1e-9)
+    book(
+        "Inertia stand and identification", "Compound pendulum, swing of 1 rad", reference="moment put in",
+        source="SciPy DOP853, 1e-12", error=abs(compound(w, mass=M, distance=r, amplitude=amplitude) / inertia - 1.0),
+        allowed=1e-9,
+    )  # fmt: skip
     with pytest.raises(InputError, match="above that of a point mass"):
         compound(10.0, mass=M, distance=1.0)
 

@@ -10,7 +10,7 @@ from evolvent.system import System
 
 
 @pytest.mark.parametrize("rate", [(0.01, 1.0, 0.01), (0.7, -0.4, 0.5)])
-def test_energy_and_momentum_to_1e10_over_1000_s(rate):
+def test_energy_and_momentum_to_1e10_over_1000_s(rate, book):
     J = np.array([1.0, 2.0, 3.0])
     system = System()
     system.add(
@@ -26,3 +26,11 @@ def test_energy_and_momentum_to_1e10_over_1000_s(rate):
     assert energy == pytest.approx(energy[0], rel=1e-10)
     assert np.abs(momentum - momentum[0]).max() < 1e-10 * np.linalg.norm(momentum[0])
     assert solution.y[:, :3] == pytest.approx(np.outer(samples, (0.1, 0.2, 0.3)), abs=1e-9)
+    book(
+        "Rigid bodies", f"Free body for 1000 s, energy, from rates {rate}", reference="constant", source="invariant",
+        error=np.abs(energy / energy[0] - 1.0).max(), allowed=1e-10,
+    )  # fmt: skip
+    book(
+        "Rigid bodies", f"Free body for 1000 s, angular momentum, from rates {rate}", reference="constant",
+        source="invariant", error=np.abs(momentum - momentum[0]).max() / np.linalg.norm(momentum[0]), allowed=1e-10,
+    )  # fmt: skip

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.builder import Assembly
@@ -39,17 +40,25 @@ def drift(seen: Run, total: np.ndarray) -> float:
     return float(np.max(np.abs(kept - kept[0])))
 
 
-def test_springs_keep_angular_momentum_between_releases() -> None:
+def test_springs_keep_angular_momentum_between_releases(book: Book) -> None:
     """To 1e-10 of the body's momentum, over the whole deployment (issue 2)."""
     seen = springs()
     assert drift(seen, seen.momentum) < 1e-10 * H0
+    book(
+        "Threads, reels, tethers", "Heliogyro on springs, angular momentum between releases", reference="constant",
+        source="invariant", error=drift(seen, seen.momentum) / H0, allowed=1e-10,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("rtol", [1e-8, 1e-9, 1e-10])
-def test_inextensible_keeps_angular_momentum_to_the_tolerance(rtol: float) -> None:
+def test_inextensible_keeps_angular_momentum_to_the_tolerance(rtol: float, book: Book) -> None:
     """It follows the tolerance asked (issue 2): over 24 000 steps the drift stays below 25 of it."""
     seen = inextensible(rtol)
     assert drift(seen, seen.momentum) < 25.0 * rtol * H0
+    book(
+        "Threads, reels, tethers", f"Heliogyro on links, angular momentum, tolerance {rtol:g}", reference="constant",
+        source="invariant", error=drift(seen, seen.momentum) / H0, allowed=25.0 * rtol,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("segments", "turn"), [("inextensible", True), ("springs", True), ("springs", False)])

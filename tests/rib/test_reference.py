@@ -17,13 +17,17 @@ T = 0.2
 
 
 @pytest.mark.parametrize(("alpha", "end"), [(0.0, 27.63), (0.2, 66.40), (0.5, 145.86)])
-def test_a_light_string_is_wound_when_other_computations_say(alpha, end):
+def test_a_light_string_is_wound_when_other_computations_say(alpha, end, book):
     found = reference.string_winding(PAPER, T, alpha)
     assert found.end_time == pytest.approx(end, abs=0.005)
     assert found.wrap[-1] * PAPER.radius == pytest.approx(0.98 * PAPER.length, rel=1e-9)
     assert np.all(np.diff(found.swing) >= 0.0)
     assert np.all(np.diff(found.wrap) >= 0.0)
     assert np.argmax(found.tip_speed) == found.time.size - 1
+    book(
+        "Wrapped rib", f"Light string wound on a hub, alpha {alpha:g} 1/s: end", reference=f"{end} s",
+        source="independent computation", error=abs(found.end_time - end), allowed=0.005, unit="s",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("alpha", "damped"), [(0.0, None), (0.2, None), (0.5, None), (0.5, [(0.0, 2.0), (5.0, 7.0)])])
@@ -157,7 +161,7 @@ def test_deployment():
     assert reference.deployed_length(PAPER, np.array([end, 2 * end])) == pytest.approx([12.0, 12.0], rel=1e-12)
 
 
-def test_deployment_solves_lagranges_equation():
+def test_deployment_solves_lagranges_equation(book):
     """Tail of length l = R ph, m l^3 ph'^2/6 less EI l/(2 R^2) released: solved from a short tail on."""
     R, m, EI = PAPER.radius, PAPER.line_density, PAPER.bending_stiffness
     v = reference.deployment_speed(PAPER)
@@ -171,3 +175,8 @@ def test_deployment_solves_lagranges_equation():
     found = solve_ivp(rates, (start, 8000.0), [tail / R, v / tail], rtol=1e-10, atol=1e-12)
     assert R * found.y[0, -1] == pytest.approx(float(reference.deployed_length(PAPER, 8000.0)), rel=1e-6)
     assert R * found.y[0, -1] * found.y[1, -1] == pytest.approx(v, rel=1e-6)
+    book(
+        "Wrapped rib", "Free deployment: length out", reference="v^2 = 3 E I/(rho A R^2), Lagrange's equation",
+        source="SciPy, 1e-10", error=abs(R * found.y[0, -1] / float(reference.deployed_length(PAPER, 8000.0)) - 1.0),
+        allowed=1e-6,
+    )  # fmt: skip

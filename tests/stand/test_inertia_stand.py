@@ -14,7 +14,7 @@ def run(**overrides):
     return evolvent.run("inertia-stand", {k.replace("__", "."): v for k, v in overrides.items()})
 
 
-def test_reference_values_at_the_middle():
+def test_reference_values_at_the_middle(book):
     """stand.md: 13.962, 16.422, 24.59 rad/s; 16.24 J each, 48.72 J in all; lateral 4.22 rad/s twice."""
     found = run()
     assert found.mode_frequency.values == pytest.approx([13.962, 16.422, 24.59], abs=6e-4)
@@ -24,6 +24,16 @@ def test_reference_values_at_the_middle():
     assert list(found.linear_kind.values[3:]) == ["heave", "pitch", "roll"]
     assert found.attrs["status"] == "success"
     assert float(np.abs(found.energy_balance).max()) < 1e-7
+    book(
+        "Inertia stand and identification", "Stand simulated and identified, no offset: frequencies",
+        reference="13.962, 16.422, 24.59 rad/s", source="Belyakov 2002; independent linear model",
+        error=np.abs(found.mode_frequency.values - [13.962, 16.422, 24.59]).max(), allowed=6e-4, unit="rad/s",
+    )  # fmt: skip
+    book(
+        "Inertia stand and identification", "Stand simulated and identified, no offset: sum of energies",
+        reference="3 F^2/8 k", source="closed form",
+        error=abs(float(found.mode_energy.sum()) / (3.0 * 9806.65**2 / (8.0 * 740250.0)) - 1.0), allowed=1e-5,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -31,15 +41,19 @@ def test_reference_values_at_the_middle():
     [(0.4, (13.229, 17.332, 24.590), (30.2, 2.27, 16.24)), (0.8, (12.036, 19.050, 24.590), (32.3, 0.171, 16.24))],
 )
 @pytest.mark.parametrize("support", ["hanging", "guided"])
-def test_reference_values_off_the_middle(offset, frequencies, energies, support):
+def test_reference_values_off_the_middle(offset, frequencies, energies, support, book):
     found = run(body__offset_x=offset, stand__support=support, identification__order=3)
     assert found.mode_frequency.values == pytest.approx(frequencies, abs=1.5e-3)
     assert found.mode_energy.values == pytest.approx(energies, rel=0.005)
     error = (found.inertia_identified / found.inertia_true - 1.0).sel(component=["xx", "zz"])
     assert np.abs(error.values).max() < 1e-4
+    book(
+        "Inertia stand and identification", f"Stand simulated and identified, offset {offset:g} m, {support}: Ixx, Izz",
+        reference="put in", source="there and back", error=np.abs(error.values).max(), allowed=1e-4,
+    )  # fmt: skip
 
 
-def test_the_papers_scheme_at_6_ms_shows_the_papers_frequency():
+def test_the_papers_scheme_at_6_ms_shows_the_papers_frequency(book):
     """24.59 as printed, for b = 0.87 m, is 24.6015 less (omega dt)^2 / 48 of it."""
     found = run(
         stand__half_width="0.87 m",
@@ -55,6 +69,11 @@ def test_the_papers_scheme_at_6_ms_shows_the_papers_frequency():
     assert float(found.mode_frequency[-1]) == pytest.approx(linear * (1.0 - theta**2 / 48.0), rel=1e-5)
     assert f"{float(found.mode_frequency[-1]):.2f}" == "24.59"
     assert "takes" in found.attrs["warning"]
+    book(
+        "Inertia stand and identification", "Modified Euler of the paper, 6 ms: frequency", reference="1 - (w h)^2/48",
+        source="closed form; printed 24.59 rad/s",
+        error=abs(float(found.mode_frequency[-1]) / (linear * (1.0 - theta**2 / 48.0)) - 1.0), allowed=1e-5,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("support", ["hanging", "guided"])

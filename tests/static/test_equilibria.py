@@ -21,18 +21,27 @@ from static.composing import EI, STEEL, STRIP, beam, nodes, solved, tip_force
 
 
 @pytest.mark.parametrize("formulation", ["assumed_strain", "elastic_line", "nu_split"])
-def test_a_small_tip_load_bends_as_much_as_linear_curvature_lets_it(formulation):
+def test_a_small_tip_load_bends_as_much_as_linear_curvature_lets_it(formulation, book):
     for n in (1, 2, 4, 8):
         a = beam(formulation, n, more=tip_force(0.0, 3e-6 * EI, 0.0))
         r = solved(solve_static(a))
         assert_allclose(nodes(a, r)[-1, 0, 1] / 1e-6, 1.0 - 0.25 / n**2, rtol=2e-5)
+    book(
+        "Statics of beams", f"Cantilever, small tip load ({formulation}, {n} elements)",
+        reference="1 - 1/(4 n^2) of F L^3/3 EI", source="closed form",
+        error=abs(nodes(a, r)[-1, 0, 1] / 1e-6 / (1.0 - 0.25 / n**2) - 1.0), allowed=2e-5,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("formulation", ["cable", "cable_stretch"])
-def test_a_cable_under_a_small_tip_load_is_exact_and_so_are_its_reactions_and_energy(formulation):
+def test_a_cable_under_a_small_tip_load_is_exact_and_so_are_its_reactions_and_energy(formulation, book):
     a = beam(formulation, 3, more=tip_force(0.0, 3e-4 * EI, 0.0))
     r = solved(solve_static(a))
     assert_allclose(nodes(a, r)[-1, 0, 1], 1e-4, rtol=1e-5)
+    book(
+        "Statics of beams", f"Cantilever, small tip load ({formulation}, 3 elements)", reference="F L^3/3 EI",
+        source="closed form", error=abs(nodes(a, r)[-1, 0, 1] / 1e-4 - 1.0), allowed=1e-5,
+    )  # fmt: skip
     assert_allclose(r.la[-1][place_of_rows(a, "root")][:3], [0.0, 3e-4 * EI, 0.0], atol=1e-9 * EI)
     assert r.free == []
     assert r.factor[-1] == 1.0
@@ -43,17 +52,22 @@ def test_a_cable_under_a_small_tip_load_is_exact_and_so_are_its_reactions_and_en
 
 
 @pytest.mark.parametrize(("formulation", "count", "tolerance"), [("assumed_strain", 32, 1e-3), ("cable", 40, 3e-5)])
-def test_a_large_tip_load_bends_to_an_elastica(formulation, count, tolerance):
+def test_a_large_tip_load_bends_to_an_elastica(formulation, count, tolerance, book):
     a = beam(formulation, count, more=tip_force(0.0, 10.0 * EI, 0.0))
     r = solved(solve_static(a, load_steps=[0.4]))
     tips = np.array([nodes(a, y)[-1, 0, :2] for y in r.y])
     assert_allclose(tips[r.factor == 0.4][0], elastica(4.0), atol=tolerance)
     assert_allclose(tips[-1], elastica(10.0), atol=tolerance)
     assert_allclose(tips[-1], (0.44500, 0.81061), atol=1e-3)  # Bisshopp & Drucker (1945)
+    book(
+        "Statics of beams", f"Elastica, P L^2/EI = 10 ({formulation}, {count} elements)",
+        reference="tip 0.44500, 0.81061 L", source="shooting, SciPy; Bisshopp & Drucker 1945",
+        error=np.abs(tips[-1] - elastica(10.0)).max(), allowed=tolerance, unit="L",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("formulation", "order"), [("assumed_strain", 2.0), ("cable", 4.0)])
-def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order):
+def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
     def turned(system: System) -> None:
         system.add(parts.RigidBody(motion="free", mass=1.0, inertia=1.0, position=(1.0, 0.0, 0.0)), "grip")
         system.add(parts.Joint(a="grip", b=("beam", "tip"), kind="clamp"), "held")
@@ -71,6 +85,11 @@ def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order):
         assert "grip" in r.free  # which a cable does not hold about its axis
     assert gaps[1] < (0.05 if formulation == "assumed_strain" else 1e-4)
     assert_allclose(np.log2(gaps[0] / gaps[1]), order, atol=0.4)
+    book(
+        "Statics of beams", f"Roll-up to a circle ({formulation}, 20 elements)", reference="tip back at the clamp",
+        source="closed form", error=gaps[1], allowed=0.05 if formulation == "assumed_strain" else 1e-4, unit="L",
+        order=np.log2(gaps[0] / gaps[1]), wanted=f"{order:g}",
+    )  # fmt: skip
 
 
 def princeton(load: float, angle: float, count: int = 8) -> np.ndarray:
@@ -82,7 +101,7 @@ def princeton(load: float, angle: float, count: int = 8) -> np.ndarray:
     return nodes(a, solved(solve_static(a)))[-1]
 
 
-def test_the_princeton_beam():
+def test_the_princeton_beam(book):
     s, E, length, load = Rectangle(thickness=3.2024e-3, width=12.377e-3).properties(0.31), 71.7e9, 0.508, 13.345
     small = princeton(4.448e-3, np.pi / 4)[0]
     assert_allclose(small[1], 4.448e-3 * np.sin(np.pi / 4) * length**3 / (3 * E * s.Iz), rtol=0.01)
@@ -93,9 +112,14 @@ def test_the_princeton_beam():
     twist = np.degrees(np.arctan2(oblique[2][2], oblique[2][1]))
     assert 0.5 < abs(twist) < 6.0
     assert_allclose(oblique[0], princeton(load, np.pi / 4, count=16)[0], rtol=0.02)
+    book(
+        "Statics of beams", "Princeton beam, 13.345 N flatwise (assumed_strain, 8 elements)", reference="elastica",
+        source="shooting, SciPy", error=np.abs(flat[0][:2] / length - elastica(load * length**2 / (E * s.Iz))).max(),
+        allowed=1e-3, unit="L",
+    )  # fmt: skip
 
 
-def test_a_deep_strip_buckles_sideways_at_the_load_of_theory():
+def test_a_deep_strip_buckles_sideways_at_the_load_of_theory(book):
     section = Rectangle(thickness=1e-3, width=5e-2)
     s = section.properties(STEEL.nu)
     unit = np.sqrt(STEEL.E * s.Iz * STEEL.shear_modulus * s.J)
@@ -105,7 +129,11 @@ def test_a_deep_strip_buckles_sideways_at_the_load_of_theory():
         return modes(a, count=1).square[0]
 
     assert lowest(3.0) > 0.0 > lowest(4.5)
-    assert_allclose(brentq(lowest, 3.9, 4.1, xtol=1e-3), 4.0126, rtol=3e-3)
+    book(
+        "Statics of beams", "Lateral buckling (assumed_strain, 32 elements)", reference="4.0125993 sqrt(EI GJ)/L^2",
+        source="closed form, Prandtl 1899", error=abs(brentq(lowest, 3.9, 4.1, xtol=1e-3) / 4.0125993 - 1.0),
+        allowed=3e-3,
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ snapping
@@ -134,7 +162,7 @@ def load_at(z):
     return 3.0 * K * (np.hypot(HALF, RISE) - length) / length * z
 
 
-def test_the_arc_goes_through_the_limits_of_load():
+def test_the_arc_goes_through_the_limits_of_load(book):
     r = solved(solve_static(pyramid(4.0 * LIMIT), arc_length=True, load_steps=50))
     z = r.y[:, 2]
     assert_allclose(4.0 * LIMIT * r.factor, load_at(z), atol=1e-9 * LIMIT)
@@ -143,9 +171,13 @@ def test_the_arc_goes_through_the_limits_of_load():
     assert z[-1] < -RISE
     assert np.all(np.diff(z) < 0.0)
     assert_allclose(r.elastic, 1.5 * K * (np.hypot(HALF, z) - np.hypot(HALF, RISE)) ** 2, rtol=1e-9)
+    book(
+        "Statics of beams", "Snapping of three springs, arc length", reference="load of every place on the path",
+        source="closed form", error=np.abs(4.0 * r.factor - load_at(z) / LIMIT).max(), allowed=1e-9, unit="limit load",
+    )  # fmt: skip
 
 
-def test_the_arc_goes_through_snap_back():
+def test_the_arc_goes_through_snap_back(book):
     soft = 5.0
     r = solved(solve_static(pyramid(4.0 * LIMIT, soft), arc_length=True, load_steps=50))
     apex, end = r.y[:, 2], r.y[:, 5]
@@ -153,6 +185,11 @@ def test_the_arc_goes_through_snap_back():
     assert_allclose(apex - end - 1.0, load_at(apex) / soft, atol=1e-9)
     assert np.diff(end).max() > 0.01  # the end goes back while the apex goes on
     assert r.statistics["steps"] < 400
+    book(
+        "Statics of beams", "Snap-back behind a soft spring, arc length", reference="load of every place on the path",
+        source="closed form", error=np.abs(4.0 * r.factor - load_at(apex) / LIMIT).max(), allowed=1e-9,
+        unit="limit load",
+    )  # fmt: skip
 
 
 def test_load_steps_slide_past_a_limit_to_what_holds():
@@ -166,7 +203,7 @@ def test_load_steps_slide_past_a_limit_to_what_holds():
 # ------------------------------------------------------------------------------------------------ cables and bars
 
 
-def test_a_hanging_chain_is_a_catenary():
+def test_a_hanging_chain_is_a_catenary(book):
     section, length, span, n = Rectangle(thickness=1e-3, width=1e-3), 1.3, 1.0, 40
     # starts as a circular arc of that length
     half = brentq(lambda b: length * np.sin(b) / b - span, 0.1, 3.0)
@@ -185,9 +222,14 @@ def test_a_hanging_chain_is_a_catenary():
     assert_allclose(-place[:, 2], depth, atol=2e-3 * length)
     weight = 1e4 * 1e-6 * 9.81
     assert_allclose(r.la[-1][place_of_rows(a, "root")], [weight * c, 0.0, -0.5 * weight * length], atol=0.01 * weight)
+    book(
+        "Statics of beams", "Catenary (cable, 40 elements, with its bending stiffness)",
+        reference="shape of a perfect chain", source="closed form", error=np.abs(-place[:, 2] - depth).max() / length,
+        allowed=2e-3, unit="L",
+    )  # fmt: skip
 
 
-def test_a_bar_stretches_under_its_turn():
+def test_a_bar_stretches_under_its_turn(book):
     section, material, rate = Rectangle(thickness=0.02, width=0.02), Material(E=7e5, nu=0.3, density=1000.0), 0.5
     a = beam("cable", 8, section=section, material=material)
     r = solved(solve_static(a, rotating=(0.0, 0.0, rate)))
@@ -195,9 +237,14 @@ def test_a_bar_stretches_under_its_turn():
     # velocities are those of the turn
     n_q = int(a.model.info["nq"][0])
     assert_allclose(r.y[-1, n_q + 48 : n_q + 51], [0.0, rate * nodes(a, r)[-1, 0, 0], 0.0], atol=1e-12)
+    book(
+        "Statics of beams", "Bar that turns, small strain (cable, 8 elements)", reference="rho W^2 L^3/3 E",
+        source="closed form", error=abs((nodes(a, r)[-1, 0, 0] - 1.0) / (1000.0 * rate**2 / (3.0 * 7e5)) - 1.0),
+        allowed=1e-3,
+    )  # fmt: skip
 
 
-def test_a_cantilever_leans_on_a_cylinder():
+def test_a_cantilever_leans_on_a_cylinder(book):
     section, material = Rectangle(thickness=0.01, width=0.02), Material(E=1e9, nu=0.3, density=1000.0)
 
     def prop(system: System) -> None:
@@ -213,6 +260,10 @@ def test_a_cantilever_leans_on_a_cylinder():
     assert_allclose(r.cylinders[-1, 0, 6], 0.375 * weight, rtol=3e-3)  # 3/8 of a propped cantilever's load
     assert_allclose(r.la[-1][place_of_rows(a, "root")][2], -0.625 * weight, rtol=3e-3)
     assert r.cylinders[-1, 0, 8] == 1.0
+    book(
+        "Contact", "Propped cantilever under its weight, by contact", reference="3/8 of the weight",
+        source="closed form", error=abs(r.cylinders[-1, 0, 6] / (0.375 * weight) - 1.0), allowed=3e-3,
+    )  # fmt: skip
 
 
 def test_a_body_hangs_from_springs_that_hold_it_sideways_only_when_pulled():

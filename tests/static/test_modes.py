@@ -38,7 +38,7 @@ def across(found, axis: int, name: str = "beam", threshold: float = 0.9) -> np.n
 
 @pytest.mark.parametrize("ends", list(FORMS))
 @pytest.mark.parametrize(("formulation", "count"), [("cable", 16), ("cable_stretch", 16), ("assumed_strain", 32)])
-def test_bending_frequencies_of_a_beam(formulation, count, ends):
+def test_bending_frequencies_of_a_beam(formulation, count, ends, book):
     joints, wanted = FORMS[ends]
     found = modes(beam(formulation, count, joints, section=BAR), count=16)
     if formulation == "assumed_strain":
@@ -50,13 +50,23 @@ def test_bending_frequencies_of_a_beam(formulation, count, ends):
     if ends == "free":
         assert np.sum(found.frequency == 0.0) == (6 if formulation == "assumed_strain" else 5)
     assert np.all(found.decay_rate == 0.0)
+    numbers = ", ".join(f"{x:.6g}" for x in wanted)
+    book(
+        "Modes", f"Beam, {ends}: {len(wanted)} frequencies ({formulation}, {count} elements)",
+        reference=f"{numbers} sqrt(EI/m L^4)", source="closed form", error=np.abs(w / wanted - 1.0).max(),
+        allowed=5e-3 if formulation == "assumed_strain" else 1e-4,
+    )  # fmt: skip
 
 
-def test_frequencies_converge_with_the_square_of_the_elements():
+def test_frequencies_converge_with_the_square_of_the_elements(book):
     errors = [
         modes(beam("assumed_strain", n, section=BAR), count=1).frequency[0] / UNIT / 3.516015 - 1.0 for n in (4, 8, 16)
     ]
     assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.15)
+    book(
+        "Modes", "Cantilever, first frequency (assumed_strain, 16 elements)", reference="3.516015 sqrt(EI/m L^4)",
+        source="closed form", error=abs(errors[-1]), allowed=2e-3, order=np.log2(errors[1] / errors[2]), wanted="2",
+    )  # fmt: skip
 
 
 def test_modes_are_orthogonal_and_their_multiple_frequencies_complete():
@@ -76,7 +86,7 @@ def test_modes_are_orthogonal_and_their_multiple_frequencies_complete():
 
 
 @pytest.mark.parametrize("formulation", ["assumed_strain", "elastic_line"])
-def test_torsion_of_a_clamped_rod(formulation):
+def test_torsion_of_a_clamped_rod(formulation, book):
     section = General(area=1e-4, Iy=2e-9, Iz=1e-9, J=5e-10)
     a = beam(formulation, 16, section=section)
     found = modes(a, count=12)
@@ -84,9 +94,13 @@ def test_torsion_of_a_clamped_rod(formulation):
     twist = np.flatnonzero(np.abs(slopes[:, 2, 2]) > 0.5 * np.linalg.norm(slopes.reshape(12, -1), axis=1))
     wanted = 0.5 * np.pi * np.sqrt(STEEL.shear_modulus * 5e-10 / (STEEL.density * 3e-9))
     assert_allclose(found.frequency[twist[0]], wanted, rtol=1e-3)
+    book(
+        "Modes", f"Torsion of a clamped rod ({formulation}, 16 elements)", reference="(pi/2) sqrt(G J/rho Ip)/L",
+        source="closed form", error=abs(found.frequency[twist[0]] / wanted - 1.0), allowed=1e-3,
+    )  # fmt: skip
 
 
-def test_a_string_is_tuned_by_its_tension():
+def test_a_string_is_tuned_by_its_tension(book):
     strain, n = 1e-3, 24
     section, material = Rectangle(thickness=1e-4, width=1e-4), STEEL
     start = np.zeros((n + 1, 2, 3))
@@ -98,6 +112,10 @@ def test_a_string_is_tuned_by_its_tension():
     tension = STEEL.E * strain * 1e-8
     wanted = k * np.sqrt((tension + STEEL.E * 1e-16 / 12.0 * k**2) / (STEEL.density * 1e-8))
     assert_allclose(found.frequency, wanted, rtol=3e-3)
+    book(
+        "Modes", "Stiff string, six frequencies (cable, 24 elements)", reference="k sqrt((T + EI k^2)/m)",
+        source="closed form", error=np.abs(found.frequency / wanted - 1.0).max(), allowed=3e-3,
+    )  # fmt: skip
 
 
 def pressed(part: float) -> float:
@@ -118,7 +136,7 @@ def pressed(part: float) -> float:
     return brentq(missing, 0.01, 3.6)
 
 
-def test_pressed_beams_slow_down_and_buckle_at_the_load_of_euler():
+def test_pressed_beams_slow_down_and_buckle_at_the_load_of_euler(book):
     section = Rectangle(thickness=1e-3, width=2e-2)
     unit = EI / (STEEL.density * 2e-5)
     squares = []
@@ -127,6 +145,10 @@ def test_pressed_beams_slow_down_and_buckle_at_the_load_of_euler():
         squares.append(modes(a, count=1).square[0] / unit)
     assert_allclose(squares[:2], [pressed(1e-9) ** 2, pressed(0.5) ** 2], rtol=1e-4)
     assert squares[2] > 0.0 > squares[3]
+    book(
+        "Modes", "Cantilever under half of the load of Euler (cable, 16 elements)", reference="first frequency",
+        source="transcendental equation", error=abs(np.sqrt(squares[1]) / pressed(0.5) - 1.0), allowed=5e-5,
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ bodies and points
@@ -145,14 +167,20 @@ def stand(ex: float = 0.0) -> System:
     ("ex", "wanted"),
     [(0.0, (13.962, 16.422, 24.590)), (0.4, (13.229, 17.332, 24.590)), (0.8, (12.036, 19.050, 24.590))],
 )
-def test_the_inertia_stand(ex, wanted):
+def test_the_inertia_stand(ex, wanted, book):
     w = modes(stand(ex).assemble()).frequency
     assert_allclose(w[3:], wanted, rtol=1e-3 if ex else 4e-5)
     if ex == 0.0:
         assert_allclose(w[:3], [4.2214, 4.2214, 5.4142], atol=1e-4)
+    numbers = ", ".join(map(str, wanted))
+    book(
+        "Inertia stand and identification", f"Stand by the general engine, offset {ex:g} m: three frequencies",
+        reference=f"{numbers} rad/s", source="independent linear model", error=np.abs(w[3:] / wanted - 1.0).max(),
+        allowed=1e-3 if ex else 4e-5,
+    )  # fmt: skip
 
 
-def test_two_bodies_on_a_spring_swing_against_each_other():
+def test_two_bodies_on_a_spring_swing_against_each_other(book):
     system = System()
     for name, x, mass in (("light", 0.0, 2.0), ("heavy", 1.0, 5.0)):
         system.add(parts.RigidBody(motion="free", mass=mass, inertia=0.1, position=(x, 0.0, 0.0)), name)
@@ -162,9 +190,13 @@ def test_two_bodies_on_a_spring_swing_against_each_other():
     assert_allclose(found.frequency[-1], np.sqrt(300.0 * (1 / 2.0 + 1 / 5.0)), rtol=1e-9)
     light, heavy = found.of("light")[-1], found.of("heavy")[-1]
     assert_allclose(2.0 * light[:3], -5.0 * heavy[:3], atol=1e-9)
+    book(
+        "Modes", "Two bodies on a spring", reference="sqrt(k (1/m1 + 1/m2))", source="closed form",
+        error=abs(found.frequency[-1] / np.sqrt(300.0 * (1 / 2.0 + 1 / 5.0)) - 1.0), allowed=1e-9,
+    )  # fmt: skip
 
 
-def test_a_mass_on_dampers_decays():
+def test_a_mass_on_dampers_decays(book):
     system = System()
     mass = system.add(parts.Point(mass=2.0))
     for axis, c in zip(np.eye(3), (1.0, 3.0, 60.0), strict=True):
@@ -177,15 +209,24 @@ def test_a_mass_on_dampers_decays():
     assert_allclose(found.frequency, [0.0, *np.sqrt(w2 - rates**2), 0.0], rtol=1e-9)
     assert_allclose(found.damping_ratio[1:3], rates / 5.0, rtol=1e-9)
     assert_allclose(modes(a).frequency, 5.0, rtol=1e-12)
+    book(
+        "Modes", "Mass on springs and dampers: decay rates, one overdamped", reference="c/2m, and both real poles",
+        source="closed form", error=np.abs(found.decay_rate / wanted - 1.0).max(), allowed=1e-9,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("formulation", "beta"), [("cable", 0.0), ("assumed_strain", 1e-3)])
-def test_damping_of_a_beam_is_that_of_its_parts(formulation, beta):
+def test_damping_of_a_beam_is_that_of_its_parts(formulation, beta, book):
     alpha = 0.5
     a = beam(formulation, 12, section=BAR, mass_damping=alpha, stiffness_damping=beta)
     still, found = modes(a, count=3), modes(a, count=3, damped=True)
     assert_allclose(found.decay_rate, 0.5 * (alpha + beta * still.square), rtol=1e-4)
     assert_allclose(np.abs(found.pole), still.frequency, rtol=1e-5)
+    book(
+        "Modes", f"Decay of a beam under proportional damping ({formulation})", reference="(alpha + beta w^2)/2",
+        source="closed form", error=np.abs(found.decay_rate / (0.5 * (alpha + beta * still.square)) - 1.0).max(),
+        allowed=1e-4,
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ turning
@@ -194,14 +235,27 @@ FLAP = {2.0: 4.137320, 6.0: 7.360373, 12.0: 13.170150}
 
 
 @pytest.mark.parametrize("eta", list(FLAP))
-def test_a_turning_cantilever(eta):
+def test_a_turning_cantilever(eta, book):
     found = modes(beam("cable", 24, section=BAR), rotating=(0.0, 0.0, eta * UNIT), count=4)
     w = found.frequency / UNIT
+    book(
+        "Modes", f"Turning cantilever, first flap, eta = {eta:g} (cable)", reference=f"{FLAP[eta]} sqrt(EI/m L^4)",
+        source="series solution", error=abs(w[across(found, 2)[0]] / FLAP[eta] - 1.0), allowed=2e-5,
+    )  # fmt: skip
+    book(
+        "Modes", f"Turning cantilever, first lag, eta = {eta:g} (cable)", reference="lag^2 = flap^2 - eta^2",
+        source="closed form", error=abs(w[across(found, 1)[0]] / np.sqrt(FLAP[eta] ** 2 - eta**2) - 1.0), allowed=5e-5,
+    )  # fmt: skip
     assert_allclose(w[across(found, 2)[0]], FLAP[eta], rtol=2e-5)
     assert_allclose(w[across(found, 1)[0]], np.sqrt(FLAP[eta] ** 2 - eta**2), rtol=5e-5)
     # of 24 coordinates, with the soft direction along the axis
     found = modes(beam("assumed_strain", 32, section=BAR), rotating=(0.0, eta * UNIT, 0.0), count=3)
     assert_allclose(found.frequency[across(found, 1)[0]] / UNIT, FLAP[eta], rtol=1e-3)
+    book(
+        "Modes", f"Turning cantilever, first flap, eta = {eta:g} (assumed_strain)",
+        reference=f"{FLAP[eta]} sqrt(EI/m L^4)", source="series solution",
+        error=abs(found.frequency[across(found, 1)[0]] / UNIT / FLAP[eta] - 1.0), allowed=1e-3,
+    )  # fmt: skip
 
 
 def test_a_driven_hub_names_the_turn():
@@ -215,7 +269,7 @@ def test_a_driven_hub_names_the_turn():
     assert_allclose(found.equilibrium.spin, [0.0, 0.0, 6.0 * UNIT, 0.0, 0.0, 0.0])
 
 
-def test_an_oscillator_seen_from_a_turn_has_two_frequencies():
+def test_an_oscillator_seen_from_a_turn_has_two_frequencies(book):
     system = System()
     mass = system.add(parts.Point(mass=1.0))
     for axis in np.eye(3):
@@ -226,15 +280,23 @@ def test_an_oscillator_seen_from_a_turn_has_two_frequencies():
     slow = found.of(mass)[0]
     assert_allclose(abs(slow[0]), abs(slow[1]), rtol=1e-6)  # a circle
     assert_allclose(abs(np.angle(slow[1] / slow[0])), 0.5 * np.pi, rtol=1e-6)
+    book(
+        "Modes", "Oscillator in a turning frame", reference="w - W, w, w + W", source="closed form",
+        error=np.abs(found.frequency / [3.0, 5.0, 7.0] - 1.0).max(), allowed=1e-6,
+    )  # fmt: skip
 
 
-def test_a_turning_body_nutates():
+def test_a_turning_body_nutates(book):
     system = System()
     system.add(parts.RigidBody(motion="free", mass=1.0, inertia=(2.0, 2.0, 3.5)), "top")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="top"))
     found = modes(system.assemble(), rotating=(0.0, 0.0, 4.0), count=3)
     # about its axis; tilted for good, which turns back in the frame; nutation, W (J3 - J1)/J1
     assert_allclose(found.frequency, [0.0, 3.0, 4.0], atol=1e-6)
+    book(
+        "Modes", "Nutation of a symmetric body", reference="W (J3 - J1)/J1", source="closed form",
+        error=abs(found.frequency[1] / 3.0 - 1.0), allowed=1e-6,
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ matrices

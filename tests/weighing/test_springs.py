@@ -11,6 +11,7 @@ import scipy.io
 
 import evolvent
 import evolvent.results
+from book import Book
 from evolvent import InputError
 from evolvent.inertia import Body, linear_model
 from evolvent.weighing import load, weigh
@@ -27,7 +28,7 @@ def within(found: object, truth: dict[str, float], *, times: float = 4.0) -> Non
         assert off < times, output.key
 
 
-def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path) -> None:
+def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path, book: Book) -> None:
     path = rig.write_csv(tmp_path / "a.csv", *rig.knock())
     found = weigh(path, EXAMPLE, rig.SET)
     assert [o.key for o in found.outputs] == ["Ixx", "Izz"]
@@ -40,9 +41,14 @@ def test_inertia_with_the_centre_of_mass_known(tmp_path: pathlib.Path) -> None:
     assert not found.warnings
     assert any("Iyy does not show" in why for _, why in e.cannot)
     assert e.candidates[0].mac > 0.99 > e.candidates[1].mac
+    book(
+        "Inertia stand and identification", "Moments from springs, noisy recording",
+        reference="Ixx 3703, Izz 43920 kg m2", source="put into the simulation",
+        error=np.abs((found.values - [3703.0, 43920.0]) / found.std).max(), allowed=1.0, unit="u",
+    )  # fmt: skip
 
 
-def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path) -> None:
+def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path, book: Book) -> None:
     run = evolvent.run("inertia-stand")  # without noise, so that what is faint is found too
     evolvent.results.save(run, tmp_path / "swing.nc")
     found = weigh(tmp_path / "swing.nc", EXAMPLE)
@@ -51,6 +57,11 @@ def test_products_of_a_clean_swing_are_no_modes(tmp_path: pathlib.Path) -> None:
     np.testing.assert_allclose(e.modal.frequency[list(e.used)], [13.962, 16.422, 24.590], atol=1e-3)
     assert any("Fainter than 0.001" in why for why in e.why)
     np.testing.assert_allclose([found["Ixx"], found["Izz"]], [3703.0, 43920.0], rtol=2e-5)
+    book(
+        "Inertia stand and identification", "Moments from springs, clean recording",
+        reference="Ixx 3703, Izz 43920 kg m2", source="put into the simulation",
+        error=np.abs(np.array([found["Ixx"], found["Izz"]]) / [3703.0, 43920.0] - 1.0).max(), allowed=2e-5,
+    )  # fmt: skip
 
 
 def test_everything_that_vertical_motion_tells(tmp_path: pathlib.Path) -> None:

@@ -151,17 +151,20 @@ class Joint:
                 across = [_slope(builder, b, i) for i in (2, 3)]
                 parallel = max(across, key=lambda s: abs(float(s.u @ axis)) / float(np.linalg.norm(s.u)))
                 if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
-                    return [(_on_body(builder, body, f), parallel) for f in _across(axis)]
+                    held = [(_on_body(builder, body, f), parallel) for f in _across(axis)]
+                    return [*held, (_on_body(builder, body, axis), across[0 if parallel is across[1] else 1])]
                 return [(_on_body(builder, body, axis), s) for s in across]
             e2, e3 = _across(e1)
             if b.node[0] == flexible.BEAM:
                 # its section: were the axis held, only the shear of half an element would pass moments on
                 y, z = _slope(builder, b, 2), _slope(builder, b, 3)
                 e3 = np.cross(e1, y.u) / np.linalg.norm(np.cross(e1, y.u))
-                return [
+                e2 = np.cross(z.u, e1) / np.linalg.norm(np.cross(z.u, e1))
+                return [  # by both directions across: a torque on one alone would shear the section
                     (_on_body(builder, body, e1), y),
                     (_on_body(builder, body, e1), z),
                     (_on_body(builder, body, e3), y),
+                    (_on_body(builder, body, e2), z),
                 ]
             return [(_on_body(builder, body, e2), along), (_on_body(builder, body, e3), along)]
         f2, f3 = _across(axis)

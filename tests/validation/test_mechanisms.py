@@ -1,0 +1,217 @@
+"""Mechanisms of the IFToMM benchmark, tops and pendulums against equations of motion in few unknowns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from book import Book
+from evolvent import System, parts
+from helpers import fitted_order, rotation
+from helpers import run as march
+from implicit.rigs import coordinates, run
+
+CHAPTER = "Rigid bodies"
+G = 9.81
+THIN = 1e-3
+
+
+def four_bars(count: int) -> System:
+    """Rods of 1 m and 1 kg: count + 1 upright ones on hinges, their tops joined by level ones; 1 m/s at the tops.
+
+    A level rod's joints are points, which leaves it its own turn and makes nothing redundant.
+    """
+    system = System(gravity=(0.0, -G, 0.0))
+    for k in range(count + 1):
+        system.add(
+            parts.RigidBody(mass=1.0, inertia=(1.0 / 12.0, THIN, 1.0 / 12.0), position=(k, 0.5, 0.0),
+                            velocity=(0.5, 0.0, 0.0), angular_velocity=(0.0, 0.0, -1.0)), f"up{k}",
+        )  # fmt: skip
+        system.add(parts.Joint(a=(float(k), 0.0, 0.0), b=(f"up{k}", (0.0, -0.5, 0.0)), kind="hinge"))
+    for k in range(count):
+        system.add(
+            parts.RigidBody(mass=1.0, inertia=(THIN, 1.0 / 12.0, 1.0 / 12.0), position=(k + 0.5, 1.0, 0.0),
+                            velocity=(1.0, 0.0, 0.0)), f"level{k}",
+        )  # fmt: skip
+        for side in (0, 1):
+            system.add(
+                parts.Joint(a=(f"up{k + side}", (0.0, 0.5, 0.0)), b=(f"level{k}", (side - 0.5, 0.0, 0.0)), kind="point")
+            )
+    return system
+
+
+def test_four_bars(book: Book) -> None:
+    """IFToMM A02 with two four-bars, through the places where all rods lie level and a joint too many would hold."""
+    count = 2
+    inertia, weight = (count + 1) / 3.0 + count, G * (0.5 * (count + 1) + count)
+    turned = solve_ivp(
+        lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0.0, 10.0), [0.0, 1.0], "DOP853", rtol=1e-12, atol=1e-12
+    ).y[0, -1]
+    exact = np.array([np.sin(turned), np.cos(turned)])
+    assert exact == pytest.approx((0.3284581, 0.9445185), abs=1e-7)
+    assembly = four_bars(count).assemble()
+    found = run(assembly, [0.0, 10.0], step=5e-4, spectral_radius=0.9)
+    place = 2.0 * coordinates(assembly, found.y, "up0")[-1, :2]
+    book(
+        CHAPTER, "IFToMM A02, two four-bars, B0 at 10 s (h = 0.5 ms)", reference="(0.3284581, 0.9445185) m",
+        source="equation of one angle, SciPy DOP853", error=np.abs(place - exact).max(), allowed=5e-4, unit="m",
+    )  # fmt: skip
+
+
+def test_heavy_top(book: Book) -> None:
+    """A level top on a pivot, fast enough to precess without nodding: C w W = m g l."""
+    mass, C, A, spin = 15.0, 0.46875, 0.234375, 50.0
+    W, times = mass * G / (C * spin), np.linspace(0.0, 1.0, 11)
+    errors, steps = [], (1e-3, 5e-4, 2.5e-4)
+    for h in steps:
+        system = System(gravity=(0.0, 0.0, -G))
+        system.add(
+            parts.RigidBody(mass=mass, inertia=(C, A, A), position=(1.0, 0.0, 0.0), velocity=(0.0, W, 0.0),
+                            angular_velocity=(spin, 0.0, W)), "top",
+        )  # fmt: skip
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("top", (-1.0, 0.0, 0.0))), "pivot")
+        assembly = system.assemble()
+        solution = run(assembly, times, step=h, spectral_radius=0.9, newton=1e-12)
+        found = coordinates(assembly, solution.y, "top")[:, :3]
+        exact = np.array([np.cos(W * times), np.sin(W * times), 0.0 * times]).T
+        errors.append(np.abs(found - exact).max())
+    order = fitted_order(steps, errors)
+    assert order == pytest.approx(2.0, abs=0.15)
+    book(
+        CHAPTER, "Heavy top, level, precessing for one turn (generalized-alpha, 0.25 ms)",
+        reference="W = m g l/(C w), no nodding", source="closed form", error=errors[-1], allowed=3e-5, unit="m",
+        order=order, wanted="2",
+    )  # fmt: skip
+
+
+def test_double_pendulum(book: Book) -> None:
+    """Two equal points on links of 1 m from level, against the textbook's two angles."""
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        a, b, u, v = y
+        c, s = np.cos(a - b), np.sin(a - b)
+        M = np.array([[2.0, c], [c, 1.0]])
+        r = np.array([-s * v * v - 2.0 * G * np.sin(a), s * u * u - G * np.sin(b)])
+        return [u, v, *np.linalg.solve(M, r)]
+
+    start = [0.5 * np.pi, 0.5 * np.pi, 0.0, 0.0]
+    times = np.linspace(0.0, 3.0, 31)
+    a, b = solve_ivp(rates, (0.0, 3.0), start, "DOP853", times, rtol=1e-12, atol=1e-12).y[:2]
+    system = System(gravity=(0.0, -G, 0.0))
+    for k, previous in ((1, (0.0, 0.0, 0.0)), (2, "p1")):
+        system.add(parts.Point(mass=1.0, position=(float(k), 0.0, 0.0)), f"p{k}")
+        system.add(parts.Link(a=previous, b=f"p{k}"))
+    seen = march(system.assemble(), times, rtol=1e-11, atol=1e-12)
+    exact = np.array([np.sin(a) + np.sin(b), -np.cos(a) - np.cos(b)]).T
+    book(
+        CHAPTER, "Double pendulum from level for 3 s (Dormand-Prince, 1e-11)", reference="equations of two angles",
+        source="SciPy DOP853, 1e-12", error=np.abs(seen.y[:, 3:5] - exact).max(), allowed=1e-7, unit="m",
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ Bricard
+
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1], [0, 0, 1]], dtype=float)
+#: Axes of the joints at the corners; the first and the last one are on the ground, which is the sixth link.
+AXES = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 0]], dtype=float)
+
+
+def about(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Turn about an axis."""
+    k = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    return np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k
+
+
+def links(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Turns (5, 3, 3), corners (6, 3) and axes (6, 3) of the five links that move, from their joints' angles."""
+    R, x = np.eye(3), CORNERS[0]
+    turns, places, axes = [], [x], []
+    for k in range(5):
+        axes.append(R @ AXES[k])
+        R = R @ about(AXES[k], q[k])
+        x = x + R @ (CORNERS[k + 1] - CORNERS[k])
+        turns.append(R)
+        places.append(x)
+    return np.array(turns), np.array(places), np.array([*axes, R @ AXES[5]])
+
+
+def motion(q: np.ndarray) -> np.ndarray:
+    """Rates of the angles in the mechanism's one motion, the first being 1: what keeps the last corner and its axis."""
+    _, x, axes = links(q)
+    closure = np.array([[*np.cross(axes[k], x[5] - x[k]), *np.cross(axes[k], axes[5])] for k in range(5)]).T
+    _, size, found = np.linalg.svd(closure)
+    assert size[4] < 1e-5 < 1e-2 < size[3]  # five angles, four conditions that count: the loop is overconstrained
+    return found[-1] / found[-1, 0]
+
+
+def inertia_and_height(q: np.ndarray) -> tuple[float, float]:
+    """Twice the kinetic energy at a first rate of 1, and the sum of heights of the rods' middles."""
+    rates = motion(q)
+    _, x, axes = links(q)
+    total, w, v = 0.0, np.zeros(3), np.zeros(3)
+    for k in range(5):
+        w = w + rates[k] * axes[k]
+        arm = x[k + 1] - x[k]
+        c = v + 0.5 * np.cross(w, arm)
+        v = v + np.cross(w, arm)
+        total += c @ c + (w @ w - (w @ arm) ** 2) / 12.0
+    return total, float(0.5 * (x[:-1] + x[1:])[:, 2].sum())
+
+
+def bricard_exact(times: np.ndarray) -> np.ndarray:
+    """Angles of the joints at times, let go at rest: M u' = -dM/2 u^2 - g dz, by the first joint's angle."""
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        q, u, d = y[:5], y[5], 1e-4
+        n = motion(q)
+        M = inertia_and_height(q)[0]
+        ahead, behind = inertia_and_height(q + d * n), inertia_and_height(q - d * n)
+        dM, dz = ((a - b) / (2.0 * d) for a, b in zip(ahead, behind, strict=True))
+        return np.append(u * n, -(0.5 * dM * u * u + G * dz) / M)
+
+    return solve_ivp(rates, (0.0, times[-1]), np.zeros(6), "DOP853", times, rtol=1e-9, atol=1e-10).y[:5].T
+
+
+#: Beside the last corner, from where a distance holds the last axis across this direction.
+SIDE = np.array([0.0, 1.0, 0.0])
+
+
+def bricard() -> System:
+    """Rods of 1 m and 1 kg along edges of a cube; the last joint a point and one direction, nothing is redundant."""
+    system = System(gravity=(0.0, 0.0, -G))
+    for k in range(5):
+        d = CORNERS[k + 1] - CORNERS[k]
+        inertia = np.eye(3) / 12.0 - (1.0 / 12.0 - 1e-9) * np.outer(d, d)
+        system.add(
+            parts.RigidBody(mass=1.0, inertia=tuple(np.diag(inertia)), position=0.5 * (CORNERS[k] + CORNERS[k + 1])),
+            f"rod{k}",
+        )
+        a = tuple(CORNERS[0]) if k == 0 else (f"rod{k - 1}", tuple(0.5 * (CORNERS[k] - CORNERS[k - 1])))
+        system.add(parts.Joint(a=a, b=(f"rod{k}", tuple(-0.5 * d)), kind="hinge", axis=AXES[k]), f"joint{k}")
+    end = 0.5 * (CORNERS[5] - CORNERS[4])
+    system.add(parts.Joint(a=tuple(CORNERS[5]), b=("rod4", tuple(end)), kind="point"), "joint5")
+    # a point of the last axis stays as far from one beside the corner: the axis stays across that side
+    system.add(parts.Joint(a=tuple(CORNERS[5] + SIDE), b=("rod4", tuple(end + AXES[5])), kind="distance"), "direction")
+    return system
+
+
+def test_bricard(book: Book) -> None:
+    """IFToMM A03 is overconstrained by one; here the last hinge leaves one turn free that the loop does not use."""
+    times = np.linspace(0.0, 0.6, 7)
+    exact = np.array([links(q)[1][3] for q in bricard_exact(times)])
+    assert np.abs(exact[-1] - exact[0]).max() > 1.0
+    errors, steps = [], (2e-3, 1e-3, 5e-4)
+    for h in steps:
+        assembly = bricard().assemble()
+        found = run(assembly, times, step=h, spectral_radius=0.9, newton=1e-12)
+        pose = coordinates(assembly, found.y, "rod2")
+        arm = 0.5 * (CORNERS[3] - CORNERS[2])
+        errors.append(max(np.abs(p[:3] + rotation(p[3:]) @ arm - x).max() for p, x in zip(pose, exact, strict=True)))
+    order = fitted_order(steps, errors)
+    assert order == pytest.approx(2.0, abs=0.15)
+    book(
+        CHAPTER, "IFToMM A03, Bricard's mechanism, its last hinge eased (h = 0.5 ms)", reference="corner 3 for 0.6 s",
+        source="closure and Lagrange's equation, SciPy DOP853", error=errors[-1], allowed=1e-5, unit="m", order=order,
+        wanted="2",
+    )  # fmt: skip
