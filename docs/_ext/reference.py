@@ -38,16 +38,15 @@ class Commands(SphinxDirective):
 
 
 class Keys(SphinxDirective):
-    """``{keys} heliogyro``: every key of a system's cases with its unit, default and meaning."""
-
-    required_arguments = 1
+    """``{keys}``: for every system a section with every key of its cases, its unit, default and meaning."""
 
     def run(self) -> list[nodes.Node]:
-        """Write a table for each section of the case."""
-        kind = cases.system(self.arguments[0]).Case
+        """Write a table for each section of each case."""
         text: list[str] = []
-        _section(kind, "", text)
-        return self.parse_text_to_nodes("\n".join(text))
+        for name in cases.systems():
+            text += [f"## {name.replace('-', ' ').capitalize()}", ""]
+            _section(cases.system(name).Case, "", text)
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
 
 
 class BuiltIn(SphinxDirective):
