@@ -82,7 +82,7 @@ html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
 }
-html_sidebars = {"index": [], "changelog": []}
+html_sidebars = {"index": [], "quickstart": [], "changelog": []}
 
 # ------------------------------------------------------------------------------------------------ text, docstrings
 

@@ -3,7 +3,7 @@ A sweep: how fast may the blades be paid out?
 =============================================
 
 A study runs one case over values of any of its keys and returns one labelled dataset. Here: the rate of the spools and
-their distance from the spin axis, and how far the blade's tip lags at the end.
+their distance from the spin axis, and how far the blade's tip lags.
 """
 
 # %%
@@ -21,6 +21,7 @@ study = {
     "set": {
         "blade.segments": "inextensible",
         "blade.nodes": 10,
+        "spool.start_length": "5 mm",
         "solver.method": "dopri5",
         "solver.duration": "15 s",
         "output.every": "0.5 s",
@@ -37,7 +38,7 @@ print(found)
 
 # %%
 # In steady feed the lag at the spool has a closed form, sin(lag) = 2 v / (L0 W), with v the speed of the feed. While
-# little thread is out, and W is still near its start, the mean lag of the tip is near it.
+# little thread is out, and W is still near its start, the mean lag of the tip should be near it.
 
 lag = np.degrees(found.signed_lag_mean.sel(node=1, blade=1))
 lag.attrs = {"long_name": "mean lag of the tip", "units": "deg"}
