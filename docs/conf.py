@@ -80,6 +80,7 @@ html_theme_options = {
     "footer_end": [],
     "secondary_sidebar_items": ["page-toc"],
     "show_toc_level": 2,
+    "header_links_before_dropdown": 7,
     "navigation_with_keys": False,
 }
 html_sidebars = {"index": [], "quickstart": [], "changelog": []}
