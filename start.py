@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Set up a virtual environment beside this file and run evolvent, its tests or its benchmarks in it.
+"""Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
     python3 start.py run heliogyro     results in run.nc, figures in run-figures/
-    python3 start.py test              lint, types, floors, tests
+    python3 start.py test              lint, types, floors, tests, documentation
+    python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py bench             all of benchmarks/, or those named
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
@@ -25,7 +26,13 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "evolvent-installed.json"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
-USAGE = "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | bench [NAME [options]]"
+USAGE = (
+    "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | docs | "
+    "bench [NAME [options]]"
+)
+#: Pages, with everything in them run anew; a warning is an error.
+PAGES = ROOT / "docs" / "_build" / "html"
+SPHINX = ["sphinx-build", "-W", "--keep-going", "-q", "-E", "-d", str(PAGES.parent / "doctrees"), "docs", str(PAGES)]
 
 
 def say(text: str) -> None:
@@ -82,7 +89,7 @@ def run(arguments: list[str]) -> int:
 
 
 def test(arguments: list[str]) -> int:
-    """Lint, format, types, floors and tests; all are run, and any failure counts."""
+    """Lint, format, types, floors, tests and documentation; all are run, and any failure counts."""
     if code := set_up("test"):
         return code
     workers = min(4, os.cpu_count() or 1)
@@ -92,6 +99,7 @@ def test(arguments: list[str]) -> int:
         "types": ["mypy"],
         "floors": ["lint-imports", "--no-logo"],
         "tests": ["pytest", "-q", *(["-n", str(workers)] if workers > 1 else []), *arguments],
+        "docs": SPHINX,
     }
     failed = []
     for name, (program, *options) in steps.items():
@@ -103,6 +111,18 @@ def test(arguments: list[str]) -> int:
         say(f"--- {name}: {'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.1f} s")
     say("all passed" if not failed else f"failed: {', '.join(failed)}")
     return 1 if failed else 0
+
+
+def docs(arguments: list[str]) -> int:
+    """The documentation; its examples and notebooks run, which takes a minute or two."""
+    if code := set_up("docs"):
+        return code
+    program, *options = SPHINX
+    say("building the pages; their examples and notebooks run, which takes a minute or two ...")
+    code = call([str(BIN / program), *arguments, *options])
+    if code == 0:
+        say(f"open {PAGES / 'index.html'}")
+    return code
 
 
 def bench(arguments: list[str]) -> int:
@@ -123,7 +143,7 @@ def bench(arguments: list[str]) -> int:
 
 def main() -> int:
     """Choose by the first word."""
-    commands = {"run": run, "test": test, "bench": bench}
+    commands = {"run": run, "test": test, "docs": docs, "bench": bench}
     if len(sys.argv) < 2 or sys.argv[1] not in commands:
         say(USAGE)
         return 2

@@ -1,5 +1,14 @@
-"""Compose a system part by part: a spinning body, a reel, a thread, and a drag law of one's own on the thread."""
+"""
+A system composed part by part
+==============================
 
+A spinning body, a reel, a thread, and a law of drag of one's own on the thread: the heliogyro without its case file.
+"""
+
+# %%
+# A load law returns a force per length from place, velocity and time. Helpers of a law belong into the same file.
+
+import matplotlib.pyplot as plt
 import numpy as np
 
 from evolvent import System, force_law, parts
@@ -14,23 +23,37 @@ def drag(x, v, t, parameters):
     return -coefficient * v[0], -coefficient * v[1], -coefficient * v[2]
 
 
-def main() -> None:
-    """Deploy half a metre of thread with and without drag and print how fast the body ends."""
-    for coefficient in (0.0, 1e-4):
-        system = System()
-        system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-        feed = parts.ConstantFeed(rate=3.5)
-        system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
-        thread = system.add(
-            parts.Thread(reel="reel", length=0.5, line_density=7.35e-4, nodes=10, segments="inextensible")
-        )
-        system.add(parts.LawLoad(thread=thread, law=drag, parameters=[coefficient]))
-        assembly = system.assemble()
-        solution = solve(assembly, samples=np.linspace(0.0, 14.0, 141), method="dopri5")
-        seen = observe(assembly.model, solution.t, solution.y, solution.s)
-        rate = seen.body_rate[-1, assembly.index("hub"), 2]
-        print(f"drag {coefficient:g} N s/m2: {solution.message}, body rate {rate:.4f} rad/s")
+# %%
+# Parts are added one after another; a part names those that it stands on. `assemble` turns all of them into flat
+# arrays and a state at the start, `solve` steps them, and `observe` turns states into what one wants to see.
 
 
-if __name__ == "__main__":
-    main()
+def deployed(coefficient):
+    """Deploy half a metre of thread: times (s), and rates of the body (rad/s)."""
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
+    feed = parts.ConstantFeed(rate=3.5)
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    blade = parts.Thread(
+        reel="reel",
+        length=0.5,
+        line_density=7.35e-4,
+        nodes=10,
+        segments="inextensible",
+    )
+    thread = system.add(blade, "thread")
+    system.add(parts.LawLoad(thread=thread, law=drag, parameters=[coefficient]))
+    assembly = system.assemble()
+    solution = solve(assembly, samples=np.linspace(0.0, 14.0, 141), method="dopri5")
+    seen = observe(assembly.model, solution.t, solution.y, solution.s)
+    rate = seen.body_rate[:, assembly.index("hub"), 2]
+    print(f"drag {coefficient:g} N s/m2: {solution.message}, body rate {rate[-1]:.4f} rad/s")
+    return solution.t, rate
+
+
+for coefficient in (0.0, 1e-4):
+    plt.plot(*deployed(coefficient), label=f"{coefficient:g} N s/m²")
+plt.xlabel("time, s")
+plt.ylabel("rate of the body, rad/s")
+plt.legend(title="drag")
+plt.show()

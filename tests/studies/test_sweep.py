@@ -61,6 +61,7 @@ def reference(study):
 def test_results_are_labelled(study, reference, tmp_path):
     assert dict(reference.sizes) == {"spool.rate": 3, "blade.nodes": 2, "blade": 2, "node": 5}
     assert reference["spool.rate"].units == "rad/s"
+    assert reference["spool.rate"].long_name == "spool.rate"
     assert reference.body_rate_last.units == "rad s-1"
     assert (reference.status == "success").all()
     assert (reference.reason == "").all()

@@ -142,7 +142,7 @@ def whitener(covariance: np.ndarray) -> np.ndarray:
 
 
 def mac(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Modal assurance criterion |u . v|^2 / (|u|^2 |v|^2) over the last axis; 1 where the shapes agree.
+    """Modal assurance criterion ``|u . v|^2 / (|u|^2 |v|^2)`` over the last axis; 1 where the shapes agree.
 
     Notes
     -----

@@ -60,7 +60,7 @@ class Stand:
 
     Notes
     -----
-    With d from ground point to attachment, l = |d| and w the horizontal part of d less its value on the level,
+    With d from ground point to attachment, ``l = |d|`` and w the horizontal part of d less its value on the level,
     unloaded stand, a spring has the energy k (l - l0)^2 / 2 + k_l w^2 / 2 and acts on the body with
     -(k (l - l0) + c l') d / l - (k_l w + c_l w'). Frames: y up, x and z horizontal.
 
@@ -603,7 +603,7 @@ class NormalModes:
 
 
 def spring_energies(stiffness: Any, amplitude: np.ndarray) -> np.ndarray:
-    """Energy of each mode from its amplitudes at the springs, E_k = sum_i k_i |A_ki|^2 / 2, J.
+    """Energy of each mode from its amplitudes at the springs, ``E_k = sum_i k_i |A_ki|^2 / 2``, J.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class Beam:
     elements : int
     formulation : {"cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"}
         Cables differ where they stretch by more than a per cent: of Green's strain (r'.r' - 1)/2 and r'', or of the
-        stretch |r'| - 1 and the curvature.
+        stretch ``|r'| - 1`` and the curvature.
     position, direction, normal : (3,) float, m and unit vectors, inertial axes
         Root, direction of the axis and of the thickness of a beam that starts straight.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1

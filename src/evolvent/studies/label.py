@@ -46,7 +46,7 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
             found = found.assign_coords({dim: xr.Variable((dim,), along.values, dict(along.attrs))})
     for axis in study.axes:
         dims = (axis.key,) if study.sample == "grid" else ("case",)
-        attrs = {"units": axis.unit or "1", "long_name": axis.what}
+        attrs = {"units": axis.unit or "1", "long_name": axis.key, "description": axis.what}
         found = found.assign_coords({axis.key: xr.Variable(dims, values(axis), attrs)})
     return found
 

@@ -1,0 +1,193 @@
+"""What is generated from the code itself: the command line, the keys of a system's cases, lists of built-in cases."""
+
+from __future__ import annotations
+
+import re
+import types
+import typing
+from typing import Any
+
+import click
+from docutils import nodes
+from pydantic_core import PydanticUndefined
+from sphinx.util.docutils import SphinxDirective
+
+from evolvent import cases, cli, studies, units
+from evolvent.cases import Section
+
+
+class Commands(SphinxDirective):
+    """``{commands}``: a section for every command of `evolvent`, from the very objects that parse it."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write the sections."""
+        root = click.Context(cli.commands, info_name="evolvent")
+        text = []
+        for name in cli.commands.list_commands(root):
+            command = cli.commands.get_command(root, name)
+            assert command is not None
+            context = click.Context(command, info_name=name, parent=root)
+            lines = [f"## evolvent {name}", "", "```text", " ".join(command.get_usage(context).split()[1:]), "```", ""]
+            lines += [_prose(command.help or ""), ""]
+            for option in command.params:
+                record = option.get_help_record(context)
+                if record is not None and record[1]:
+                    lines += [f"`{record[0]}`", f": {_prose(record[1])}", ""]
+            text += lines
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+class Keys(SphinxDirective):
+    """``{keys}``: for every system a section with every key of its cases, its unit, default and meaning."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table for each section of each case."""
+        text: list[str] = []
+        for name in cases.systems():
+            text += [f"## {name.replace('-', ' ').capitalize()}", ""]
+            _section(cases.system(name).Case, "", text)
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+class BuiltIn(SphinxDirective):
+    """``{built-in}``: the cases and studies that come with the package."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write two lists."""
+        text = [f"- `{name}`: {what}" for name, what in cases.built_in().items()]
+        text += [f"- `{name}` (a study): {what}" for name, what in studies.built_in().items()]
+        return self.parse_text_to_nodes("\n".join(text))
+
+
+class CaseFile(SphinxDirective):
+    """``{case-file} heliogyro``: a built-in case or study as it would be edited."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Write its text."""
+        name = self.arguments[0]
+        text = studies.text(name) if name in studies.built_in() else cases.text(name)
+        return [nodes.literal_block(text, text, language="yaml")]
+
+
+def _prose(text: str) -> str:
+    """Help as one paragraph of Markdown."""
+    return " ".join(text.replace("\b", "").split()).replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
+
+
+def _section(kind: type[Section], before: str, text: list[str]) -> None:
+    """Add a table of the keys of `kind`, then those of its sections."""
+    rows, inner = [], []
+    for name, field in kind.model_fields.items():
+        below, many = _below(field.annotation)
+        key = f"{before}{name}"
+        if below is not None:
+            inner.append((below, f"{key}.{'N.' if many else ''}"))
+            if not field.is_required() and field.default in (None, ()):
+                rows.append((key, "section" if not many else "list", "none", (below.__doc__ or "").rstrip(".")))
+            continue
+        default = "needed" if field.is_required() else _value(field.get_default(call_default_factory=True))
+        rows.append((key, _kind(field.annotation, field.metadata), default, field.description or ""))
+    if rows:
+        doc = (kind.__doc__ or "").strip().splitlines()[0]
+        text += ["", doc if before else "", "", ":::{table}", ":class: keys", ":align: left", ""]
+        text += ["| key | value | default | |", "|---|---|---|---|"]
+        text += [f"| `{key}` | {kind_} | {default} | {_cell(what)} |" for key, kind_, default, what in rows]
+        text += ["", ":::", ""]
+    for below, path in inner:
+        _section(below, path, text)
+
+
+def _below(annotation: Any) -> tuple[type[Section] | None, bool]:
+    """The section that a field holds, and whether it holds a list of them."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation, False
+    many = typing.get_origin(annotation) is tuple
+    for part in typing.get_args(annotation):
+        found, inside = _below(part)
+        if found is not None:
+            return found, many or inside
+    return None, False
+
+
+def _kind(annotation: Any, metadata: Any = ()) -> str:
+    """What a key takes: a unit, a choice, a number."""
+    for item in metadata:
+        if isinstance(item, units.Quantity):
+            return _unit(item)
+        if isinstance(item, units.OneOrMore):
+            return f"{_unit(item.quantity)}, or a list"
+        if isinstance(item, units.Whole):
+            return "whole number"
+    origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is typing.Annotated:
+        return _kind(parts[0], parts[1:])
+    if origin is typing.Literal:
+        return ", ".join(f"`{part}`" for part in parts)
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_kind(part) for part in parts if part is not type(None)))
+    if origin is tuple:
+        if len(parts) == 2 and parts[1] is Ellipsis:
+            return f"list of: {_kind(parts[0])}"
+        each = [_kind(part) for part in parts]
+        return f"{len(parts)} of: {each[0]}" if len(set(each)) == 1 else ", ".join(each)
+    return {bool: "`true` or `false`", str: "text", float: "number", int: "whole number"}.get(annotation, "value")
+
+
+def _unit(quantity: units.Quantity) -> str:
+    """Unit of a quantity, as text."""
+    return (quantity.unit or "number") + (" or `auto`" if quantity.auto else "")
+
+
+def _value(default: Any) -> str:
+    """A default, as a user would write it."""
+    if default is None or default is PydanticUndefined or default == ():
+        return "none"
+    if isinstance(default, bool):
+        return f"`{str(default).lower()}`"
+    if isinstance(default, tuple):
+        return f"`[{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in default)}]`"
+    return f"`{default:g}`" if isinstance(default, float) else f"`{default}`"
+
+
+def _cell(text: str) -> str:
+    """Text for a cell of a table."""
+    return text.replace("|", "\\|").replace("_", "\\_").replace("*", "\\*").replace("<", "\\<")
+
+
+def _skip(app: Any, what: str, name: str, item: Any, skip: bool, options: Any) -> bool | None:
+    """Fields of named tuples are told in the docstring of their class."""
+    return True if (getattr(item, "__doc__", "") or "").startswith("Alias for field number") else None
+
+
+def _plain_types(app: Any, what: str, name: str, item: Any, options: Any, lines: list[str]) -> None:
+    """What stands behind a parameter's colon is prose (shape, unit, meaning): text, and no names of classes."""
+    told: dict[str, str] = {}
+    kept = []
+    for line in lines:
+        if line.startswith(":type: "):  # napoleon took a property's "what: shape" apart
+            kept[0] = f"{line[7:]}: {kept[0]}"
+        elif found := re.fullmatch(r":(?:type|vartype) ([^:]+): (.*)", line):
+            told[found[1].replace("\\", "")] = found[2]
+        else:
+            kept.append(line)
+    lines[:] = []
+    for line in kept:
+        found = re.match(r":(param|ivar) ([^:]+):( .*)?$", line)
+        prose = told.pop(found[2].replace("\\", ""), "") if found else ""
+        if found and prose:
+            text = re.sub(r"([*|_])", r"\\\1", prose).replace("\\\\", "\\")
+            line = f":{found[1]} {found[2].replace(', ', ',')}: {text}{'.' if found[3] else ''}{found[3] or ''}"
+        lines.append(line)
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register the directives."""
+    app.add_directive("commands", Commands)
+    app.add_directive("keys", Keys)
+    app.add_directive("built-in", BuiltIn)
+    app.add_directive("case-file", CaseFile)
+    app.connect("autodoc-skip-member", _skip)
+    app.connect("autodoc-process-docstring", _plain_types, priority=600)  # after napoleon
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,136 @@
+"""Sphinx configuration; `python3 start.py docs` builds, docs/_build/html/index.html is the front page.
+
+Nothing is fetched, neither by the build nor by a reader's browser: MathJax lies beside the pages in one file, with its
+fonts, and the theme brings its own. (MathML needs no script, but many systems have no font for it.)
+"""
+
+import importlib.metadata
+import os
+import pathlib
+import sys
+import warnings
+
+from sphinx_gallery.sorting import ExplicitOrder
+
+import evolvent
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "_ext"))
+# notebooks run apart from the profile of whoever builds them, and their kernels say nothing of how they are reached
+_profile = pathlib.Path(__file__).resolve().parent / "_build" / "ipython" / "profile_default"
+_profile.mkdir(parents=True, exist_ok=True)
+(_profile / "ipython_kernel_config.py").write_text('c = get_config()\nc.IPKernelApp.log_level = "ERROR"\n')
+os.environ["IPYTHONDIR"] = str(_profile.parent)
+
+# what a reader of a gallery page cannot help, and need not read
+warnings.filterwarnings("ignore", message="First-class function type")
+
+# ------------------------------------------------------------------------------------------------ project
+
+project = "evolvent"
+author = "The evolvent developers"
+copyright = author  # noqa: A001  (Sphinx's name for it)
+version = release = evolvent.__version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+    "myst_nb",
+    "reference",
+]
+exclude_patterns = [
+    "_build",
+    "_ext",
+    "images",
+    "gallery/*.ipynb",
+    "gallery/*.py",
+    "**.ipynb_checkpoints",
+    "jupyter_execute",
+]
+language = "en"
+# `name` in a docstring is a link where there is such an object, and an argument or a letter of a formula elsewhere
+default_role = "py:obj"
+nitpicky = True
+nitpick_ignore_regex = [
+    ("py:obj", ".*"),
+    # other packages' classes, for no inventories are fetched, and types that a user never writes
+    ("py:class", r"(?!evolvent).*"),
+    (
+        "py:class",
+        r"evolvent\.(builder|model|system\.Part|parts\.feed|inertia\.problem|studies\.axes|weighing\.\w+)\b.*",
+    ),
+]
+
+# ------------------------------------------------------------------------------------------------ pages
+
+html_theme = "pydata_sphinx_theme"
+html_title = f"evolvent {version}"
+_mathjax = importlib.metadata.distribution("sphinx-mathjax-offline")
+html_static_path = ["_static", str(_mathjax.locate_file("sphinx-mathjax-offline/static/mathjax/tex-svg-full.js"))]
+mathjax_path = "tex-svg-full.js"
+html_css_files = ["evolvent.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+    "show_toc_level": 2,
+    "header_links_before_dropdown": 7,
+    "navigation_with_keys": False,
+}
+html_sidebars = {"index": [], "quickstart": [], "changelog": []}
+
+# ------------------------------------------------------------------------------------------------ text, docstrings
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "amsmath"]
+myst_heading_anchors = 3
+autodoc_member_order = "bysource"
+autodoc_class_signature = "mixed"
+# docstrings say more: shapes, units, frames
+autodoc_typehints = "none"
+python_maximum_signature_line_length = 100
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+napoleon_preprocess_types = False
+toc_object_entries_show_parents = "hide"
+
+# ------------------------------------------------------------------------------------------------ what runs
+
+# notebooks and examples run at every build: what they show is what the engine does now
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_excludepatterns = ["gallery/*"]
+nb_merge_streams = True
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "run_stale_examples": True,
+    "abort_on_example_error": True,
+    "within_subsection_order": ExplicitOrder(
+        [
+            "heliogyro_python.py",
+            "stand_python.py",
+            "rib_python.py",
+            "compose_by_hand.py",
+            "hardening_spring.py",
+            "feed_sweep.py",
+            "rib_modes.py",
+            "*",
+        ]
+    ),
+    "image_scrapers": ("matplotlib",),
+    "reset_modules": ("matplotlib",),
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "download_all_examples": False,
+    "plot_gallery": True,
+}
