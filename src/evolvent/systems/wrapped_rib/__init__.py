@@ -37,7 +37,8 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
+from evolvent.systems.wrapped_rib.places import motion
 from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
 from evolvent.systems.wrapped_rib.simulate import build, plan, run
 
-__all__ = ["Case", "build", "figures", "layout", "numbers", "plan", "run", "scene", "study_figures"]
+__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "run", "scene", "study_figures"]
