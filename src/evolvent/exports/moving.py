@@ -58,9 +58,6 @@ def gif(run: xr.Dataset, path: str, request: Request) -> str:
     for k, image in enumerate(drawn(np.linspace(time[0], time[-1], 6))):
         sheet.paste(image, (0, k * height))
     palette = sheet.quantize(colors=128)
-    colors = np.array(palette.getpalette()).reshape(-1, 3)
-    colors[colors.min(axis=1) > 248] = 255  # paper stays white
-    palette.putpalette(colors.ravel().tolist())
     frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in drawn(time))
     # times are kept in hundredths of a second; rounding must not add up
     ends = np.round(100.0 * length * np.arange(time.size + 1) / max(time.size - 1, 1))
