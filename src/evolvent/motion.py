@@ -81,7 +81,7 @@ class Motion:
     def reach(self) -> float:
         """Largest distance of any point from the origin of the first frame, m."""
         origin = self.frames[0].origin[:, None]
-        return max((float(np.linalg.norm(s.points - origin, axis=-1).max()) for s in self.strands), default=1.0)
+        return max((float(np.nanmax(np.linalg.norm(s.points - origin, axis=-1))) for s in self.strands), default=1.0)
 
     def at(self, samples: Array) -> Motion:
         """The motion at some samples alone."""

@@ -179,7 +179,7 @@ def _animation(run: xr.Dataset) -> str:
     stills = []
     plain = dataclasses.replace(scene, title="")
     times = np.linspace(scene.time[0], scene.time[-1], _STILLS + 1)[1:]
-    for picture in pictures(plain, times, size=(420, 315), inertial=False, label=""):
+    for picture in pictures(plain, times, size=(360, 270), inertial=False, label=""):
         content = io.BytesIO()
         Image.fromarray(picture[..., :3]).quantize(64, dither=Image.Dither.NONE).save(
             content, format="PNG", optimize=True
@@ -194,7 +194,7 @@ def _balances(run: xr.Dataset) -> str:
     defects: list[tuple[str, ...]] = []
     kept: dict[str, list[tuple[str, ...]]] = {}
     for name, variable in run.data_vars.items():
-        if variable.dims[:1] != ("time",):
+        if variable.dims[:1] != ("time",) or variable.dtype.kind != "f" or np.isnan(variable.values).all():
             continue
         values = variable.values.reshape(time.size, -1)
         if str(name).endswith("_balance") and values.shape[1] == 1:
@@ -224,7 +224,7 @@ def _account(run: xr.Dataset, name: str) -> list[tuple[str, ...]]:
     rows = []
     for k, place in enumerate(places):
         one = values[:, k]
-        if np.any(one):
+        if np.any(np.nan_to_num(one)):
             what = variable.attrs.get("long_name", name)
             numbers = (one[0], np.nanmin(one), np.nanmax(one), one[-1])
             rows.append((f"{what}: {place}" if place else what, *(f"{x + 0.0:.4g}" for x in numbers)))
@@ -236,10 +236,15 @@ def _case(run: xr.Dataset) -> str:
     return f"<p>{said}</p><pre>{_text(run.attrs['case'])}</pre>"
 
 
+def _count(value: float) -> str:
+    """Whole numbers with all their digits."""
+    return f"{int(value):,}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.6g}"
+
+
 def _provenance(run: xr.Dataset, date: datetime.datetime) -> str:
     attrs = run.attrs
     statistics = {k: v for k, v in json.loads(attrs["statistics"]).items() if v is not None}
-    account = ", ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in statistics.items())
+    account = ", ".join(f"{name.replace('_', ' ')} {_count(value)}" for name, value in statistics.items())
     rows = [
         ("run on", _day(attrs["date"]) if "date" in attrs else "not recorded in the file"),
         ("run with", attrs.get("made_with", f"evolvent {attrs['version']}; the rest is not recorded in the file")),
