@@ -56,7 +56,7 @@ def test_the_pull_of_the_blades_turns_the_body(runs):
 
 
 def test_the_springs_carry_and_move_the_stand(runs):
-    """m a = sum F + m g and m ... about the centre of mass, a by central differences."""
+    """m a = sum F + m g, a by central differences; the forces are the springs' stiffness times their stretch."""
     run, found = runs["stand"], motion(runs["stand"])
     mass, h = 15190.0, float(run.time[1])
     force = found.forces[0]
