@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pathlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -34,26 +36,34 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str]) -> list[str]
     InputError
         If the folder cannot be written into.
     """
+    make_folder(folder)
+    paths = []
+    for figure in figures:
+        path = os.path.join(os.fspath(folder), f"{figure.name}.png")
+        with writing(path) as temporary:
+            pathlib.Path(temporary).write_bytes(picture(figure, "png"))
+        paths.append(path)
+    return paths
+
+
+def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True) -> bytes:
+    """A figure as the content of a file of some `kind` ("png", "svg"); the same figure gives the same bytes."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Sheet
 
-    make_folder(folder)
-    paths = []
-    for figure in figures:
-        with mpl.rc_context(_STYLE):
-            sheet = Sheet(figsize=figure.size, layout="constrained")
-            FigureCanvasAgg(sheet)
+    with mpl.rc_context(_STYLE | {"svg.hashsalt": "evolvent"}):
+        sheet = Sheet(figsize=figure.size, layout="constrained")
+        FigureCanvasAgg(sheet)
+        if title:
             sheet.suptitle(figure.title, x=0.01, ha="left", fontsize=12, fontweight="bold")
-            rows = -(-len(figure.panels) // figure.columns)
-            axes = sheet.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
-            for axis, panel in zip(axes.ravel(), figure.panels, strict=False):
-                _panel(axis, panel)
-            path = os.path.join(os.fspath(folder), f"{figure.name}.png")
-            with writing(path) as temporary:
-                sheet.savefig(temporary, format="png", dpi=130)
-        paths.append(path)
-    return paths
+        rows = -(-len(figure.panels) // figure.columns)
+        axes = sheet.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
+        for axis, panel in zip(axes.ravel(), figure.panels, strict=False):
+            _panel(axis, panel)
+        content = io.BytesIO()
+        sheet.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
+    return content.getvalue()
 
 
 def _panel(axis: Any, panel: Panel) -> None:

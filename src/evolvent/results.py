@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import datetime
 import errno
+import functools
+import importlib.metadata
 import json
 import numbers
 import os
 import pathlib
+import platform
 import tempfile
 import uuid
 from collections.abc import Iterator, Mapping
@@ -60,6 +64,8 @@ def label(
         "wall_time_s": float(solution.wall_time),
         "compile_time_s": float(solution.compile_time),
         "laws": json.dumps(dict(laws)),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "made_with": made_with(),
     }
     return dataset
 
@@ -80,6 +86,14 @@ def closing_numbers(run: xr.Dataset) -> list[Number]:
     text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
     found.append(Number(label="time of the solve", value=text))
     return found
+
+
+@functools.cache
+def made_with() -> str:
+    """What results depend on besides the case: versions and the kind of machine, one sentence."""
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "numba"))
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"
+    return f"evolvent {__version__}, Python {platform.python_version()}, {versions}; {machine}"
 
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.open is the public name)

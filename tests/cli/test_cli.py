@@ -193,7 +193,7 @@ BAD = {
     "bad value": (["run", "heliogyro", "--set", "blade.nodes=[1"], "--set blade.nodes=[1, line 1"),
     "unknown option": (["run", "heliogyro", "--figure", "x"], "no such option: --figure; did you mean '--figures'?"),
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
-    "no command": ([], "no command is given; known: identify, info, list, plot, run"),
+    "no command": ([], "no command is given; known: export, identify, info, list, plot, report, run"),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),
     "output twice": (["run", "heliogyro", "-o", "a", "-o", "b"], "--output is given 2 times, as 'a', 'b'"),

@@ -65,7 +65,23 @@ def test_leaves_out_frames_to_stay_small(tmp_path):
     assert data["time"][-1] == 10.0
 
 
+def test_frames_speed_and_rest():
+    page, frames = animation.page(scene(100, 4), frames=7, speed=3.0, playing=False)
+    data = json.loads(re.search(r"const data = (.*);\n", page.decode())[1])
+    assert (frames, data["shape"][0], data["speed"], data["playing"]) == (7, 7, 3.0, False)
+
+
+def test_all_of_a_scene_is_in_view():
+    given = scene(11, 4)
+    given.points[..., 2] = 20.0  # far above its reach
+    reach, wide, tall = animation.extent(given)
+    seen = np.abs(animation.seen(given.points, reach)).max(axis=(0, 1, 2))
+    assert seen[0] <= wide
+    assert seen[1] == pytest.approx(tall)
+    assert animation.seen(np.zeros(3), reach) == pytest.approx(np.zeros(2))
+
+
 @pytest.mark.parametrize(("reach", "ring"), [(5.0, 1.0), (1.0, 0.2), (9.9, 2.0), (0.35, 0.05), (2.9, 0.5)])
 def test_rings_are_round_and_few(reach, ring):
-    assert animation._ring(reach) == pytest.approx(ring)
+    assert animation.ring(reach) == pytest.approx(ring)
     assert 3 <= reach / ring <= 7.0

@@ -20,6 +20,8 @@ name alone: `evolvent.cases.system` imports it when a case asks for it, and noth
     What to draw; may be empty.
 ``scene(run) -> evolvent.figures.Scene or None``
     The animation, if there is one.
+``motion(run) -> evolvent.motion.Motion``
+    Lines, forces and axes of bodies in true size, for files that other programs read.
 
 A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
 Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.

@@ -27,10 +27,23 @@ Where the paper is in error, or silent:
 
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
+from evolvent.systems.inertia_stand.places import motion
 from evolvent.systems.inertia_stand.show import figures, layout, numbers, scene
 from evolvent.systems.inertia_stand.simulate import plan, run, run_batch
 
 #: Key that a study gives each case its own seed by.
 SEED_KEY = "sensors.seed"
 
-__all__ = ["SEED_KEY", "Case", "figures", "layout", "numbers", "plan", "run", "run_batch", "scene", "study_figures"]
+__all__ = [
+    "SEED_KEY",
+    "Case",
+    "figures",
+    "layout",
+    "motion",
+    "numbers",
+    "plan",
+    "run",
+    "run_batch",
+    "scene",
+    "study_figures",
+]

@@ -267,9 +267,9 @@ def scene(run: xr.Dataset) -> Scene:
         shift = run.position.values[:, None] + np.cross(turned[:, None], points - centre)
         return points + factor * shift
 
-    box = _box(springs, reach)
+    outline = box(springs, reach)
     ends = where(springs)
-    edges = where(box.reshape(-1, 3)).reshape(len(turned), -1, 2, 3)
+    edges = where(outline.reshape(-1, 3)).reshape(len(turned), -1, 2, 3)
     fixed = np.broadcast_to(ground, ends.shape)
     points = np.concatenate([np.stack([fixed, ends], axis=2), edges], axis=1)
     points = points[..., [0, 2, 1]] * np.array([1.0, -1.0, 1.0])
@@ -294,7 +294,7 @@ def scene(run: xr.Dataset) -> Scene:
     )
 
 
-def _box(springs: np.ndarray, reach: float) -> np.ndarray:
+def box(springs: np.ndarray, reach: float) -> np.ndarray:
     """(edges, 2, 3) outline of a body that reaches to its springs."""
     low, high = springs.min(axis=0), springs.max(axis=0)
     low[1] -= 0.12 * reach

@@ -38,6 +38,7 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
+from evolvent.systems.wrapped_rib.places import motion
 from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
 from evolvent.systems.wrapped_rib.simulate import build, plan, run
 from evolvent.systems.wrapped_rib.start import check_follows
@@ -52,6 +53,7 @@ __all__ = [
     "check_follows",
     "figures",
     "layout",
+    "motion",
     "numbers",
     "plan",
     "run",

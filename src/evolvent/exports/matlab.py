@@ -1,0 +1,74 @@
+"""One .mat file with a struct ``run``, for MATLAB and GNU Octave."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.exports.request import Request, about, kept, shown_size, size_of
+from evolvent.results import writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Largest variable that the format can hold, bytes.
+_LIMIT = 2_000_000_000
+
+
+def write(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write a run as MATLAB 5 file; returns what was written.
+
+    Notes
+    -----
+    ``run.data.NAME`` the values, ``run.units.NAME``, ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
+    ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
+    ``run.about`` where it comes from and how it ended; ``run.case`` the case as YAML.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or would be far too large.
+    """
+    from scipy.io import savemat
+
+    count = run.sizes["time"]
+    samples = request.samples(count)
+    some = run.isel(time=samples)
+    motion = cases.system(run.attrs["system"]).motion(run).at(samples)
+    size = some.nbytes + sum(s.points.nbytes + sum(v.nbytes for v in s.values.values()) for s in motion.strands)
+    request.allow(size, f"{samples.size} samples")
+    if size > _LIMIT:
+        raise InputError(
+            f"a .mat file holds at most {shown_size(_LIMIT)}, and this is {shown_size(size)}; lower --frames"
+        )
+    names = [str(name) for name in some.variables]
+    lines = np.zeros(len(motion.strands), dtype=[("name", object), ("points", object), ("values", object)])
+    for k, strand in enumerate(motion.strands):
+        values = {_field(name): v for name, v in strand.values.items()}
+        lines[k] = (strand.name, strand.points, values)
+    content = {
+        "data": {name: _values(some[name]) for name in names},
+        "units": {name: some[name].attrs.get("units", "") for name in names},
+        "meaning": {name: some[name].attrs.get("long_name", "") for name in names},
+        "dims": {name: np.array([str(d) for d in some[name].dims], dtype=object) for name in names},
+        "lines": lines,
+        "about": {_field(what): words for what, words in about(run)},
+        "case": run.attrs["case"],
+    }
+    with writing(path) as temporary, open(temporary, "wb") as file:
+        savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
+    return f"{path}: {kept(samples, count)}, {shown_size(size_of(path))}"
+
+
+def _field(name: str) -> str:
+    """A name that a struct can have; the unit in brackets is part of it."""
+    words = name.replace("[", "").replace("]", "").replace("1/m", "per_m")
+    return "_".join(words.replace("/", " per ").split())
+
+
+def _values(variable: xr.DataArray) -> Any:
+    """Numbers as they are, words as a cell array."""
+    return variable.values.astype(object) if variable.dtype.kind in "UO" else variable.values

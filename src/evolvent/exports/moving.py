@@ -1,0 +1,165 @@
+"""Animations as GIF and MP4."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.exports.pictures import pictures
+from evolvent.exports.request import Request, scene_of, shown_size, size_of, unfinished
+from evolvent.results import writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.figures import Scene
+
+
+class _Kind(NamedTuple):
+    """A kind of film: pixels, frames in a second, the most of them in a second, and the most bytes that one takes."""
+
+    size: tuple[int, int]
+    rate: float
+    most: float
+    bytes: float
+
+
+_GIF = _Kind((800, 600), 20.0, 50.0, 1e5)
+_MP4 = _Kind((1280, 720), 30.0, 120.0, 4e4)
+#: Longest time that a run is shown in unless a speed is asked for, s.
+_SHOWN = 16.0
+
+
+def gif(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write the animation as GIF; returns what was written.
+
+    Raises
+    ------
+    InputError
+        If the run holds too little, or the file cannot be written.
+    """
+    from PIL import Image
+
+    scene = scene_of(run)
+    time, speed, length = _times(scene, request, _GIF)
+    request.allow(time.size * _GIF.bytes, f"{time.size} frames")
+
+    def drawn(moments: np.ndarray) -> Iterator[Image.Image]:
+        return (Image.fromarray(p[..., :3]) for p in _drawn(run, scene, moments, _GIF.size, request))
+
+    # one palette for all frames, so that colours do not flicker
+    width, height = _GIF.size
+    sheet = Image.new("RGB", (width, 6 * height))
+    for k, image in enumerate(drawn(np.linspace(time[0], time[-1], 6))):
+        sheet.paste(image, (0, k * height))
+    palette = sheet.quantize(colors=128)
+    frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in drawn(time))
+    # times are kept in hundredths of a second; rounding must not add up
+    ends = np.round(100.0 * length * np.arange(time.size + 1) / max(time.size - 1, 1))
+    with writing(path) as temporary:
+        next(frames).save(
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=frames,
+            duration=[int(10 * d) for d in np.diff(ends)],
+            loop=0,
+        )
+    return _said(path, time, speed, length)
+
+
+def mp4(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write the animation as MP4 (H.264); returns what was written.
+
+    Raises
+    ------
+    InputError
+        If there is no ffmpeg, the run holds too little, or the file cannot be written.
+    """
+    program = _ffmpeg()
+    scene = scene_of(run)
+    time, speed, length = _times(scene, request, _MP4)
+    request.allow(time.size * _MP4.bytes, f"{time.size} frames")
+    width, height = _MP4.size
+    with writing(path) as temporary:
+        given = [
+            "-f",
+            "rawvideo",
+            "-pix_fmt",
+            "rgba",
+            "-s",
+            f"{width}x{height}",
+            "-r",
+            f"{(time.size - 1) / length:.6g}",
+        ]
+        wanted = ["-an", "-c:v", "libx264", "-crf", "21", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
+        command = [program, "-y", "-nostdin", "-loglevel", "error", *given, "-i", "-", *wanted, temporary]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            assert process.stderr is not None
+            try:
+                for picture in _drawn(run, scene, time, _MP4.size, request):
+                    process.stdin.write(picture.tobytes())
+                process.stdin.close()
+            except BrokenPipeError:  # what it has to say comes below
+                pass
+            except BaseException:
+                process.kill()
+                raise
+            said = process.stderr.read().decode(errors="replace").strip()
+            if process.wait() != 0:
+                reason = said.splitlines()[-1] if said else f"it ended with code {process.returncode}"
+                raise InputError(f"cannot write {path!r}: ffmpeg says: {reason}")
+    return _said(path, time, speed, length)
+
+
+def _ffmpeg() -> str:
+    """The program that makes videos."""
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        return str(get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        found = shutil.which("ffmpeg")
+    if found is None:
+        raise InputError(
+            "--to mp4 needs ffmpeg, and there is none here; pip install 'evolvent[export]' brings it, "
+            "and --to gif does without"
+        )
+    return found
+
+
+def _times(scene: Scene, request: Request, kind: _Kind) -> tuple[np.ndarray, float, float]:
+    """Moments of the frames, s; the speed; the time that it takes to show them, s."""
+    span = float(scene.time[-1] - scene.time[0])
+    speed = request.speed or _nice(span / _SHOWN)
+    length = span / speed
+    frames = request.frames or max(2, round(length * kind.rate) + 1)
+    if frames < 2:
+        raise InputError("--frames is 1; an animation takes 2 or more")
+    if (frames - 1) / length > kind.most:
+        raise InputError(
+            f"{frames} frames in {length:.3g} s are more than {kind.most:g} in a second; give fewer, or a lower --speed"
+        )
+    return np.linspace(scene.time[0], scene.time[-1], frames), speed, length
+
+
+def _nice(x: float) -> float:
+    """The least of 1, 2, 5 times a power of ten that is not below x."""
+    power = 10.0 ** np.floor(np.log10(x))
+    return float(f"{next(f for f in (1.0, 2.0, 5.0, 10.0) if f * power >= x * (1.0 - 1e-9)) * power:.6g}")
+
+
+def _drawn(
+    run: xr.Dataset, scene: Scene, time: np.ndarray, size: tuple[int, int], request: Request
+) -> Iterator[np.ndarray]:
+    return pictures(scene, time, size=size, inertial=request.axes == "inertial", label=unfinished(run))
+
+
+def _said(path: str, time: np.ndarray, speed: float, length: float) -> str:
+    return f"{path}: {time.size} frames in {length:.3g} s, {speed:g} times real time, {shown_size(size_of(path))}"

@@ -1,0 +1,34 @@
+"""The animation as one HTML page."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING
+
+from evolvent import animation
+from evolvent.exports.request import Request, scene_of, shown_size, size_of
+from evolvent.results import writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def write(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write the animation; returns what was written.
+
+    Raises
+    ------
+    InputError
+        If the run holds too little, or the file cannot be written.
+    """
+    scene = scene_of(run)
+    wanted = min(max(2, request.frames or animation.MOST_FRAMES), scene.time.size)
+    page, frames = animation.page(scene, frames=wanted, speed=request.speed)
+    with writing(path) as temporary:
+        pathlib.Path(temporary).write_bytes(page)
+    held = f"{frames} frames"
+    if frames < wanted:
+        held += f" (of the {wanted} asked for; a page holds {shown_size(animation.LARGEST)})"
+    elif frames < scene.time.size:
+        held += f" of {scene.time.size} samples"
+    return f"{path}: {held}, {shown_size(size_of(path))}"

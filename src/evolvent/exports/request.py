@@ -1,0 +1,118 @@
+"""What an export is asked for, and what all exporters share."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.figures import Scene
+
+#: Size above which a file is written only if that is asked for, bytes.
+LARGE = 200_000_000
+#: Status of runs that did what they were asked to.
+WELL = ("success", "stopped by event")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Request:
+    """What an export is asked for.
+
+    Attributes
+    ----------
+    frames : int, optional
+        Number of moments, evenly spread; left out, what suits the format.
+    speed : float, optional
+        Time of the run over time of the clock, of an animation; left out, one that shows the run in 8 to 20 s.
+    axes : "inertial" or "body", optional
+        What positions refer to; left out, what suits the format.
+    large : bool
+        Whether more than `LARGE` bytes may be written.
+    """
+
+    frames: int | None = None
+    speed: float | None = None
+    axes: Literal["inertial", "body"] | None = None
+    large: bool = False
+
+    def samples(self, count: int, *, most: int | None = None) -> np.ndarray:
+        """Samples of `count` that are kept: as many as asked for, else at most `most`, evenly spread."""
+        wanted = self.frames or min(count, most or count)
+        if wanted == 1:
+            return np.array([count - 1])
+        return np.unique(np.linspace(0, count - 1, min(wanted, count)).round().astype(int))
+
+    def allow(self, size: float, what: str) -> None:
+        """Refuse to write far more than anybody wants by mistake.
+
+        Parameters
+        ----------
+        size : float, bytes, an estimate
+        what : str, what would take that much
+        """
+        if size > LARGE and not self.large:
+            raise InputError(
+                f"{what} may take up to {shown_size(size)}; ask for fewer (--frames), or for all of it (--large)"
+            )
+
+
+def shown_size(size: float) -> str:
+    """Bytes as a text with a unit."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size >= scale:
+            return f"{size / scale:.3g} {unit}"
+    return f"{size:.0f} bytes"
+
+
+def size_of(path: str) -> int:
+    """Size of a file or of all files in a folder, bytes."""
+    if not os.path.isdir(path):
+        return os.path.getsize(path)
+    return sum(os.path.getsize(os.path.join(folder, name)) for folder, _, names in os.walk(path) for name in names)
+
+
+def kept(samples: np.ndarray, count: int) -> str:
+    """How many samples a file holds, as words."""
+    return f"{count} samples" if samples.size == count else f"{samples.size} of {count} samples (--frames takes more)"
+
+
+def unfinished(run: xr.Dataset) -> str:
+    """What to write on a run that did not end as it should; '' of one that did."""
+    status = run.attrs["status"]
+    if status in WELL:
+        return ""
+    message = run.attrs["message"].removeprefix(status).strip(" :")
+    return f"{status.upper()}: {message}" if message else status.upper()
+
+
+def scene_of(run: xr.Dataset) -> Scene:
+    """The animation of a run, labelled if the run did not end as it should.
+
+    Raises
+    ------
+    InputError
+        If the run holds too little to draw.
+    """
+    scene: Scene | None = cases.system(run.attrs["system"]).scene(run)
+    if scene is None:
+        raise InputError("the run holds a single sample, which makes no animation; --to csv and mat take it")
+    label = unfinished(run)
+    return dataclasses.replace(scene, title=f"{scene.title} - {label}") if label else scene
+
+
+def about(run: xr.Dataset) -> list[tuple[str, str]]:
+    """Where a run comes from and how it ended, as (what, text)."""
+    attrs = run.attrs
+    rows = [("title", attrs["title"]), ("status", attrs["status"]), ("message", attrs["message"])]
+    rows += [("warning", attrs["warning"])] if attrs.get("warning") else []
+    rows += [("date", attrs.get("date", "not recorded"))]
+    rows += [("made with", attrs.get("made_with", f"evolvent {attrs['version']}")), ("solver", attrs["solver"])]
+    return rows

@@ -1,0 +1,174 @@
+"""Tables for a spreadsheet: comma-separated, one header line with units, a point for decimals."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import os
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.exports.request import Request, about, kept, shown_size, size_of, unfinished
+from evolvent.results import make_folder, writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Columns of one variable above which it has a table of its own.
+WIDE = 12
+#: Moments whose shapes are written unless more are asked for.
+MOST_SHAPES = 200
+#: Rows that a spreadsheet shows.
+SHEET = 1_048_576
+#: Bytes of one number.
+_CELL = 19
+
+
+def write(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write tables of a run into a folder; returns what was written.
+
+    Notes
+    -----
+    ``series.csv``
+        All that has a few values at every sample, one row a sample.
+    ``shapes.csv``
+        Where every point is, and what is known there: one row a point and moment, inertial axes.
+    ``NAME.csv``
+        Other variables with many values at every sample (all that `shapes.csv` does not hold), one row a sample.
+    ``results.csv``
+        Single values: one row each, with unit and meaning.
+    ``columns.csv``, ``about.csv``
+        What the columns mean; where the run comes from, how it ended, and its case.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written into, or it would hold far too much.
+    """
+    count = run.sizes["time"]
+    rows = request.samples(count)
+    moments = request.samples(count, most=MOST_SHAPES)
+    motion = cases.system(run.attrs["system"]).motion(run).at(moments)
+    held = _held(run, motion)
+    narrow, wide = [], []
+    for name, variable in run.variables.items():
+        if variable.dims[:1] == ("time",) and name != "time" and variable.dtype.kind in "biuf":
+            columns = variable.size // variable.sizes["time"]
+            if columns <= WIDE:
+                narrow.append(str(name))
+            elif name not in held:
+                wide.append(str(name))
+    points = sum(s.points.shape[1] for s in motion.strands)
+    values = len({name for s in motion.strands for name in s.values})
+    cells = moments.size * points * (6 + values)
+    cells += sum(int(run[name].size) * rows.size // count for name in (*narrow, *wide))
+    request.allow(_CELL * cells, "these tables")
+    make_folder(path)
+    label = unfinished(run)
+    tables: dict[str, Iterable[Iterable[Any]]] = {"series.csv": _series(run, narrow, rows, label)}
+    tables["shapes.csv"] = _shapes(motion)
+    tables |= {f"{name}.csv": _series(run, [name], rows, label) for name in wide}
+    tables["results.csv"] = _results(run)
+    tables["columns.csv"] = _columns(run, [*narrow, *wide], motion)
+    tables["about.csv"] = [("what", "text"), *about(run), ("case", run.attrs["case"])]
+    for name, content in tables.items():
+        with (
+            writing(os.path.join(path, name)) as temporary,
+            # a spreadsheet tells UTF-8 by its mark
+            open(temporary, "w", encoding="utf-8-sig", newline="") as file,
+        ):
+            csv.writer(file).writerows(content)
+    said = f"{', '.join(tables)} in {path}: {kept(rows, count)}, shapes at {moments.size}"
+    if moments.size * points >= SHEET:
+        said += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
+    return f"{said}, {shown_size(size_of(path))}"
+
+
+def _held(run: xr.Dataset, motion: Any) -> set[str]:
+    """Variables that `shapes.csv` holds."""
+    names = {value.partition(" [")[0] for s in motion.strands for value in s.values}
+    return {"position"} | {str(n) for n in run.variables if n in names or f"{n}".removeprefix("signed_") in names}
+
+
+def unit_of(variable: xr.Variable | xr.DataArray) -> str:
+    """Unit in brackets, '' for a plain number."""
+    unit = variable.attrs.get("units", "")
+    return "" if unit in ("", "1") else f" [{unit}]"
+
+
+def _headings(run: xr.Dataset, name: str) -> list[str]:
+    """Headings of a variable's columns: its name, what the column belongs to, its unit."""
+    variable = run[name]
+    places = []
+    for dimension in variable.dims[1:]:
+        size = run.sizes[dimension]
+        listed = run[dimension].values if dimension in run.coords else np.arange(1, size + 1)
+        if dimension == "quaternion" and dimension not in run.coords:
+            listed = np.array(list("wxyz"))
+        word = "" if listed.dtype.kind in "UO" else f"{dimension} "
+        places.append([f"{word}{x:g}" if listed.dtype.kind == "f" else f"{word}{x}" for x in listed])
+    return [f"{' '.join((name, *place))}{unit_of(variable)}" for place in itertools.product(*places)]
+
+
+def _series(run: xr.Dataset, names: list[str], rows: np.ndarray, label: str) -> Iterator[Iterable[Any]]:
+    head = ["time [s]", *(heading for name in names for heading in _headings(run, name))]
+    yield [*head, "run status"] if label else head
+    blocks = [run[name].values[rows].reshape(rows.size, -1) for name in names]
+    for k, time in enumerate(run.time.values[rows]):
+        row = [_number(time), *(_number(x) for block in blocks for x in block[k])]
+        yield [*row, label] if label else row
+
+
+def _shapes(motion: Any) -> Iterator[Iterable[Any]]:
+    names = list(dict.fromkeys(name for s in motion.strands for name in s.values))
+    yield ["time [s]", "line", "point", "x [m]", "y [m]", "z [m]", *names]
+    for k, time in enumerate(motion.time):
+        for strand in motion.strands:
+            values = [strand.values[name][k] if name in strand.values else None for name in names]
+            for i, x in enumerate(strand.points[k]):
+                data = ("" if v is None else _number(v[i]) for v in values)
+                yield [_number(time), strand.name, i + 1, *map(_number, x), *data]
+
+
+def _number(x: Any) -> Any:
+    """A value as the shortest text that gives the same number; an empty cell for none."""
+    if isinstance(x, np.bool_):
+        return int(x)
+    if isinstance(x, np.integer):
+        return int(x)
+    return repr(float(x)) if np.isfinite(x) else ""
+
+
+def _results(run: xr.Dataset) -> Iterator[Iterable[Any]]:
+    yield ["name", "value", "unit", "meaning"]
+    for number in cases.system(run.attrs["system"]).numbers(run):
+        yield [number.label, number.value, "", "as evolvent info prints it"]
+    for name, variable in run.data_vars.items():
+        if "time" in variable.dims or variable.dtype.kind not in "biuf":
+            continue
+        attrs = variable.attrs
+        unit = attrs.get("units", "")
+        headings = _headings(run, str(name)) if not variable.dims else _places(run, str(name))
+        for heading, value in zip(headings, variable.values.ravel(), strict=True):
+            yield [heading.removesuffix(unit_of(variable)), _number(value), unit, attrs.get("long_name", "")]
+
+
+def _places(run: xr.Dataset, name: str) -> list[str]:
+    """Headings of a variable without time."""
+    return _headings(run.assign({name: run[name].expand_dims("once")}), name)
+
+
+def _columns(run: xr.Dataset, names: list[str], motion: Any) -> Iterator[Iterable[Any]]:
+    yield ["name", "unit", "columns", "meaning"]
+    yield ["time", "s", 1, "time"]
+    for name in names:
+        attrs = run[name].attrs
+        columns = run[name].size // run.sizes["time"]
+        yield [name, attrs.get("units", ""), columns, attrs.get("long_name", "")]
+    for number in dict.fromkeys(name for s in motion.strands for name in s.values):
+        name, _, unit = number.partition(" [")
+        yield [f"shapes: {name}", unit.rstrip("]"), 1, "at the point"]
+    yield ["shapes: x, y, z", "m", 3, "place of the point, inertial axes"]

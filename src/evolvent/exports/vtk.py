@@ -1,0 +1,201 @@
+"""Time series for ParaView: collections (.pvd) of unstructured grids (.vtu) of lines, forces and axes of bodies.
+
+`pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers weigh half a
+gigabyte.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.exports.request import Request, about, kept, shown_size, size_of, unfinished
+from evolvent.motion import turned
+from evolvent.results import make_folder, writing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.motion import Motion
+
+#: Samples that are written unless more are asked for.
+MOST = 300
+_VERTEX, _POLY_LINE = 1, 4
+_FOLDER = "data"
+_TEXT = """\
+lines{suffix}.pvd   {lines}; point data: {values}
+forces{suffix}.pvd  {forces}; point data: force [N], a vector (filter Glyph, scale by it)
+frames{suffix}.pvd  axes of {frames} and its outline; cell data: axis (0 x, 1 y, 2 z, -1 outline);
+             point data: quaternion from body to the axes of this file (scalar, and x, y, z as a vector)
+
+Open the .pvd files in ParaView; they refer to those in {folder}/. Lengths in m, time in s, axes: {axes}.
+{kept}.
+
+"""
+
+
+def write(run: xr.Dataset, path: str, request: Request) -> str:
+    """Write the motion of a run into a folder; returns what was written.
+
+    Raises
+    ------
+    InputError
+        If the library is missing, the folder cannot be written into, or it would hold far too much.
+    """
+    grid, group = _library()
+    count = run.sizes["time"]
+    samples = request.samples(count, most=MOST)
+    motion: Motion = cases.system(run.attrs["system"]).motion(run).at(samples)
+    if request.axes == "body":
+        motion = motion.in_body()
+    numbers = sum(s.points.shape[1] * (5 + len(s.values)) for s in motion.strands)
+    numbers += sum(f.points.shape[1] * 9 for f in motion.forces)
+    request.allow(samples.size * (8.0 * numbers + 8000.0), f"{samples.size} frames")
+    suffix = f"-{run.attrs['status']}" if unfinished(run) else ""
+    kinds: dict[str, Callable[[Motion, int], Grid]] = {"lines": _lines, "forces": _forces, "frames": _frames}
+    if not motion.forces:
+        del kinds["forces"]
+    data = os.path.join(path, _FOLDER)
+    make_folder(path)
+    make_folder(data)
+    _clear(data)
+    _clear(path)
+    try:
+        for kind, make in kinds.items():
+            collection = group(os.path.join(path, f"{kind}{suffix}"))
+            for k, time in enumerate(motion.time):
+                name = grid(os.path.join(data, f"{kind}-{k:05d}"), **make(motion, k).arguments())
+                collection.addFile(name, float(time))
+            collection.save()
+    except OSError as error:
+        raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
+    first = motion.strands[0]
+    text = _TEXT.format(
+        suffix=suffix,
+        lines=", ".join(s.name for s in motion.strands),
+        values=", ".join(first.values),
+        forces=", ".join(f.name for f in motion.forces) or "none",
+        frames=", ".join(f.name for f in motion.frames),
+        folder=_FOLDER,
+        axes="those of the first body" if request.axes == "body" else "inertial",
+        kept=kept(samples, count),
+    )
+    with writing(os.path.join(path, "about.txt")) as temporary:
+        told = "".join(f"{what}: {words}\n" for what, words in about(run))
+        pathlib.Path(temporary).write_text(f"{text}{told}\ncase:\n{run.attrs['case']}", encoding="utf-8")
+    names = ", ".join(f"{kind}{suffix}.pvd" for kind in kinds)
+    return f"{names} in {path}: {kept(samples, count)}, {shown_size(size_of(path))}"
+
+
+def _library() -> tuple[Callable[..., str], Any]:
+    try:
+        from pyevtk.hl import unstructuredGridToVTK
+        from pyevtk.vtk import VtkGroup
+    except ImportError:
+        raise InputError("--to vtk needs the package pyevtk; pip install 'evolvent[export]' brings it") from None
+    return unstructuredGridToVTK, VtkGroup
+
+
+def _clear(folder: str) -> None:
+    """Remove what an earlier export left, and nothing else."""
+    for name in os.listdir(folder):
+        if re.fullmatch(r"(lines|forces|frames)(-\d{5,}\.vtu|(-failed|-interrupted)?\.pvd)", name):
+            os.unlink(os.path.join(folder, name))
+
+
+# ------------------------------------------------------------------------------------------------ grids
+
+
+class Grid:
+    """Points, cells through them in order, and data, as they are put together."""
+
+    def __init__(self) -> None:
+        self._points: list[np.ndarray] = []
+        self._ends: list[int] = []
+        self._types: list[int] = []
+        self._point_data: list[dict[str, Any]] = []
+        self._cell_data: list[dict[str, int]] = []
+        self._count = 0
+
+    def add(
+        self, points: np.ndarray, point_data: Mapping[str, np.ndarray], cell_data: dict[str, int], *, line: bool = True
+    ) -> None:
+        """One line through points (n, 3), or n single points."""
+        n = len(points)
+        self._points.append(points)
+        self._point_data.append(dict(point_data))
+        cells = [n] if line else [1] * n
+        for size in cells:
+            self._count += size
+            self._ends.append(self._count)
+            self._types.append(_POLY_LINE if line else _VERTEX)
+            self._cell_data.append(cell_data)
+
+    def arguments(self) -> dict[str, Any]:
+        """As the library takes it."""
+        x = np.concatenate(self._points)
+        names = list(dict.fromkeys(name for data in self._point_data for name in data))
+        point_data = {}
+        for name in names:
+            like = next(data[name] for data in self._point_data if name in data)
+            pieces = [
+                data.get(name, np.full((len(p), *like.shape[1:]), np.nan))
+                for p, data in zip(self._points, self._point_data, strict=True)
+            ]
+            point_data[name] = _columns(np.concatenate(pieces))
+        return {
+            **dict(zip("xyz", _columns(x), strict=True)),
+            "connectivity": np.arange(self._count, dtype=np.int64),
+            "offsets": np.array(self._ends, dtype=np.int64),
+            "cell_types": np.array(self._types, dtype=np.uint8),
+            "pointData": point_data,
+            "cellData": {
+                name: np.array([data[name] for data in self._cell_data], dtype=np.int32) for name in self._cell_data[0]
+            },
+        }
+
+
+def _columns(values: np.ndarray) -> Any:
+    """Scalars as an array, vectors as a tuple of three."""
+    values = np.asarray(values, dtype=float)
+    if values.ndim == 1:
+        return np.ascontiguousarray(values)
+    return tuple(np.ascontiguousarray(values[:, c]) for c in range(3))
+
+
+def _lines(motion: Motion, k: int) -> Grid:
+    made = Grid()
+    for number, strand in enumerate(motion.strands, 1):
+        made.add(strand.points[k], {name: v[k] for name, v in strand.values.items()}, {"line": number})
+    return made
+
+
+def _forces(motion: Motion, k: int) -> Grid:
+    made = Grid()
+    for number, force in enumerate(motion.forces, 1):
+        data = {"force [N]": force.vectors[k], "size [N]": np.linalg.norm(force.vectors[k], axis=1)}
+        made.add(force.points[k], data, {"kind": number}, line=False)
+    return made
+
+
+def _frames(motion: Motion, k: int) -> Grid:
+    made = Grid()
+    length = 0.25 * motion.reach
+    for number, frame in enumerate(motion.frames, 1):
+        q, origin = frame.attitude[k : k + 1], frame.origin[k]
+        for axis in range(-len(frame.outline), 3):
+            polygon = np.stack([np.zeros(3), length * np.eye(3)[axis]]) if axis >= 0 else frame.outline[axis]
+            placed = origin + turned(q, polygon[None])[0]
+            data = {
+                "quaternion scalar": np.full(len(placed), q[0, 0]),
+                "quaternion vector": np.repeat(q[:, 1:], len(placed), axis=0),
+            }
+            made.add(placed, data, {"axis": max(axis, -1), "body": number})
+    return made

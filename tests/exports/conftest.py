@@ -1,0 +1,71 @@
+"""Short runs of all three systems, one that failed, and the command line."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+import evolvent
+import evolvent.solvers.drive as drive
+from evolvent import cli, results
+
+SHORT = {
+    "heliogyro": (
+        "heliogyro",
+        {
+            "blade.segments": "inextensible",
+            "solver.method": "dopri5",
+            "solver.duration": "12 s",
+            "output.every": "0.2 s",
+        },
+    ),
+    "stand": ("inertia-stand", {"sensors.duration": "3 s", "body.offset_x": "0.2 m", "body.height": "0.1 m"}),
+    "rib": ("wrapped-rib-hold", {"rib.elements": 20, "hold.time": "4 s", "output.every": "0.2 s"}),
+}
+
+
+@pytest.fixture(scope="session")
+def runs():
+    """A short run of every system, by a short name."""
+    return {name: evolvent.run(case, changes) for name, (case, changes) in SHORT.items()}
+
+
+@pytest.fixture(scope="session")
+def failed():
+    """A run that stopped half-way, since its energy account was said to be off."""
+    case, changes = SHORT["heliogyro"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drive, "ENERGY_LIMIT", 1e-13)
+        with pytest.raises(evolvent.RunFailed) as caught:
+            evolvent.run(case, changes)
+    run = caught.value.run
+    assert run.attrs["status"] == "failed"
+    assert 2 <= run.sizes["time"] < 61
+    return run
+
+
+@pytest.fixture(scope="session")
+def files(runs, failed, tmp_path_factory):
+    """The runs as files, by name."""
+    folder = tmp_path_factory.mktemp("runs")
+    paths = {}
+    for name, run in (runs | {"failed": failed}).items():
+        paths[name] = str(folder / f"{name}.nc")
+        results.save(run, paths[name])
+    return paths
+
+
+@pytest.fixture
+def call(monkeypatch, capsys, tmp_path):
+    """Call the command line in an empty folder; returns (code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["evolvent", *words])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capsys.readouterr()
+        return ended.value.code, out, err
+
+    return run

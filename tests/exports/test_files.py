@@ -1,0 +1,305 @@
+"""Files open again in what they are for, and hold what the run holds."""
+
+import pathlib
+import xml.etree.ElementTree as ElementTree
+
+import imageio.v3 as imageio
+import imageio_ffmpeg
+import numpy as np
+import pandas
+import pytest
+from scipy.io import loadmat
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.exports import matlab, moving, page, table, vtk
+from evolvent.exports.request import LARGE, Request
+
+SYSTEMS = ("heliogyro", "stand", "rib")
+
+
+def motion(run):
+    return cases.system(run.attrs["system"]).motion(run)
+
+
+def grid(path):
+    """Arrays of a .vtu file by name: sizes of 8 bytes and raw values after the first underscore, in order."""
+    head, _, rest = path.read_bytes().partition(b"<AppendedData")
+    data = rest.partition(b"_")[2]
+    root = ElementTree.fromstring(head.decode() + "</VTKFile>")
+    found = {}
+    for array in root.iter("DataArray"):
+        at = int(array.get("offset"))
+        size = int(np.frombuffer(data, "<u8", 1, at)[0])
+        kind = np.dtype(array.get("type").lower())
+        values = np.frombuffer(data, kind, size // kind.itemsize, at + 8)
+        width = int(array.get("NumberOfComponents"))
+        found[array.get("Name")] = values if width == 1 else values.reshape(-1, width)
+    return found
+
+
+def steps(folder, kind):
+    """Times and files of a collection."""
+    root = ElementTree.parse(folder / f"{kind}.pvd").getroot()
+    return [(float(d.get("timestep")), folder / d.get("file")) for d in root.iter("DataSet")]
+
+
+# ------------------------------------------------------------------------------------------------ ParaView
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_vtk_holds_points_values_and_forces(runs, tmp_path, name):
+    run, wanted = runs[name], motion(runs[name])
+    said = vtk.write(run, str(tmp_path / "out"), Request())
+    assert said.startswith("lines.pvd, forces.pvd, frames.pvd in ")
+    found = steps(tmp_path / "out", "lines")
+    assert [time for time, _ in found] == pytest.approx(run.time.values.tolist())
+    for k in (0, len(found) - 1):
+        lines = grid(found[k][1])
+        assert np.array_equal(lines["points"], np.concatenate([s.points[k] for s in wanted.strands]))
+        for value in wanted.strands[0].values:
+            expected = np.concatenate([s.values[value][k] for s in wanted.strands])
+            assert np.array_equal(lines[value], expected, equal_nan=True)
+        assert lines["types"].tolist() == [4] * len(wanted.strands)  # polygonal lines
+        assert lines["offsets"].tolist() == np.cumsum([s.points.shape[1] for s in wanted.strands]).tolist()
+        forces = grid(steps(tmp_path / "out", "forces")[k][1])
+        assert np.array_equal(forces["points"], np.concatenate([f.points[k] for f in wanted.forces]))
+        assert np.array_equal(forces["force [N]"], np.concatenate([f.vectors[k] for f in wanted.forces]))
+        frame = grid(steps(tmp_path / "out", "frames")[k][1])
+        tips = frame["points"][-6:].reshape(3, 2, 3)
+        assert tips[:, 0] == pytest.approx(np.tile(wanted.frames[0].origin[k], (3, 1)), abs=1e-12)
+        axes = tips[:, 1] - tips[:, 0]
+        assert axes @ axes.T == pytest.approx(np.eye(3) * (0.25 * wanted.reach) ** 2, abs=1e-9)
+    text = (tmp_path / "out" / "about.txt").read_text()
+    assert "status: success" in text
+    assert run.attrs["case"] in text
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_vtk_itself_reads_lines_vectors_and_times(runs, tmp_path, name):
+    pyvista = pytest.importorskip("pyvista", reason="VTK's own reader is half a gigabyte and is not installed here")
+    wanted = motion(runs[name]).in_body()
+    vtk.write(runs[name], str(tmp_path), Request(axes="body", frames=4))
+    reader = pyvista.get_reader(tmp_path / "lines.pvd")
+    times = runs[name].time.values[np.linspace(0, runs[name].sizes["time"] - 1, 4).round().astype(int)]
+    assert reader.time_values == pytest.approx(times.tolist())
+    reader.set_active_time_value(reader.time_values[-1])
+    grid = reader.read()[0]
+    assert grid.n_cells == len(wanted.strands)
+    assert set(grid.celltypes) == {4}  # VTK_POLY_LINE
+    for k, strand in enumerate(wanted.strands):
+        assert np.array_equal(grid.get_cell(k).points, strand.points[-1])
+        value = next(iter(strand.values))
+        assert np.array_equal(
+            grid.point_data[value][grid.get_cell(k).point_ids], strand.values[value][-1], equal_nan=True
+        )
+    forces = pyvista.get_reader(tmp_path / "forces.pvd")
+    forces.set_active_time_value(forces.time_values[-1])
+    assert forces.read()[0].point_data["force [N]"].shape == (wanted.forces[0].points.shape[1], 3)
+    frames = pyvista.get_reader(tmp_path / "frames.pvd").read()[0]
+    assert sorted(set(frames.cell_data["axis"])) == [-1, 0, 1, 2]
+
+
+def test_vtk_again_leaves_nothing_old(runs, tmp_path):
+    (tmp_path / "mine.txt").write_text("stays")
+    vtk.write(runs["stand"], str(tmp_path), Request(frames=20))
+    vtk.write(runs["stand"], str(tmp_path), Request(frames=1))
+    assert sorted(p.name for p in (tmp_path / "data").iterdir()) == [
+        f"{kind}-00000.vtu" for kind in ("forces", "frames", "lines")
+    ]
+    assert (tmp_path / "mine.txt").read_text() == "stays"
+
+
+# ------------------------------------------------------------------------------------------------ tables
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_tables_hold_the_run(runs, tmp_path, name):
+    run, wanted = runs[name], motion(runs[name])
+    table.write(run, str(tmp_path), Request())
+    series = pandas.read_csv(tmp_path / "series.csv")
+    assert np.array_equal(series["time [s]"], run.time.values)
+    assert np.array_equal(series["energy_kinetic [J]"], run.energy_kinetic.values)
+    assert series["energy_balance"].dtype == float
+    for heading, values in {
+        "heliogyro": {"deployed_length blade 2 [m]": lambda: run.deployed_length.values[:, 1]},
+        "stand": {"spring_force spring 3 [N]": lambda: run.spring_force.values[:, 2]},
+        "rib": {
+            "energy_dissipated mass damping [J]": lambda: run.energy_dissipated.values[:, 0],
+            "linear_momentum y [kg m s-1]": lambda: run.linear_momentum.values[:, 1],
+        },
+    }[name].items():
+        assert np.array_equal(series[heading], values())
+    shapes = pandas.read_csv(tmp_path / "shapes.csv")
+    one = shapes[(shapes["line"] == wanted.strands[-1].name) & (shapes["time [s]"] == run.time.values[-1])]
+    strand = wanted.strands[-1]
+    assert np.array_equal(one[["x [m]", "y [m]", "z [m]"]], strand.points[-1])
+    for value, expected in strand.values.items():
+        assert np.array_equal(one[value], expected[-1], equal_nan=True)
+    columns = pandas.read_csv(tmp_path / "columns.csv").set_index("name")
+    assert columns.loc["energy_kinetic", "unit"] == "J"
+    about = pandas.read_csv(tmp_path / "about.csv").set_index("what")["text"]
+    assert (about["status"], about["case"]) == ("success", run.attrs["case"])
+    listed = pandas.read_csv(tmp_path / "results.csv").set_index("name")["value"]
+    for number in cases.system(run.attrs["system"]).numbers(run):
+        assert listed[number.label] == number.value
+
+
+def test_every_number_of_a_run_is_in_some_table(runs, tmp_path):
+    run = runs["heliogyro"]
+    table.write(run, str(tmp_path), Request())
+    held = {path.stem for path in tmp_path.iterdir()}
+    heads = {heading.partition(" ")[0] for heading in pandas.read_csv(tmp_path / "series.csv").columns}
+    covered = {"position", "tension", "signed_lag"}  # shapes.csv
+    assert {str(n) for n, v in run.variables.items() if v.dims[:1] == ("time",)} == (heads | held | covered) & set(
+        run.variables
+    )
+    velocity = pandas.read_csv(tmp_path / "velocity.csv")
+    assert np.array_equal(velocity["velocity blade 2 node 3 y [m s-1]"], run.velocity.values[:, 1, 2, 1])
+
+
+# ------------------------------------------------------------------------------------------------ MATLAB
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_mat_holds_the_run(runs, tmp_path, name):
+    run, wanted = runs[name], motion(runs[name])
+    matlab.write(run, str(tmp_path / "run.mat"), Request())
+    found = loadmat(tmp_path / "run.mat", squeeze_me=True, struct_as_record=False)["run"]
+    for key, variable in run.variables.items():
+        values = getattr(found.data, str(key))
+        if variable.dtype.kind in "biuf":
+            assert np.array_equal(values, np.squeeze(variable.values), equal_nan=True), key
+        else:
+            assert list(values) == list(variable.values)
+        unit = getattr(found.units, str(key))
+        assert (unit if isinstance(unit, str) else "") == variable.attrs.get("units", "")
+    assert found.case == run.attrs["case"]
+    assert found.about.status == "success"
+    assert found.meaning.energy_kinetic == run.energy_kinetic.attrs["long_name"]
+    lines = np.atleast_1d(found.lines)
+    assert [line.name for line in lines] == [s.name for s in wanted.strands]
+    assert np.array_equal(lines[-1].points, wanted.strands[-1].points)
+    assert hasattr(lines[0].values, {"stand": "force_N"}.get(name, "tension_N"))
+    raw = loadmat(tmp_path / "run.mat")["run"]["data"][0, 0]["time"][0, 0]
+    assert raw.shape == (run.sizes["time"], 1)
+
+
+# ------------------------------------------------------------------------------------------------ films
+
+
+def test_gif_opens_again(runs, tmp_path):
+    path = str(tmp_path / "a.gif")
+    said = moving.gif(runs["rib"], path, Request(frames=9, speed=2.0))
+    assert "9 frames in 2 s, 2 times real time" in said
+    film = imageio.imread(path)
+    assert film.shape == (9, 600, 800, 3)
+    moved = [np.abs(film[k + 1].astype(int) - film[k]).max() for k in range(8)]
+    assert min(moved) > 50
+    # 8 intervals in 2 s, and the last picture for as long
+    assert imageio.immeta(path)["duration"] == pytest.approx(250, abs=10)
+
+
+# the reader leaves the pipes of its ffmpeg to the collector
+@pytest.mark.filterwarnings("ignore:Exception ignored in:pytest.PytestUnraisableExceptionWarning")
+def test_mp4_opens_again(runs, tmp_path):
+    path = str(tmp_path / "a.mp4")
+    moving.mp4(runs["stand"], path, Request(frames=12, speed=1.0, axes="inertial"))
+    with imageio.imopen(path, "r") as file:
+        film = file.read()
+    assert film.shape == (12, 720, 1280, 3)
+    assert np.abs(film[6].astype(int) - film[0]).max() > 50
+    frames, duration = imageio_ffmpeg.count_frames_and_secs(path)
+    assert (frames, duration) == (12, pytest.approx(12 / 11 * 3.0, rel=0.05))
+
+
+def test_a_film_without_ffmpeg_is_refused_in_a_sentence(runs, tmp_path, monkeypatch):
+    def none():
+        raise RuntimeError("no ffmpeg")
+
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", none)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match=r"--to mp4 needs ffmpeg.*evolvent\[export\].*--to gif does without"):
+        moving.mp4(runs["stand"], str(tmp_path / "a.mp4"), Request())
+    assert not (tmp_path / "a.mp4").exists()
+
+
+def test_ffmpeg_that_fails_is_told_in_a_sentence(runs, tmp_path, monkeypatch):
+    bad = tmp_path / "ffmpeg"
+    bad.write_text("#!/bin/sh\necho 'no such encoder' >&2\nexit 3\n")
+    bad.chmod(0o755)
+    monkeypatch.setattr(moving, "_ffmpeg", lambda: str(bad))
+    with pytest.raises(InputError, match="ffmpeg says: no such encoder"):
+        moving.mp4(runs["stand"], str(tmp_path / "a.mp4"), Request(frames=5))
+    assert [p.name for p in tmp_path.iterdir()] == ["ffmpeg"]
+
+
+def test_missing_library_names_the_extra(runs, tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pyevtk.hl", None)
+    with pytest.raises(InputError, match=r"--to vtk needs the package pyevtk; pip install 'evolvent\[export\]'"):
+        vtk.write(runs["stand"], str(tmp_path / "x"), Request())
+    assert not (tmp_path / "x").exists()
+
+
+def test_html_keeps_frames_and_speed(runs, tmp_path):
+    said = page.write(runs["rib"], str(tmp_path / "a.html"), Request(frames=7, speed=3.0))
+    assert "7 frames of 21 samples" in said
+    text = (tmp_path / "a.html").read_text()
+    assert '"speed":3.0' in text
+    assert '"shape":[7,' in text
+
+
+# ------------------------------------------------------------------------------------------------ sizes and labels
+
+
+def test_nothing_enormous_without_being_told():
+    with pytest.raises(InputError, match=r"may take up to 201 MB; ask for fewer \(--frames\), or for all of it"):
+        Request().allow(LARGE + 1e6, "this")
+    Request(large=True).allow(1e12, "this")
+    assert Request().samples(5).tolist() == [0, 1, 2, 3, 4]
+    assert Request().samples(1000, most=3).tolist() == [0, 500, 999]
+    assert Request(frames=4).samples(1000, most=3).size == 4
+    assert Request(frames=1).samples(9).tolist() == [8]
+
+
+@pytest.mark.parametrize("kind", ["vtk", "table", "matlab", "page"])
+def test_a_run_that_failed_is_written_with_its_label(failed, tmp_path, kind):
+    module = {"vtk": vtk, "table": table, "matlab": matlab, "page": page}[kind]
+    path = tmp_path / "out"
+    module.write(failed, str(path), Request())
+    if kind == "vtk":
+        assert (path / "lines-failed.pvd").exists()
+        assert "status: failed" in (path / "about.txt").read_text()
+    elif kind == "table":
+        series = pandas.read_csv(path / "series.csv")
+        assert len(series) == failed.sizes["time"]
+        assert series["run status"].str.startswith("FAILED: the energy account is off").all()
+    elif kind == "matlab":
+        found = loadmat(path, appendmat=False, squeeze_me=True, struct_as_record=False)["run"]
+        assert (found.about.status, found.about.message) == ("failed", failed.attrs["message"])
+    else:
+        assert "- FAILED: the energy account is off" in path.read_text()
+
+
+def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):
+    moving.gif(failed, str(tmp_path / "a.gif"), Request(frames=2))
+    moving.gif(runs["heliogyro"], str(tmp_path / "b.gif"), Request(frames=2))
+
+    def red(path: pathlib.Path) -> int:
+        film = imageio.imread(path)[-1].astype(int)
+        return int(((film[..., 0] > 140) & (film[..., 1] < 60)).sum())
+
+    assert red(tmp_path / "a.gif") > 500
+    assert red(tmp_path / "b.gif") == 0
+
+
+def test_a_single_sample_has_tables_and_no_animation(runs, tmp_path):
+    one = runs["heliogyro"].isel(time=[0])
+    with pytest.raises(InputError, match="a single sample, which makes no animation"):
+        page.write(one, str(tmp_path / "a.html"), Request())
+    table.write(one, str(tmp_path / "t"), Request())
+    matlab.write(one, str(tmp_path / "a.mat"), Request())
+    vtk.write(one, str(tmp_path / "v"), Request())
+    assert len(pandas.read_csv(tmp_path / "t" / "series.csv")) == 1

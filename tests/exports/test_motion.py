@@ -1,0 +1,98 @@
+"""Where things are and what acts on them: against the run's own variables and Newton's laws."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from evolvent import cases
+from evolvent.motion import about_z, product, turned
+
+
+def motion(run):
+    return cases.system(run.attrs["system"]).motion(run)
+
+
+def matrices(q):
+    return Rotation.from_quat(q[:, [1, 2, 3, 0]]).as_matrix()
+
+
+def test_quaternions_turn_as_matrices_do(rng):
+    p, q = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in rng.standard_normal((2, 5, 4)))
+    x = rng.standard_normal((5, 3, 3))
+    assert turned(q, x) == pytest.approx(np.einsum("tij,tnj->tni", matrices(q), x))
+    assert matrices(product(p, q)) == pytest.approx(matrices(p) @ matrices(q))
+    assert matrices(about_z(np.full(5, 0.3))) == pytest.approx(
+        np.tile(Rotation.from_rotvec([0, 0, 0.3]).as_matrix(), (5, 1, 1))
+    )
+
+
+def test_blades_turn_with_the_body(runs):
+    run, found = runs["heliogyro"], motion(runs["heliogyro"])
+    c, s = np.cos(run.body_angle.values), np.sin(run.body_angle.values)
+    x, y, z = np.moveaxis(run.position.values[:, 1], -1, 0)
+    wanted = np.stack([c[:, None] * x - s[:, None] * y, s[:, None] * x + c[:, None] * y, z], axis=-1)
+    out = run.released.values[:, 1]
+    assert out.any()
+    assert not out.all()
+    assert found.strands[1].points[:, :-1][out] == pytest.approx(wanted[out], abs=1e-12)
+    tension = found.strands[1].values["tension [N]"]
+    assert tension[:, :-1][out] == pytest.approx(run.tension.values[:, 1][out])
+    assert np.isnan(tension[:, :-1][~out]).all()
+    assert tension[-1, -1] == run.hub_tension.values[-1, 1]
+
+
+def test_the_pull_of_the_blades_turns_the_body(runs):
+    """J W' = sum r x F about z (eq. 16), W' by central differences."""
+    run, found = runs["heliogyro"], motion(runs["heliogyro"])
+    force = found.forces[0]
+    torque = np.cross(force.points, force.vectors).sum(axis=1)[:, 2]
+    wanted = 0.004 * np.gradient(run.body_rate.values, run.time.values)
+    smooth = slice(3, 34)  # before the second node is released, at 7.1 s
+    assert torque[smooth] == pytest.approx(wanted[smooth], rel=2e-2)
+    # seen from the body the spools stand still
+    still = found.in_body()
+    assert np.ptp(still.forces[0].points, axis=0).max() < 1e-12
+    assert matrices(still.frames[0].attitude) == pytest.approx(np.tile(np.eye(3), (run.sizes["time"], 1, 1)), abs=1e-12)
+
+
+def test_the_springs_carry_and_move_the_stand(runs):
+    """m a = sum F + m g, a by central differences; the forces are the springs' stiffness times their stretch."""
+    run, found = runs["stand"], motion(runs["stand"])
+    mass, h = 15190.0, float(run.time[1])
+    force = found.forces[0]
+    a = np.gradient(run.velocity.values, h, axis=0)[2:-2]
+    wanted = mass * (a + np.array([0.0, 9.81, 0.0]))
+    assert force.vectors.sum(axis=1)[2:-2] == pytest.approx(wanted, abs=2e-3 * 9.81 * mass)
+    ends = [s.points[:, 1] for s in found.strands]
+    assert np.stack(ends, axis=1) == pytest.approx(force.points)
+    stiffness = run.spring_force.values / (
+        np.linalg.norm(np.stack([s.points[:, 1] - s.points[:, 0] for s in found.strands], axis=1), axis=-1)
+        - natural_length(run)
+    )
+    assert stiffness == pytest.approx(np.full_like(stiffness, stiffness.flat[0]), rel=1e-6)
+
+
+def natural_length(run):
+    return np.array(cases.load(cases.parse_yaml(run.attrs["case"], "case")).stand.natural_length)
+
+
+def test_the_hub_presses_on_the_rib(runs):
+    run, found = runs["rib"], motion(runs["rib"])
+    assert np.array_equal(found.strands[0].points, run.position.values[:, 0])
+    sizes = np.linalg.norm(found.forces[0].vectors, axis=-1)
+    assert sizes.sum(axis=1) == pytest.approx(run.contact_force.values[:, 0], rel=1e-6, abs=1e-9)
+    assert sizes[-1].max() > 0.0
+    outward = np.sum(found.forces[0].vectors * found.forces[0].points, axis=-1)
+    assert (outward >= 0.0).all()
+    assert np.hypot(*found.forces[0].points[-1, :, :2].T) == pytest.approx(np.full(20, 0.6), rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])
+def test_body_axes_keep_all_distances(runs, name):
+    found = motion(runs[name]).at(np.array([0, 5]))
+    seen = found.in_body()
+    for one, other in zip(found.strands, seen.strands, strict=True):
+        assert np.linalg.norm(np.diff(one.points, axis=1), axis=-1) == pytest.approx(
+            np.linalg.norm(np.diff(other.points, axis=1), axis=-1)
+        )
+    assert seen.reach == pytest.approx(found.reach)
