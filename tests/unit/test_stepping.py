@@ -113,6 +113,5 @@ def test_a_step_that_fails_says_why() -> None:
     system = craft()
     stepper = Stepper(system, inputs=["hub"], step=0.5, until=100.0)
     stepper.set_wrench("hub", torque=(1e9, 1e9, 0.0))
-    with pytest.raises(RunFailed, match="smaller solver.step"):
-        for _ in range(20):
-            stepper.step(0.5)
+    with pytest.raises(RunFailed, match=r"solver\.step"):
+        stepper.step(10.0)

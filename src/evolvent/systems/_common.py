@@ -60,6 +60,14 @@ def rotation_matrices(q: np.ndarray) -> np.ndarray:
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
+def quaternions(rotation: np.ndarray) -> np.ndarray:
+    """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
+    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))
+
+
 def tilt_of(q: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """What is left of attitudes q (nt, 4) once the turn by `angle` about z is taken out: (angle about z)^-1 q."""
     c, s = np.cos(0.5 * angle), -np.sin(0.5 * angle)

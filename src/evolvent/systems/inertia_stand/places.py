@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.inertia.stand import equilibrium
 from evolvent.motion import Forces, Frame, Motion, Strand, product, turned
-from evolvent.systems.inertia_stand.attitude import quaternion
+from evolvent.systems._common import quaternions
 from evolvent.systems.inertia_stand.show import box, case_of
 from evolvent.systems.inertia_stand.simulate import body_of, stand_of
 
@@ -22,7 +22,7 @@ def motion(run: xr.Dataset) -> Motion:
     stand, body = stand_of(case), body_of(case)
     rest = equilibrium(stand, body)
     origin = run.position.values + rest.position
-    attitude = product(run.attitude.values, quaternion(rest.rotation[None]))
+    attitude = product(run.attitude.values, quaternions(rest.rotation[None]))
     ends = origin[:, None] + turned(
         attitude, np.broadcast_to(stand.points - body.centre, (time.size, *stand.points.shape))
     )

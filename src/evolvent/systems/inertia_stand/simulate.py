@@ -13,7 +13,7 @@ from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, energy, equilibrium, linear_model
 from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
 from evolvent.solvers import lanes
-from evolvent.systems._common import MOST_VALUES, refuse_laws, rotation_matrices
+from evolvent.systems._common import MOST_VALUES, quaternions, refuse_laws, rotation_matrices
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
@@ -173,16 +173,8 @@ def _start(case: Case, stand: Stand, body: Body, modes: NormalModes) -> tuple[np
             )
         position, rotation = rest.position + move, Rotation.from_rotvec(turn).as_matrix() @ rest.rotation
         z = modes.state(np.concatenate([move, turn]), np.concatenate([velocity, rate]))
-    state = np.concatenate([position, _quaternion(rotation), velocity, rate])
+    state = np.concatenate([position, quaternions(rotation), velocity, rate])
     return state, np.asarray(z), loaded
-
-
-def _quaternion(rotation: np.ndarray) -> np.ndarray:
-    """Quaternion (..., 4), scalar part first and positive, of rotation matrices (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
-    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))
 
 
 def _place(case: Case, stand: Stand, modes: NormalModes) -> tuple[np.ndarray, int]:
@@ -330,7 +322,7 @@ def _finish(
     data = {
         "position": variable(axis, relative, "m", "displacement of the centre of mass from its rest, level axes"),
         "attitude": variable(
-            ("time", "quaternion"), _quaternion(turned), "1", "rotation from the rest, level axes, scalar first"
+            ("time", "quaternion"), quaternions(turned), "1", "rotation from the rest, level axes, scalar first"
         ),
         "velocity": variable(axis, velocity, "m s-1", "velocity of the centre of mass, level axes"),
         "angular_velocity": variable(axis, rate, "rad s-1", "angular velocity, level axes"),
