@@ -18,6 +18,7 @@ import hashlib
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import time
 
@@ -32,6 +33,8 @@ USAGE = (
 )
 #: Pages, with everything in them run anew; a warning is an error.
 PAGES = ROOT / "docs" / "_build" / "html"
+#: Where tests write the rows of the validation book, which the documentation shows.
+BOOK = ROOT / "docs" / "_build" / "book"
 SPHINX = ["sphinx-build", "-W", "--keep-going", "-q", "-E", "-d", str(PAGES.parent / "doctrees"), "docs", str(PAGES)]
 
 
@@ -92,13 +95,17 @@ def test(arguments: list[str]) -> int:
     """Lint, format, types, floors, tests and documentation; all are run, and any failure counts."""
     if code := set_up("test"):
         return code
+    if not arguments:  # the validation book is that of a whole run
+        shutil.rmtree(BOOK, ignore_errors=True)
+    os.environ.setdefault("EVOLVENT_BOOK", str(BOOK))
+    find_browser()
     workers = min(4, os.cpu_count() or 1)
     steps = {
         "lint": ["ruff", "check"],
         "format": ["ruff", "format", "--check"],
         "types": ["mypy"],
         "floors": ["lint-imports", "--no-logo"],
-        "tests": ["pytest", "-q", *(["-n", str(workers)] if workers > 1 else []), *arguments],
+        "tests": ["pytest", "-q", "-rs", *(["-n", str(workers)] if workers > 1 else []), *arguments],
         "docs": SPHINX,
     }
     failed = []
@@ -111,6 +118,22 @@ def test(arguments: list[str]) -> int:
         say(f"--- {name}: {'ok' if code == 0 else 'FAILED'} in {time.perf_counter() - began:.1f} s")
     say("all passed" if not failed else f"failed: {', '.join(failed)}")
     return 1 if failed else 0
+
+
+def find_browser() -> None:
+    """Install Chromium for the tests of the studio and the report where that can be done, or say why they skip."""
+    if any(shutil.which(name) for name in ("chromium", "chromium-browser", "google-chrome")):
+        return
+    say("no Chromium is installed, in which the studio is tested ...")
+    if shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0:
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        subprocess.run(["apt-get", "update", "-q"], check=False, **quiet)
+        done = subprocess.run(
+            ["apt-get", "install", "-y", "-q", "--no-install-recommends", "chromium"], check=False, **quiet
+        )
+        say("installed it" if done.returncode == 0 else "it could not be installed: those tests are skipped")
+    else:
+        say("it can be installed by root alone, or by other means than apt-get: those tests are skipped")
 
 
 def docs(arguments: list[str]) -> int:

@@ -24,6 +24,15 @@ os.environ["IPYTHONDIR"] = str(_profile.parent)
 # what a reader of a gallery page cannot help, and need not read
 warnings.filterwarnings("ignore", message="First-class function type")
 
+# the validation book, of what the last tests wrote
+_here = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(_here.parent / "tests"))
+import book  # noqa: E402  (tests/book.py)
+
+_entries = book.read(_here / "_build" / "book")
+_none = f"{book.HEAD}\nNo entries: run the tests first, `python3 start.py test`.\n"
+(_here / "validation.md").write_text(book.table(_entries) if _entries else _none)
+
 # ------------------------------------------------------------------------------------------------ project
 
 project = "evolvent"
