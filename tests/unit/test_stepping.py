@@ -25,7 +25,7 @@ def craft(gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> System:
 def mass() -> System:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.5, 0.5, 0.8)), "body")
-    system.add(parts.Spring(a=(0.0, 0.0, -1.0), b="body", stiffness=50.0, length=1.0, lateral_stiffness=50.0))
+    system.add(parts.Spring(a=(0.0, 0.0, -1.0), b="body", stiffness=0.0, length=1.0, lateral_stiffness=50.0))
     return system
 
 
@@ -69,7 +69,7 @@ def test_a_force_held_from_outside_moves_an_oscillator(method: str) -> None:
         stepper.step(0.025)
         x = 3.0 / 50.0 * (1.0 - math.cos(w * stepper.time))
         assert stepper.body("body").position[0] == pytest.approx(x, abs=5e-5)
-        assert stepper.wrench("body")[0][0] == pytest.approx(-50.0 * x, abs=6e-3)
+        assert stepper.wrench("body")[0][0] == pytest.approx(-50.0 * x, abs=3e-3)
 
 
 def test_weight_is_no_part_of_the_wrench() -> None:
@@ -113,5 +113,5 @@ def test_a_step_that_fails_says_why() -> None:
     system = craft()
     stepper = Stepper(system, inputs=["hub"], step=0.5, until=100.0)
     stepper.set_wrench("hub", torque=(1e9, 1e9, 0.0))
-    with pytest.raises(RunFailed, match=r"solver\.step"):
+    with pytest.raises(RunFailed, match="the step of"):
         stepper.step(10.0)
