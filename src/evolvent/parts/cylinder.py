@@ -62,7 +62,7 @@ class Cylinder:
     def write(self, builder: Builder, name: str) -> None:
         """Write the cylinder and its check points."""
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
-        exponent = number(f"{name}.exponent", self.exponent, least=1.0, allowed="a number from 1")
+        law = law_fields(self, name)
         radius = positive(f"{name}.radius", self.radius)
         centre = vector(f"{name}.centre", self.centre)
         axis = unit_vector(f"{name}.axis", self.axis)
@@ -75,7 +75,6 @@ class Cylinder:
         index = builder.add(
             "cylinders",
             body=body,
-            law=choice(f"{name}.law", self.law, LAWS),
             first=first,
             last=len(builder.rows["checks"]),
             under=-1,
@@ -83,13 +82,7 @@ class Cylinder:
             axis=axis,
             radius=radius,
             half_length=float(self.half_length),
-            stiffness=positive(f"{name}.stiffness", self.stiffness),
-            exponent=exponent,
-            damping=not_negative(f"{name}.damping", self.damping),
-            share=1.0,
-            friction=not_negative(f"{name}.friction", self.friction),
-            stick_stiffness=not_negative(f"{name}.stick_stiffness", self.stick_stiffness),
-            stick_damping=not_negative(f"{name}.stick_damping", self.stick_damping),
+            **law,
         )
         builder.names[name] = ("cylinders", index)
 
@@ -104,6 +97,19 @@ class Cylinder:
                     f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
                 )
             builder.add("checks", **fields)
+
+
+def law_fields(part: Any, name: str) -> dict[str, Any]:
+    """Fields of a contact's law, as `Cylinder` and `Layers` name them."""
+    fields = {
+        "law": choice(f"{name}.law", part.law, LAWS),
+        "stiffness": positive(f"{name}.stiffness", part.stiffness),
+        "exponent": number(f"{name}.exponent", part.exponent, least=1.0, allowed="a number from 1"),
+        "share": 1.0,
+    }
+    for key in ("damping", "friction", "stick_stiffness", "stick_damping"):
+        fields[key] = not_negative(f"{name}.{key}", getattr(part, key))
+    return fields
 
 
 def check_points(builder: Builder, name: str, beam: int, points: int) -> list[dict[str, Any]]:

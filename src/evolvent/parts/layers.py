@@ -12,8 +12,8 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import contact
 from evolvent.kernels.layers import UNKNOWN
-from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
-from evolvent.parts.cylinder import LAWS, check_points
+from evolvent.parts.checks import unit_vector, vector
+from evolvent.parts.cylinder import check_points, law_fields
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -63,8 +63,8 @@ class Layers:
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
         over = builder.find(self.over, "beams")
         under = builder.find(self.under, "beams") if self.under else over
-        law = choice(f"{name}.law", self.law, LAWS)
-        if law == contact.CONSERVATIVE:
+        law = law_fields(self, name)
+        if law["law"] == contact.CONSERVATIVE:
             raise InputError(f"{name}.law is 'conservative', which layers do not know; take 'hunt-crossley' or 'paper'")
         if self.sense not in (1, -1):
             raise InputError(f"{name}.sense is {self.sense!r}; it must be 1 or -1")
@@ -81,7 +81,6 @@ class Layers:
         index = builder.add(
             "cylinders",
             body=body,
-            law=law,
             first=first,
             last=len(builder.rows["checks"]),
             under=under,
@@ -90,13 +89,7 @@ class Layers:
             centre=centre,
             axis=axis,
             half_length=float(self.width),
-            stiffness=positive(f"{name}.stiffness", self.stiffness),
-            exponent=number(f"{name}.exponent", self.exponent, least=1.0, allowed="a number from 1"),
-            damping=not_negative(f"{name}.damping", self.damping),
-            share=1.0,
-            friction=not_negative(f"{name}.friction", self.friction),
-            stick_stiffness=not_negative(f"{name}.stick_stiffness", self.stick_stiffness),
-            stick_damping=not_negative(f"{name}.stick_damping", self.stick_damping),
+            **law,
         )
         builder.names[name] = ("cylinders", index)
 

@@ -181,6 +181,8 @@ def prepared(
     matrix = matrix_of(model)
     if newton is None:
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
+        if step is not None and np.any(model.bodies["motion"] == rigid.FREE):  # spins, whose error adds up step by step
+            newton = 1e-12
         if model.threads.size:  # whose springs are so stiff that little lengths are large forces
             newton = 1e-13
     rho = spectral_radius
@@ -502,7 +504,7 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
             law = "a softer contact"
         if step is None:  # only the smallest of steps is given up
             smaller = "look at the last samples" if not law else "take"
-        joined = ", " if law and step is not None else " " if law else ""
+        joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
             f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
             f"{smaller}{joined}{law}"

@@ -94,13 +94,7 @@ def _system(case: Case, begin: Start) -> System:
                 beams=[f"rib-{k}"],
                 radius=case.hub.radius,
                 half_length=0.5 * case.hub.height,
-                law=contact.law,
-                stiffness=begin.stiffness,
-                exponent=contact.exponent,
-                damping=contact.damping if contact.law == "paper" else contact.dissipation,
-                points=contact.points,
-                friction=contact.friction,
-                stick_stiffness=STICK * begin.stiffness,
+                **_law(case, begin),
                 sunk=1e-3 if case.begins in ("straight", "wound") else SUNK,
             ),
             f"contact-{k}",
@@ -168,24 +162,32 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     )
 
 
+def _law(case: Case, begin: Start) -> dict[str, Any]:
+    """Law of contact and check points, of the hub and of the turns."""
+    contact = case.contact
+    return {
+        "law": contact.law,
+        "stiffness": begin.stiffness,
+        "exponent": contact.exponent,
+        "damping": contact.damping if contact.law == "paper" else contact.dissipation,
+        "points": contact.points,
+        "friction": contact.friction,
+        "stick_stiffness": STICK * begin.stiffness,
+    }
+
+
 def _layers(case: Case, begin: Start, k: int) -> Any:
     """Turns of rib k (from 1) on the turns below: its own, or those of the next rib."""
     from evolvent import parts
 
-    rib, contact = case.rib, case.contact
+    rib = case.rib
     return parts.Layers(
         body="hub",
         over=f"rib-{k}",
         under=f"rib-{k % rib.count + 1}" if rib.count > 1 else "",
         thickness=[rib.thickness_at((i + 0.5) / rib.elements) for i in range(rib.elements)],
         width=rib.width,
-        law=contact.law,
-        stiffness=begin.stiffness,
-        exponent=contact.exponent,
-        damping=contact.damping if contact.law == "paper" else contact.dissipation,
-        points=contact.points,
-        friction=contact.friction,
-        stick_stiffness=STICK * begin.stiffness,
+        **_law(case, begin),
     )
 
 
