@@ -84,6 +84,65 @@ def _page(scene: Scene, frames: int) -> bytes:
     return text.replace("@DATA@", json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")).encode()
 
 
+def pack(scene: Scene, *, most: int = 4000) -> bytes:
+    """A scene as bytes, for a program that draws it: all key frames at once.
+
+    Parameters
+    ----------
+    most : int, of frames; more are thinned evenly
+
+    Returns
+    -------
+    bytes
+        Length of the header (uint32), the header (JSON, padded with blanks to a multiple of 4 bytes), then the blocks
+        that it lists under "blocks" (name and shape of float32), little-endian, in that order.
+    """
+    count = scene.time.size
+    kept = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+    colors = {scene.value_label: scene.value, **scene.others}
+    arrays = {
+        "time": scene.time,
+        "points": scene.points,
+        "origin": scene.origin,
+        "angle": scene.angle,
+        "tilt": scene.tilt,
+        **{f"color {k}": values for k, values in enumerate(colors.values())},
+        **{f"number {k}": values for k, values in enumerate(scene.numbers.values())},
+    }
+    if scene.arrows is not None:
+        arrays |= {"at": scene.arrows.at, "force": scene.arrows.force}
+    blocks = {name: np.ascontiguousarray(values[kept], dtype="<f4") for name, values in arrays.items()}
+    reach = float(np.nanmax(np.linalg.norm(scene.points[..., :2], axis=-1), initial=1e-9))
+    header: dict[str, Any] = {
+        "title": scene.title,
+        "reach": reach,
+        "ring": _ring(reach),
+        "colors": [{"label": name, **_range(values[kept])} for name, values in colors.items()],
+        "numbers": list(scene.numbers),
+        "coils": scene.coils,
+        "body": [_rounded(polygon) for polygon in scene.body],
+        "solids": [{"kind": s.kind, "centre": s.centre, "size": s.size, "axis": s.axis} for s in scene.solids],
+        "arrows": None,
+        "blocks": [{"name": name, "shape": values.shape} for name, values in blocks.items()],
+    }
+    if scene.arrows is not None:
+        largest = float(np.nanmax(np.linalg.norm(blocks["force"], axis=-1), initial=0.0))
+        header["arrows"] = {"label": scene.arrows.label, "longest": scene.arrows.longest, "largest": largest}
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return b"".join([len(text).to_bytes(4, "little"), text, *(values.tobytes() for values in blocks.values())])
+
+
+def _range(values: np.ndarray) -> dict[str, float]:
+    """Ends of the scale of a color; single large values are beyond it."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return {"low": 0.0, "high": 1.0}
+    low, high = (float(x) for x in np.percentile(finite, (0.2, 99.8)))
+    low = min(low, 0.0) if low < 0.5 * high else low
+    return {"low": low, "high": high if high > low else low + 1.0}
+
+
 def _packed(values: np.ndarray) -> str:
     """Integers as base64 of little-endian 16-bit ones."""
     return base64.b64encode(values.astype("<i2").tobytes()).decode()

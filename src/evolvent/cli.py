@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, sweep, identify, info, plot.
+"""The command line: list, show, schema, run, sweep, identify, studio, info, plot.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -17,6 +17,7 @@ import click
 from evolvent import __version__
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.studies.command import once, sweep
+from evolvent.studio.command import studio
 from evolvent.weighing.command import identify
 
 if TYPE_CHECKING:
@@ -314,3 +315,4 @@ def plot(path: str, figures: str | None) -> None:
 
 commands.add_command(sweep)
 commands.add_command(identify)
+commands.add_command(studio)

@@ -46,7 +46,7 @@ def sources() -> str:
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         name = path.relative_to(_PACKAGE).as_posix()
-        if name not in _NOT_SOURCES:
+        if name not in _NOT_SOURCES and not name.startswith("studio/"):
             digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
