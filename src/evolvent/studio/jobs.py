@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent.errors import InputError
+from evolvent.studies.store import locked
 from evolvent.studio.folder import Folder
 from evolvent.studio.worker import CASE, CERTIFICATE, JOB, RUN, STUDY
 
@@ -96,6 +97,11 @@ class Jobs:
     Parameters
     ----------
     folder : Folder
+
+    Raises
+    ------
+    InputError
+        If another studio works in the folder.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -104,6 +110,8 @@ class Jobs:
         self._wake = threading.Condition(self._lock)
         self._process: subprocess.Popen[str] | None = None
         self._stopped = False
+        self._held = contextlib.ExitStack()
+        self._held.enter_context(locked(folder.own))
         self.version = 0  # grows with every change that a page shows
         self.jobs: dict[str, Job] = {}
         self._load()
@@ -199,6 +207,7 @@ class Jobs:
                 process.stdin.close()
             _end(process)
         self._thread.join(timeout=GRACE)
+        self._held.close()
 
     # -------------------------------------------------------------------------------------------- work
 
@@ -255,9 +264,10 @@ class Jobs:
                     job.extra |= told
                 self.version += 1
             process.wait()
-            if process.stdin is not None:
+            for pipe in (process.stdin, process.stdout):
                 with contextlib.suppress(OSError):
-                    process.stdin.close()
+                    if pipe is not None:
+                        pipe.close()
         with self._lock:
             job.elapsed, job.note = time.monotonic() - began, ""
             if self._stopped and not ended.get("status", "interrupted").startswith(("success", "stopped", "failed")):

@@ -44,7 +44,7 @@ class Page:
         ui.timer(0.01, self.draw, once=True)
 
     def _top(self) -> None:
-        dark = ui.dark_mode()
+        dark = ui.dark_mode(None)
         with ui.element("div").classes("ev-top"):
             ui.html("<b>evolvent studio</b>", sanitize=False)
             ui.label(str(self.studio.folder.root)).classes("ev-path").tooltip("working folder; nothing else is opened")

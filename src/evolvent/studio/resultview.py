@@ -126,7 +126,7 @@ class ResultView:
         with ui.element("div").classes("ev-pair"):
             with ui.element("div").classes("ev-card").props('data-testid="motion"'):
                 MotionElement([loaded.ref], [loaded.name])
-            with ui.element("div").classes("ev-card ev-tablebox"):
+            with ui.element("div").classes("ev-card ev-tablebox ev-two"):
                 _table(
                     [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
                 )

@@ -249,7 +249,8 @@ export default {
     raw.motions = loaded.map((data, k) => new Run(data, k, loaded.length === 1));
     for (const motion of raw.motions) raw.scene.add(motion.group);
     const data = loaded[0];
-    raw.reach = Math.max(...loaded.map((d) => d.reach));
+    const extent = (s) => Math.hypot(...s.centre) + Math.hypot(s.size[0], 0.5 * s.size[2]);
+    raw.reach = Math.max(...loaded.map((d) => Math.max(d.reach, ...d.solids.map(extent))));
     raw.begin = Math.min(...loaded.map((d) => d.time[0]));
     raw.end = Math.max(...loaded.map((d) => d.time[d.time.length - 1]));
     raw.now = raw.end;
