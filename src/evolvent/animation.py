@@ -18,6 +18,8 @@ from evolvent.results import writing
 LARGEST = 2_000_000
 #: Most frames that a page holds.
 MOST_FRAMES = 600
+#: Size that the points of a packed scene may reach, bytes.
+LARGEST_PACK = 60_000_000
 _TEMPLATE = pathlib.Path(__file__).with_name("animation.html")
 _NONE = -32768  # a value that is missing
 
@@ -89,7 +91,7 @@ def pack(scene: Scene, *, most: int = 4000) -> bytes:
 
     Parameters
     ----------
-    most : int, of frames; more are thinned evenly
+    most : int, of frames; more are thinned evenly, as are those that would make the points larger than `LARGEST_PACK`
 
     Returns
     -------
@@ -98,6 +100,7 @@ def pack(scene: Scene, *, most: int = 4000) -> bytes:
         that it lists under "blocks" (name and shape of float32), little-endian, in that order.
     """
     count = scene.time.size
+    most = max(2, min(most, LARGEST_PACK // (4 * max(scene.points[0].size, 1))))
     kept = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
     colors = {scene.value_label: scene.value, **scene.others}
     arrays = {

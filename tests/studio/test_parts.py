@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from evolvent import animation, cases, results
+from evolvent import animation, cases, results, studies
 from evolvent.errors import InputError
 from evolvent.figures import Arrows, Figure, Line, Panel, Scene, Solid
 from evolvent.studio import charts, form, gate
@@ -199,7 +199,7 @@ def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
         assert results.open(jobs.result(first.key)).attrs["status"] == "success"
 
         long = jobs.add("run", "long", case=LONG)
-        until(lambda: long.reached > 0.0)
+        until(lambda: long.reached > 0.2)
         with pytest.raises(InputError, match="cancel it first"):
             jobs.remove(long.key)
         jobs.cancel(long.key)
@@ -233,6 +233,30 @@ def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
         jobs.remove(first.key)
         assert not jobs.place(first.key).exists()
         assert (jobs.place(last.key) / CASE).read_text() == SHORT
+    finally:
+        jobs.stop()
+
+
+def test_a_study_is_cancelled_and_goes_on(tmp_path):
+    folder = Folder(tmp_path)
+    (tmp_path / "short.yaml").write_text(SHORT)
+    content = {"study": "s", "case": "short.yaml", "over": {"spool.rate": [2.0, 2.5, 3.0, 3.5]}, "keep": ["steps"]}
+    content["batch"] = 1
+    (tmp_path / "s.yaml").write_text(json.dumps(content))
+    jobs = Jobs(folder)
+    try:
+        job = jobs.add("sweep", "s", case=studies.read(tmp_path / "s.yaml").text)
+        until(lambda: job.reached >= 1.0)
+        jobs.cancel(job.key)
+        until(lambda: not job.open)
+        if job.status == "interrupted":  # it may have been quicker
+            assert jobs.result(job.key) is None
+            jobs.go_on(job.key)
+            until(lambda: not job.open)
+        assert job.status == "success"
+        assert studies.open(jobs.result(job.key)).status.values.tolist() == ["success"] * 4
+        with pytest.raises(InputError, match="no study that was cancelled"):
+            jobs.go_on(job.key)
     finally:
         jobs.stop()
 

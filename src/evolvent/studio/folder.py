@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import pathlib
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from evolvent import cases
 from evolvent.errors import InputError
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"
-#: Files that are listed, at most, and folders that are looked into below the working folder.
-_MOST, _DEEP = 500, 3
+#: Files that are listed and entries that are looked at, at most, and levels of folders that are looked into.
+_MOST, _LOOKED, _DEEP = 500, 20_000, 3
+#: Largest YAML file that is looked into for what it holds, bytes.
+_TEXT = 500_000
 #: Endings of files that hold signals.
 SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
 
@@ -85,16 +89,32 @@ class Folder:
     def files(self, *endings: str) -> list[str]:
         """Files with these endings, the studio's own not among them."""
         found = []
-        for path in self._walk(self.root, _DEEP):
+        for path in itertools.islice(self._walk(self.root, _DEEP), _LOOKED):
             if path.name.lower().endswith(endings) and path.is_file():
                 found.append(self.name(path))
             if len(found) >= _MOST:
                 break
         return sorted(found)
 
+    def yaml(self) -> dict[str, Mapping[str, Any]]:
+        """YAML files that hold a mapping, name -> content."""
+        found: dict[str, Mapping[str, Any]] = {}
+        for name in self.files(".yaml", ".yml"):
+            path = self.root / name
+            try:
+                if path.stat().st_size > _TEXT:
+                    continue
+                content = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
+            except (InputError, OSError, UnicodeDecodeError):
+                continue
+            if isinstance(content, Mapping):
+                found[name] = content
+        return found
+
     def studies(self) -> list[str]:
         """Folders that hold a study."""
-        found = {path.parent for path in self._walk(self.root, _DEEP) if path.name == "study.json"}
+        every = itertools.islice(self._walk(self.root, _DEEP), _LOOKED)
+        found = {path.parent for path in every if path.name == "study.json"}
         return sorted(self.name(path) for path in found if path != self.root)
 
     def _walk(self, folder: pathlib.Path, deep: int) -> Iterator[pathlib.Path]:

@@ -44,7 +44,7 @@ class Job:
     note : str, what it does before it can tell how far it is
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
-    extra : what a job of its kind has more: source, signals, rows, warnings
+    extra : what a job of its kind has more: signals, rows, warnings, modes
     """
 
     key: str
@@ -169,15 +169,22 @@ class Jobs:
             job = self.get(key)
             if job.status == "waiting":
                 job.status, job.message = "interrupted", "cancelled before it began"
-            elif job.status == "running" and self._process is not None:
+            elif job.status == "running":
                 job.status = "cancelling"
-                process = self._process
-                with contextlib.suppress(OSError, ValueError):
-                    assert process.stdin is not None
-                    process.stdin.write("stop\n")
-                    process.stdin.flush()
-                threading.Thread(target=_end, args=(process,), daemon=True).start()
+                if self._process is not None:  # else it is about to start, and is told then
+                    _stop(self._process)
             self._changed()
+
+    def go_on(self, key: str) -> None:
+        """Put a study that was cancelled back into the queue; cases that are done are not computed again."""
+        with self._lock:
+            job = self.get(key)
+            if job.kind != "sweep" or job.open or job.status == "success":
+                raise InputError(f"{key} is no study that was cancelled")
+            job.status, job.message = "waiting", ""
+            job.marks.clear()
+            self._changed()
+            self._wake.notify_all()
 
     def remove(self, key: str) -> None:
         """Forget a job that has ended, with its files."""
@@ -245,7 +252,10 @@ class Jobs:
                 encoding="utf-8",
                 start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
             )
-            self._process = process
+            with self._lock:
+                self._process = process
+                if job.status == "cancelling":
+                    _stop(process)
             assert process.stdout is not None
             ended: dict[str, Any] = {}
             for line in process.stdout:
@@ -303,6 +313,15 @@ class Jobs:
                 if job.status in ("running", "cancelling"):  # the studio was killed meanwhile
                     job.status = "waiting"
                 self.jobs[job.key] = job
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    """Ask a process to end, and see to it that it does."""
+    with contextlib.suppress(OSError, ValueError):
+        assert process.stdin is not None
+        process.stdin.write("stop\n")
+        process.stdin.flush()
+    threading.Thread(target=_end, args=(process,), daemon=True).start()
 
 
 def _end(process: subprocess.Popen[str]) -> None:

@@ -11,14 +11,14 @@ import yaml
 from nicegui import events, ui
 
 from evolvent import cases, signals
-from evolvent.errors import EvolventError, InputError
+from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.elements import ChartElement
 from evolvent.studio.folder import SIGNALS
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import told
+from evolvent.studio.runspanel import STATUS, told
 from evolvent.studio.state import View
 from evolvent.weighing import description
 
@@ -88,7 +88,7 @@ class MeasurePanel:
                     ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
             ui.label("stand and body").classes("ev-h")
             options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
-            options |= {f"file:{n}": n for n in self._stands()}
+            options |= {f"file:{n}": n for n in self.studio.stands()}
             value = self.state["stand"] or f"kind:{self.state['kind']}"
             stand = ui.select(options | ({value: value.partition(":")[2]} if value not in options else {}), value=value)
             stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
@@ -103,20 +103,6 @@ class MeasurePanel:
                 skip=_SKIP,
                 complete=self._complete,
             )
-
-    def _stands(self) -> list[str]:
-        """YAML files that describe a stand."""
-        found = []
-        for name in self.studio.folder.files(".yaml", ".yml"):
-            try:
-                text = self.studio.folder.inside(name).read_text(encoding="utf-8", errors="replace")
-                content = cases.parse_yaml(text, name)
-            except (EvolventError, OSError):
-                continue
-            stand = content.get("stand") if isinstance(content, Mapping) else None
-            if isinstance(stand, Mapping) and stand.get("kind") in description.KINDS:
-                found.append(name)
-        return found
 
     def _choose(self, source: str) -> None:
         kind, _, name = source.partition(":")
@@ -318,7 +304,7 @@ class MeasurePanel:
             return
         with ui.element("div").classes("ev-titlebar"):
             ui.label(job.title).style("font-size:17px;font-weight:620")
-            ui.label(job.status).classes(f"ev-status {job.status}")
+            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
             ui.element("div").style("flex:1")
             ui.button("Back to the signals", on_click=lambda: self.page.show(View("measure"), tab="measure")).props(
                 "flat dense color=primary"

@@ -15,14 +15,12 @@ from evolvent.errors import EvolventError
 from evolvent.studio import charts
 from evolvent.studio.elements import ChartElement, MotionElement
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import told
+from evolvent.studio.runspanel import STATUS, told
 from evolvent.studio.state import Loaded
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
     from evolvent.studio.page import Page
-
-_STATUS = {"success": "done", "interrupted": "cancelled", "stopped by event": "stopped by event"}
 
 
 class ResultView:
@@ -101,7 +99,7 @@ class ResultView:
     def _without(self, job: Job) -> None:
         with ui.element("div").classes("ev-titlebar"):
             ui.html(f"<h1>Run {int(job.key[:4])} {job.title}</h1>", sanitize=False)
-            ui.label(_STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
+            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
         kind = "bad" if job.status == "failed" else "warn"
         ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
         if job.kind == "run":
@@ -117,7 +115,7 @@ class ResultView:
             ui.html("<h1></h1>", sanitize=False)
             ui.label(loaded.name).style("font-size:17px;font-weight:620")
             status = attrs["status"]
-            ui.label(_STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
+            ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
             ui.element("div").style("flex:1")
             ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")

@@ -15,7 +15,8 @@ from evolvent.studio.state import View
 if TYPE_CHECKING:
     from evolvent.studio.page import Page
 
-_WORDS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
+#: How a job ended, in a word.
+STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
 _KINDS = {"run": "", "sweep": "study", "identify": "measurement"}
 
 
@@ -112,7 +113,7 @@ class RunsPanel:
                 self._link(f"{int(job.key[:4])} {job.title}", view_of(job))
                 kind = _KINDS[job.kind]
                 status = ui.label(
-                    f"{kind}, {_WORDS.get(job.status, job.status)}" if kind else _WORDS.get(job.status, job.status)
+                    f"{kind}, {STATUS.get(job.status, job.status)}" if kind else STATUS.get(job.status, job.status)
                 )
                 status.classes(f"ev-status {'success' if job.status == 'stopped by event' else job.status}")
                 if job.open:
@@ -135,6 +136,8 @@ class RunsPanel:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
                 if self.studio.jobs.result(job.key) is not None:
                     ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
+            if job.kind == "sweep" and job.status != "success":
+                ui.menu_item("Go on", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
             ui.menu_item("Remove", lambda: self._remove(job.key))
 
     def open_case(self, key: str) -> None:

@@ -83,26 +83,24 @@ class Studio:
     def sources(self) -> dict[str, str]:
         """Cases that can be opened, source -> how it is shown."""
         found = {f"case:{name}": name for name in cases.built_in()}
-        return found | {f"file:{name}": name for name in self._yaml() if not self._is_study(name)}
+        return found | {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
 
     def study_sources(self) -> dict[str, str]:
         """Studies that can be run."""
         from evolvent import studies
 
         found = {f"case:{name}": name for name in studies.built_in()}
-        return found | {f"file:{name}": name for name in self._yaml() if self._is_study(name)}
+        every = self.folder.yaml().items()
+        return found | {f"file:{name}": name for name, content in every if {"case", "over"} <= set(content)}
 
-    def _yaml(self) -> list[str]:
-        return self.folder.files(".yaml", ".yml")
-
-    def _is_study(self, name: str) -> bool:
-        """Whether a YAML file holds a study, by its keys."""
-        try:
-            text = self.folder.inside(name).read_text(encoding="utf-8", errors="replace")
-            content = cases.parse_yaml(text, name)
-        except (InputError, OSError):
-            return False
-        return isinstance(content, Mapping) and "over" in content and "case" in content
+    def stands(self) -> list[str]:
+        """Files that describe a stand."""
+        found = []
+        for name, content in self.folder.yaml().items():
+            stand = content.get("stand")
+            if isinstance(stand, Mapping) and "kind" in stand:
+                found.append(name)
+        return found
 
     def open_case(self, source: str) -> None:
         """Put a case into the form.

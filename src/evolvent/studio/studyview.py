@@ -92,7 +92,7 @@ class StudyPanel:
                 source = str(path)
             asked = studies.read(source)
             self.studio.folder.check_case(cases.parse_yaml(asked.text, name))
-            job = self.studio.jobs.add("sweep", asked.name, case=asked.text, extra={"source": source})
+            job = self.studio.jobs.add("sweep", asked.name, case=asked.text)
             self.page.show(View("study", (f"job:{job.key}",)), tab="runs")
 
         self.page.attempt(add)

@@ -81,7 +81,7 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
     from evolvent import studies
 
     found = studies.sweep(
-        job["source"],
+        os.fspath(place / CASE),
         output=place / STUDY,
         workers=1,
         progress=lambda done, count: told.reached(done, count),

@@ -60,6 +60,7 @@ export default {
       options.xAxis = { ...axis, nameLocation: "middle", nameGap: 24, ...options.xAxis };
       options.yAxis = { ...axis, nameLocation: "end", nameGap: 8, ...options.yAxis };
       options.yAxis.nameTextStyle = { ...axis.nameTextStyle, align: "left", padding: [0, 0, 0, -40] };
+      if (this.timed) options.xAxis.axisLabel = { ...axis.axisLabel, showMaxLabel: false };
       if (options.xAxis.type === "category") options.xAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
       if (options.yAxis.type === "category") options.yAxis.axisLabel = { ...axis.axisLabel, formatter: undefined };
       if (names) options.xAxis.axisLabel = { ...axis.axisLabel, formatter: (x) => names[x] ?? "" };
