@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 import struct
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -137,6 +140,20 @@ def test_loopback_needs_none_and_a_short_token_is_refused():
         gate.check(host, None)
     with pytest.raises(InputError, match="8 characters"):
         gate.check("0.0.0.0", "short")
+
+
+def test_command_refuses_in_one_sentence(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        for options, said in ((["--host", "0.0.0.0"], "needs --token"), (["--port", port], "give another with --port")):
+            command = [sys.executable, "-m", "evolvent", "studio", "--no-browser", *options]
+            told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+            assert told.returncode == 2
+            assert said in told.stderr
+            assert len(told.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
 
 
 def knock(headers, *, token=None, host="127.0.0.1", query=b"", kind="http"):

@@ -254,7 +254,7 @@ class Jobs:
             )
             with self._lock:
                 self._process = process
-                if job.status == "cancelling":
+                if job.status == "cancelling" or self._stopped:
                     _stop(process)
             assert process.stdout is not None
             ended: dict[str, Any] = {}

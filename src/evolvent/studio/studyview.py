@@ -164,7 +164,8 @@ class _Results:
         if not self.outputs:
             ui.label("The study holds no numbers over its cases.").classes("ev-dim")
             return
-        first = next((n for n in self.outputs if self._varies(n)), self.outputs[0])
+        varies = [n for n in self.outputs if self._varies(n)]
+        first = next((n for n in varies if study[n].dtype.kind == "f"), (varies or self.outputs)[0])
         with ui.element("div").classes("ev-row").style("flex-wrap:wrap;gap:10px"):
             self.chosen = ui.select({n: self._title(n) for n in self.outputs}, value=first, label="result")
             self.chosen.props('outlined dense options-dense data-testid="output"').style("min-width:280px")

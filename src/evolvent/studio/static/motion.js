@@ -212,8 +212,8 @@ export default {
     <div class="ev-view" ref="view"><canvas ref="canvas"></canvas>
       <div class="ev-numbers" v-if="ready && runs === 1"><div v-for="[name, value] in numbers"><span>{{ name }}</span><b>{{ value }}</b></div></div>
       <div class="ev-numbers" v-if="ready && runs > 1"><div v-for="(name, k) in labels"><i :style="{ background: swatch(k) }"></i><span>{{ name }}</span></div></div>
-      <div class="ev-bar" v-if="ready && runs === 1"><div>{{ scale.label }}</div><div class="ev-scale"></div><div class="ev-ends"><span>{{ short(scale.low) }}</span><span>{{ short(scale.high) }}</span></div>
-        <div class="ev-key" v-if="arrowLabel && arrows"><i></i>{{ arrowLabel }}, up to {{ short(arrowLargest) }}</div></div>
+      <div class="ev-bar" v-if="ready && runs === 1"><div>{{ scale.label }}</div><div class="ev-scale"></div><div class="ev-ends"><span>{{ short(scale.low) }}</span><span>{{ short(scale.high) }}</span></div></div>
+      <div class="ev-key" v-if="ready && arrowLabel && arrows && runs === 1"><i></i>{{ arrowLabel }}, up to {{ short(arrowLargest) }}</div>
       <div class="ev-views" v-show="ready"><button @click="look('free')" title="all of it, from the side and above" data-testid="view-free">3-D</button><button @click="look('top')" title="along the z axis" data-testid="view-top">top</button><button @click="look('side')" title="along the y axis" data-testid="view-side">side</button><button @click="close()" title="near the body" data-testid="view-near">near</button></div>
       <div class="ev-note" v-if="note">{{ note }}</div>
     </div>
