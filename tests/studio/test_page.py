@@ -203,6 +203,67 @@ def test_compare_saved_runs(page, shots):
     page.screenshot(path=shots / "compare.png")
 
 
+def test_names_are_text_and_nothing_else(page, folder):
+    sly = "<img src=x onerror=window.hacked=1>"
+    name = f'a" onclick="window.hacked=1" {sly[:12]}'
+    (folder / f"{name}.nc").write_bytes((folder / "slow.nc").read_bytes())
+    (folder / f"{name}.csv").write_bytes((folder.parent / "knock.csv").read_bytes())
+    stand = EXAMPLE.read_text(encoding="utf-8").replace("Body on four springs", json.dumps(sly))
+    (folder / "sly-stand.yaml").write_text(stand)
+    open_runs(page)
+    page.locator("button:has(i:text('refresh')) >> visible=true").click()
+    page.locator(".ev-link", has_text="onclick").click()
+    page.wait_for_selector(part("result"))
+    page.click(part("tab-measure"))
+    page.locator(f".q-field:has({part('signal-file')})").click()
+    page.locator(".q-menu .q-item", has_text=".csv").click()
+    page.wait_for_selector(part("columns"))
+    page.reload()
+    page.click(part("tab-measure"))
+    page.wait_for_timeout(500)
+    choose(page, "stand", "sly-stand.yaml")
+    page.wait_for_function("text => document.querySelector('[data-testid=\"field-title\"]').value === text", arg=sly)
+    assert page.evaluate("window.hacked") is None
+    page.locator(".ev-row:has-text('onclick') >> button:has(i:text('close'))").click()
+    page.locator("text=Drop a file of signals on the left").wait_for()
+    choose(page, "stand", "new: springs")
+    page.wait_for_function("document.querySelector('[data-testid=\"field-title\"]').value === ''")
+
+
+def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder):
+    """Stretched from a short run: what is drawn does not matter here, how much of it does."""
+    run = results.open(folder / "slow.nc")
+    time = np.linspace(float(run.time[0]), float(run.time[-1]), 1000)
+    nodes = np.arange(200) * run.sizes["node"] // 200
+    wide = run.sel(time=time, method="nearest").isel(node=nodes)
+    for dimension in set(run.tension.dims) - {"time", "blade", "node"}:
+        wide = wide.isel({dimension: np.arange(200) * run.sizes[dimension] // 200})
+    wide = wide.assign_coords(time=("time", time, run.time.attrs))
+    wide.attrs = run.attrs | {"case": run.attrs["case"].replace("nodes: 6", "nodes: 200")}
+    results.save(wide, folder / "wide.nc")
+    open_runs(page)
+    page.locator("button:has(i:text('refresh')) >> visible=true").click()
+    page.locator(".ev-link", has_text="wide.nc").click()
+    page.wait_for_selector(f"{part('play')} >> visible=true")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("(([m]) => [m.frames, m.nodes])(document.querySelector('.ev-motion').ev.motions)") == [
+        1000,
+        201,
+    ]
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.evaluate("document.querySelector('.ev-motion').ev.times.length = 0")
+    page.click(part("play"))
+    page.wait_for_timeout(3000)
+    page.click(part("play"))
+    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').ev.times")).T
+    told = f"frames every {np.median(gap):.0f} ms, 95 % within {np.percentile(gap, 95):.0f} ms; "
+    print(f"{told}{np.median(work):.1f} ms of them here, in software rendering")
+    assert not [url for url in asked if "motion" in url]
+    assert len(gap) > 20
+    assert np.median(work) < 12.0, "a frame at 60 Hz has 16 ms"
+
+
 def test_failed_run_is_labelled(page, shots):
     open_runs(page)
     page.locator(".ev-link", has_text="bad.nc").click()

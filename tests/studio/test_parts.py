@@ -19,6 +19,7 @@ from evolvent.figures import Arrows, Figure, Line, Panel, Scene, Solid
 from evolvent.studio import charts, form, gate
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
+from evolvent.studio.state import Studio
 from evolvent.studio.worker import CASE
 from evolvent.weighing import description
 from studio.serving import LONG, SHORT
@@ -108,6 +109,29 @@ def test_folder_opens_nothing_outside(tmp_path):
     with pytest.raises(InputError, match="outside"):
         folder.check_case({"case": "../other.yaml"}, root)
     folder.check_case({"start": "sub/a.nc", "rate": "3 rad/s"})
+
+
+def test_a_case_file_runs_no_code(tmp_path):
+    proof = tmp_path / "proof"
+    for name, text in (
+        ("apply.yaml", f"system: !!python/object/apply:os.mkdir ['{proof}']"),
+        ("new.yaml", f"!!python/object/new:os.mkdir ['{proof}']"),
+        ("name.yaml", "system: !!python/name:os.system"),
+        ("system.yaml", "system: ../../os"),
+    ):
+        (tmp_path / name).write_text(text)
+    studio = Studio(Folder(tmp_path))
+    try:
+        for name in ("apply.yaml", "new.yaml", "name.yaml", "system.yaml"):
+            with pytest.raises(InputError):
+                studio.open_case(f"file:{name}")
+        studio.sources(), studio.study_sources(), studio.stands()
+        studio.draft.content = cases.content_of("wrapped-rib-deploy") | {"start": "../outside.nc"}
+        with pytest.raises(InputError, match="outside"):
+            studio.submit()
+    finally:
+        studio.jobs.stop()
+    assert not proof.exists()
 
 
 def test_dropped_files_keep_a_plain_name(tmp_path):

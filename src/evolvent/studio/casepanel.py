@@ -40,13 +40,12 @@ class CasePanel:
         draft = self.studio.draft
         self._body.clear()
         with self._body:
-            options = self.studio.sources()
-            if draft.source not in options:
-                options = {draft.source: draft.about, **options}
+            options = self._options()
             with ui.element("div").classes("ev-row"):
                 chosen = ui.select(options, value=draft.source, label="case or YAML file of the folder")
                 chosen.props('outlined dense options-dense data-testid="case"').style("flex:1;min-width:0")
                 chosen.on_value_change(lambda e: self._choose(str(e.value)))
+                self._chosen = chosen
                 again = ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
                 again.tooltip("look for files again, and read this one again")
                 again.on("click", lambda: self._choose(draft.source) if draft.source else None)
@@ -60,7 +59,17 @@ class CasePanel:
                 complete=lambda typed: {"system": system, **typed},
             )
 
+    def list(self) -> None:
+        """List the cases of the folder anew."""
+        self._chosen.set_options(self._options(), value=self.studio.draft.source)
+
+    def _options(self) -> dict[str, str]:
+        draft, options = self.studio.draft, self.studio.sources()
+        return options if draft.source in options else {draft.source: draft.about, **options}
+
     def _choose(self, source: str) -> None:
+        if source == self.studio.draft.source and source not in self.studio.sources():
+            return
         self.page.attempt(lambda: self.studio.open_case(source))
         self.draw()
 

@@ -110,8 +110,11 @@ class FormView:
     def _row(self, field: Field) -> None:
         with ui.element("div").classes("ev-field") as row:
             self._rows[field.key] = row
-            unit = f" <small>{field.unit}</small>" if field.unit else ""
-            ui.html(f"{field.name}{unit}", sanitize=False).classes("ev-name").tooltip(field.help)
+            with ui.element("div").classes("ev-name") as name:
+                ui.label(field.name)
+                if field.unit:
+                    ui.label(field.unit).classes("ev-unit")
+            name.tooltip(field.help)
             self._input(field)
             ui.label(field.help).classes("ev-help")
             error = ui.label("").classes("ev-error").props(f'data-testid="error-{field.key}" role=alert')

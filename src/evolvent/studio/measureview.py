@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import functools
+import pathlib
 import urllib.parse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,7 +14,7 @@ import yaml
 from nicegui import events, ui
 
 from evolvent import cases, signals
-from evolvent.errors import InputError
+from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.elements import ChartElement
@@ -140,19 +143,20 @@ class MeasurePanel:
 
     async def _dropped(self, event: events.UploadEventArguments) -> None:
         content = await event.file.read()
-        self._add(self.studio.folder.keep(event.file.name, content))
+        await self._add(self.studio.folder.keep(event.file.name, content))
 
-    def _add(self, name: str) -> None:
-        def read() -> None:
-            signals.read(self.studio.folder.inside(name))
-            if name not in self.state["files"]:
-                self.state["files"].append(name)
-
-        if self.page.attempt(read):
-            self._read()
-            self._map()
-            self.draw()
-            self.page.show(View("measure"))
+    async def _add(self, name: str) -> None:
+        try:
+            await asyncio.to_thread(_recording, self.studio.folder.inside(name))
+        except EvolventError as error:
+            self.page.tell(str(error))
+            return
+        if name not in self.state["files"]:
+            self.state["files"].append(name)
+        self._read()
+        self._map()
+        self.draw()
+        self.page.show(View("measure"))
 
     def _leave(self, name: str) -> None:
         self.state["files"].remove(name)
@@ -165,7 +169,7 @@ class MeasurePanel:
         self._source = None
         if self.state["files"]:
             try:
-                self._source = signals.read(self.studio.folder.inside(self.state["files"][0]))
+                self._source = _recording(self.studio.folder.inside(self.state["files"][0]))
             except InputError:
                 self.state["files"] = []
 
@@ -243,7 +247,7 @@ class MeasurePanel:
             return
         source = self._source
         with ui.element("div").classes("ev-titlebar"):
-            ui.label(source.path.rpartition("/")[2]).style("font-size:17px;font-weight:620")
+            ui.label(source.path.rpartition("/")[2]).classes("ev-h1")
             rate = f", {source.rate:g} Hz" if source.rate else ""
             ui.label(f"{source.format}, {len(source.data)} samples{rate}").classes("ev-status")
         with ui.element("div").classes("ev-card").style("padding:8px"):
@@ -303,7 +307,7 @@ class MeasurePanel:
             ui.label("This measurement was removed.").classes("ev-empty")
             return
         with ui.element("div").classes("ev-titlebar"):
-            ui.label(job.title).style("font-size:17px;font-weight:620")
+            ui.label(job.title).classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
             ui.element("div").style("flex:1")
             ui.button("Back to the signals", on_click=lambda: self.page.show(View("measure"), tab="measure")).props(
@@ -339,6 +343,19 @@ class MeasurePanel:
                     for text in row:
                         with ui.element("td" if k else "th"):
                             ui.label(str(text))
+
+
+def _recording(path: pathlib.Path) -> signals.Signals:
+    """The columns of a file, read once."""
+    try:
+        return _read_once(path, path.stat().st_mtime_ns)
+    except OSError:
+        raise InputError(f"there is no file {path.name!r} any more") from None
+
+
+@functools.lru_cache(maxsize=4)
+def _read_once(path: pathlib.Path, stamp: int) -> signals.Signals:
+    return signals.read(path)
 
 
 def _signal_chart(source: signals.Signals, columns: Mapping[str, Any]) -> charts.Chart:

@@ -44,14 +44,19 @@ class Page:
         ui.timer(0.01, self.draw, once=True)
 
     def _top(self) -> None:
-        dark = ui.dark_mode(None)
+        dark = ui.dark_mode(self.studio.dark)
         with ui.element("div").classes("ev-top"):
-            ui.html("<b>evolvent studio</b>", sanitize=False)
+            ui.label("evolvent studio").classes("ev-name")
             ui.label(str(self.studio.folder.root)).classes("ev-path").tooltip("working folder; nothing else is opened")
             ui.element("div").style("flex:1")
-            turn = ui.toggle({None: "auto", False: "light", True: "dark"}, value=None)
-            turn.props('dense flat size=sm no-caps toggle-color=primary data-testid="theme"')
-            turn.on_value_change(lambda e: dark.set_value(e.value))
+            turn = ui.toggle({None: "auto", False: "light", True: "dark"}, value=self.studio.dark)
+            turn.props('dense flat size=12px no-caps toggle-color=primary data-testid="theme"')
+
+            def choose(value: bool | None) -> None:
+                self.studio.dark = value
+                dark.set_value(value)
+
+            turn.on_value_change(lambda e: choose(e.value))
 
     def _side(self) -> None:
         studio = self.studio
@@ -59,7 +64,6 @@ class Page:
             for name, label in _TABS.items():
                 ui.tab(name, label=label).props(f'data-testid="tab-{name}"')
         self.tabs = tabs
-        tabs.on_value_change(lambda e: setattr(studio, "tab", e.value))
         with ui.tab_panels(tabs, value=studio.tab, animated=False, keep_alive=True).classes("w-full"):
             with ui.tab_panel("case"):
                 self.case = CasePanel(self)
@@ -69,6 +73,13 @@ class Page:
                 self.measure = MeasurePanel(self)
             with ui.tab_panel("studies"):
                 self.studies = StudyPanel(self)
+        tabs.on_value_change(lambda e: self._turn(str(e.value)))
+
+    def _turn(self, tab: str) -> None:
+        """Another panel is looked at; what it lists of the folder is listed anew."""
+        self.studio.tab = tab
+        lists = {"case": self.case.list, "runs": self.runs.draw, "measure": self.measure.draw}
+        lists.get(tab, self.studies.draw)()
 
     # -------------------------------------------------------------------------------------------- what panels call
 
@@ -134,7 +145,7 @@ class Page:
 
 def _welcome() -> None:
     with ui.element("div").classes("ev-empty"):
-        ui.html("<h1>Nothing to show yet</h1>", sanitize=False)
+        ui.label("Nothing to show yet").classes("ev-h1")
         ui.label(
             "Choose a case on the left, change what you like, and run it: its motion, charts and numbers stand here. "
             "Runs holds the queue and the runs saved in the folder; tick two or more to compare them. "

@@ -87,7 +87,7 @@ class ResultView:
         self._job = job
         with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
             word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
-            ui.html(f"<h1>Run {int(job.key[:4])} {word}</h1>", sanitize=False)
+            ui.label(f"Run {int(job.key[:4])} {word}").classes("ev-h1")
             with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
                 self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
             self._told = ui.label(told(job))
@@ -98,7 +98,7 @@ class ResultView:
 
     def _without(self, job: Job) -> None:
         with ui.element("div").classes("ev-titlebar"):
-            ui.html(f"<h1>Run {int(job.key[:4])} {job.title}</h1>", sanitize=False)
+            ui.label(f"Run {int(job.key[:4])} {job.title}").classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
         kind = "bad" if job.status == "failed" else "warn"
         ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
@@ -112,8 +112,7 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.html("<h1></h1>", sanitize=False)
-            ui.label(loaded.name).style("font-size:17px;font-weight:620")
+            ui.label(loaded.name).classes("ev-h1")
             status = attrs["status"]
             ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
@@ -181,7 +180,7 @@ class ResultView:
     def _several(self, loaded: Sequence[Loaded]) -> None:
         names = [item.name for item in loaded]
         with ui.element("div").classes("ev-titlebar").props('data-testid="comparison"'):
-            ui.label(f"{len(loaded)} runs over one another").style("font-size:17px;font-weight:620")
+            ui.label(f"{len(loaded)} runs over one another").classes("ev-h1")
         for item in loaded:
             _messages(item.run.attrs, name=item.name)
         same = len({item.run.attrs["system"] for item in loaded}) == 1

@@ -67,7 +67,7 @@ def _named(content: bytes, name: str, kind: str) -> Response:
 
 
 def _plain(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "-", name.removesuffix(".nc")).strip("-.") or "run"
+    return re.sub(r"[^\w.-]+", "-", name.removesuffix(".nc"), flags=re.ASCII).strip("-.") or "run"
 
 
 def _drawn(studio: Studio, ref: str) -> bytes:

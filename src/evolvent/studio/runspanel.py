@@ -168,7 +168,8 @@ class RunsPanel:
         link.on("click", lambda: self.page.show(view))
 
     def _tick(self, ref: str, *, enabled: bool = True) -> None:
-        box = ui.checkbox(value=ref in self._ticked).props(f'dense size=xs data-testid="tick-{ref}"')
+        box = ui.checkbox(value=ref in self._ticked).props("dense size=xs")
+        box.props["data-testid"] = f"tick-{ref}"  # a file's name is nothing to be parsed
         box.set_enabled(enabled)
         box.on_value_change(lambda e: self._set(ref, bool(e.value)))
 

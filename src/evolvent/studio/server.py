@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pathlib
 import socket
 
 import click
@@ -15,6 +14,12 @@ from evolvent.studio import page, routes
 from evolvent.studio.folder import Folder
 from evolvent.studio.gate import Gate
 from evolvent.studio.state import Studio
+
+#: The involute of a circle.
+_ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke="#0b63a5" stroke-width="3">'
+    '<circle cx="14" cy="17" r="5"/><path d="M19 17C19 10 14 6 8 8C1 11 1 24 9 28C17 32 29 27 29 15"/></svg>'
+)
 
 
 def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
@@ -28,7 +33,6 @@ def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
     port = _free(host, port)
     studio = Studio(Folder(os.getcwd()))
     routes.install(app, studio)
-    app.add_static_files("/studio/static", pathlib.Path(__file__).with_name("static"))
     page.install(studio)
     app.add_middleware(Gate, host=host, token=token)
     app.on_shutdown(studio.jobs.stop)
@@ -41,6 +45,7 @@ def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
             host=host,
             port=port,
             title="evolvent studio",
+            favicon=_ICON,
             dark=None,
             show=f"/{query}" if browser else False,
             reload=False,

@@ -74,6 +74,7 @@ class Studio:
         self.draft = Draft()
         self.view = View()
         self.tab = "case"
+        self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
         self._lock = threading.Lock()
         self.open_case("case:" + next(iter(cases.built_in())))

@@ -66,7 +66,8 @@ class StudyPanel:
             ui.label("finished, in the folder").classes("ev-h")
             found = self.studio.folder.studies()
             for name in found:
-                link = ui.element("button").classes("ev-link").props(f'type=button data-testid="study-{name}"')
+                link = ui.element("button").classes("ev-link").props("type=button")
+                link.props["data-testid"] = f"study-{name}"
                 with link:
                     ui.label(name)
                 link.on("click", lambda n=name: self.page.show(View("study", (f"file:{n}",))))
@@ -77,8 +78,8 @@ class StudyPanel:
         self._source = source
         self.draw()
 
-    def _submit(self) -> None:
-        def add() -> None:
+    async def _submit(self) -> None:
+        def read() -> Study:
             from evolvent import studies
             from evolvent.studies import conduct
 
@@ -92,10 +93,18 @@ class StudyPanel:
                 source = str(path)
             asked = studies.read(source)
             self.studio.folder.check_case(cases.parse_yaml(asked.text, name))
-            job = self.studio.jobs.add("sweep", asked.name, case=asked.text)
-            self.page.show(View("study", (f"job:{job.key}",)), tab="runs")
+            return asked
 
-        self.page.attempt(add)
+        self._go.props("loading")
+        try:
+            asked = await asyncio.to_thread(read)  # it checks every case
+        except EvolventError as error:
+            self.page.tell(str(error))
+            return
+        finally:
+            self._go.props(remove="loading")
+        job = self.studio.jobs.add("sweep", asked.name, case=asked.text)
+        self.page.show(View("study", (f"job:{job.key}",)), tab="runs")
 
     # -------------------------------------------------------------------------------------------- beside the panel
 
@@ -155,7 +164,7 @@ class _Results:
         ]
         self.places: dict[str, int] = {}
         with ui.element("div").classes("ev-titlebar").props('data-testid="study-result"'):
-            ui.label(study.attrs["title"].removeprefix("evolvent ")).style("font-size:17px;font-weight:620")
+            ui.label(study.attrs["title"].removeprefix("evolvent ")).classes("ev-h1")
             ui.label(f"{study.status.size} cases of {study.attrs['system']}").classes("ev-status")
         failed = (study.status == "failed").values
         if failed.any():
@@ -202,7 +211,7 @@ class _Results:
                 names = self.study[dim].values if dim in self.study.coords else np.arange(1, variable.sizes[dim] + 1)
                 options = {k: _shown(names[k]) for k in range(variable.sizes[dim])}
                 select = ui.select(options, value=min(self.places.get(dim, 0), len(options) - 1), label=dim)
-                select.props(f'outlined dense options-dense data-testid="at-{dim}"').style("min-width:110px")
+                select.props("outlined dense options-dense").style("min-width:110px")
                 select.on_value_change(lambda e, d=dim: self._place(d, int(e.value)))
                 self.places[dim] = int(select.value)
         self._draw()
