@@ -28,7 +28,7 @@ def chromium() -> str | None:
     return os.environ.get("EVOLVENT_CHROMIUM") or next((p for n in names if (p := shutil.which(n))), None)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """A headless Chromium; where there is none the test is skipped, with the reason."""
     sync_api = pytest.importorskip(

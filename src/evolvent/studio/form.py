@@ -183,11 +183,13 @@ def _literals(annotation: Any) -> Iterator[tuple[Any, ...]]:
 
 
 def _unit(mark: Any) -> str:
-    if isinstance(mark, OneOrMore):
-        return mark.quantity.unit
-    if isinstance(mark, Quantity):
-        return mark.unit
-    return str(getattr(getattr(mark, "quantity", None), "unit", ""))
+    """The unit of what an annotation reads; '' for none."""
+    while not isinstance(mark, Quantity):  # annotations of several values hold that of one
+        inner = getattr(mark, "quantity", None) or getattr(mark, "each", None)
+        if inner is None or isinstance(inner, str):
+            return ""
+        mark = inner
+    return mark.unit
 
 
 def _shape(annotation: Any) -> str:
