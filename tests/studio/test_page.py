@@ -76,10 +76,18 @@ def server(browser, folder):
         yield started
 
 
+@pytest.fixture(scope="module")
+def context(browser):
+    """One profile for all pages, so that what the page is made of is fetched once."""
+    opened = browser.new_context(viewport={"width": 1400, "height": 900})
+    yield opened
+    opened.close()
+
+
 @pytest.fixture
-def page(browser, server):
+def page(context, server):
     """A page; it asks nothing of another machine, and nothing goes wrong in it."""
-    opened = browser.new_page(viewport={"width": 1400, "height": 900})
+    opened = context.new_page()
     outside, errors = [], []
     opened.on("request", lambda r: outside.append(r.url) if not r.url.startswith((server.url, "data:", "blob:")) else 0)
     opened.on("pageerror", lambda error: errors.append(str(error)))
