@@ -18,6 +18,8 @@ from evolvent.results import writing
 LARGEST = 2_000_000
 #: Most frames that a page holds.
 MOST_FRAMES = 600
+#: Size that the points of a packed scene may reach, bytes.
+LARGEST_PACK = 60_000_000
 _TEMPLATE = pathlib.Path(__file__).with_name("animation.html")
 #: Where the scene is seen from at first, radians, and from how far, over its reach.
 AZIMUTH, ELEVATION, FAR = -1.1, 0.6, 6.0
@@ -124,6 +126,66 @@ def extent(scene: Scene) -> tuple[float, float, float]:
     every = [circle, scene.points.reshape(-1, 3), *scene.body]
     sizes = np.max([np.nanmax(np.abs(seen(points, reach)), axis=0) for points in every], axis=0)
     return reach, float(sizes[0]), float(sizes[1])
+
+
+def pack(scene: Scene, *, most: int = 4000) -> bytes:
+    """A scene as bytes, for a program that draws it: all key frames at once.
+
+    Parameters
+    ----------
+    most : int, of frames; more are thinned evenly, as are those that would make the points larger than `LARGEST_PACK`
+
+    Returns
+    -------
+    bytes
+        Length of the header (uint32), the header (JSON, padded with blanks to a multiple of 4 bytes), then the blocks
+        that it lists under "blocks" (name and shape of float32), little-endian, in that order.
+    """
+    count = scene.time.size
+    most = max(2, min(most, LARGEST_PACK // (4 * max(scene.points[0].size, 1))))
+    kept = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+    colors = {scene.value_label: scene.value, **scene.others}
+    arrays = {
+        "time": scene.time,
+        "points": scene.points,
+        "origin": scene.origin,
+        "angle": scene.angle,
+        "tilt": scene.tilt,
+        **{f"color {k}": values for k, values in enumerate(colors.values())},
+        **{f"number {k}": values for k, values in enumerate(scene.numbers.values())},
+    }
+    if scene.arrows is not None:
+        arrays |= {"at": scene.arrows.at, "force": scene.arrows.force}
+    blocks = {name: np.ascontiguousarray(values[kept], dtype="<f4") for name, values in arrays.items()}
+    reach = float(np.nanmax(np.linalg.norm(scene.points[..., :2], axis=-1), initial=1e-9))
+    header: dict[str, Any] = {
+        "title": scene.title,
+        "reach": reach,
+        "ring": ring(reach),
+        "colors": [{"label": name, **_range(values[kept])} for name, values in colors.items()],
+        "numbers": list(scene.numbers),
+        "coils": scene.coils,
+        "body": [_rounded(polygon) for polygon in scene.body],
+        "solids": [{"kind": s.kind, "centre": s.centre, "size": s.size, "axis": s.axis} for s in scene.solids],
+        "arrows": None,
+        "blocks": [{"name": name, "shape": values.shape} for name, values in blocks.items()],
+    }
+    if scene.arrows is not None:
+        largest = float(np.nanmax(np.linalg.norm(blocks["force"], axis=-1), initial=0.0))
+        header["arrows"] = {"label": scene.arrows.label, "longest": scene.arrows.longest, "largest": largest}
+    text = json.dumps(header, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return b"".join([len(text).to_bytes(4, "little"), text, *(values.tobytes() for values in blocks.values())])
+
+
+def _range(values: np.ndarray) -> dict[str, float]:
+    """Ends of the scale of a color; single large values are beyond it."""
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return {"low": 0.0, "high": 1.0}
+    low, high = (float(x) for x in np.percentile(finite, (0.2, 99.8)))
+    low = min(low, 0.0) if low < 0.5 * high else low
+    return {"low": low, "high": high if high > low else low + 1.0}
 
 
 def _packed(values: np.ndarray) -> str:

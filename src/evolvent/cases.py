@@ -8,7 +8,7 @@ import os
 import pathlib
 import pkgutil
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import yaml
@@ -184,6 +184,66 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
         One sentence that names the key, its value and what is allowed.
     """
     content = _content(case)
+    _change(content, overrides)
+    kind = _kind(content)
+    try:
+        return kind.model_validate(content)
+    except ValidationError as error:
+        raise InputError(sentence(error.errors(include_url=False), kind)) from None
+
+
+def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """A case as it is written, with `overrides` in place, unchecked but for what they need.
+
+    Parameters are those of `load`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a key cannot be set.
+    """
+    content = _content(case)
+    _change(content, overrides)
+    return content
+
+
+def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> dict[str, str]:
+    """What is wrong with a case, field by field.
+
+    Parameters
+    ----------
+    content : mapping, the case
+    kind : of the section that it is, that of the case's system unless given
+
+    Returns
+    -------
+    dict
+        Dotted key of a field, or of a section, '' for none -> one sentence. Empty if all is well.
+    """
+    try:
+        content = copied(content)
+        kind = _kind(content) if kind is None else kind
+        kind.model_validate(content)
+    except ValidationError as error:
+        assert kind is not None
+        found: dict[str, list[Any]] = {}
+        for entry in error.errors(include_url=False):
+            found.setdefault(_field(_dotted(entry["loc"])), []).append(entry)
+        return {key: sentence(entries, kind) for key, entries in found.items()}
+    except InputError as error:
+        known = set(keys(kind)) if kind is not None else {"system"}
+        words = (_field(word.rstrip(".")) for word in re.findall(r"\w[\w.]*", str(error)))
+        return {next((word for word in words if word in known), ""): str(error)}
+    return {}
+
+
+def _field(key: str) -> str:
+    """The field that a key lies in: without what counts the entries of a list, and what follows it."""
+    return re.split(r"\.\d", key)[0]
+
+
+def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> None:
+    """Put overrides into the content of a case."""
     if not isinstance(overrides, Mapping | None):
         raise InputError(
             f"the overrides are {shown(overrides)}; they must be a mapping of dotted keys to values, "
@@ -193,15 +253,16 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
         if not isinstance(key, str):
             raise InputError(f"among the overrides {_key_problem(key)}")
         override(content, key, value)
+
+
+def _kind(content: Mapping[str, Any]) -> type[Section]:
+    """The model of a case's system."""
     if "system" not in content:
         raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
     if not isinstance(content["system"], str):
         raise InputError(f"system is {shown(content['system'])}; known: {', '.join(systems())}")
-    kind = system(content["system"]).Case
-    try:
-        return kind.model_validate(content)
-    except ValidationError as error:
-        raise InputError(sentence(error, kind)) from None
+    kind: type[Section] = system(content["system"]).Case
+    return kind
 
 
 def _content(case: Any) -> dict[str, Any]:
@@ -323,17 +384,21 @@ def _nearest_key(kind: type[Section], location: tuple[Any, ...]) -> str:
     return f"did you mean {elsewhere[0]!r}?" if elsewhere else guess
 
 
-def sentence(error: ValidationError, kind: type[Section]) -> str:
-    """The first error as one sentence; an unknown key comes first, for it often explains the others."""
+def _dotted(location: Sequence[Any]) -> str:
+    """A location as a dotted key."""
+    # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
+    return ".".join(str(part) for part in location if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
+
+
+def sentence(errors: Sequence[Any], kind: type[Section]) -> str:
+    """The first of pydantic's errors as one sentence; an unknown key comes first, for it often explains the others."""
 
     def order(e: Any) -> tuple[bool, bool]:
         """Last come the words that a list might have been: what is wrong with the list tells more."""
         return e["type"] != "extra_forbidden", e["type"] == "literal_error" and isinstance(e["input"], (list, dict))
 
-    errors = sorted(error.errors(include_url=False), key=order)
-    first = errors[0]
-    # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
-    key = ".".join(str(part) for part in first["loc"] if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
+    first = sorted(errors, key=order)[0]
+    key = _dotted(first["loc"])
     value, message, context = first["input"], first["msg"], first.get("ctx", {})
     match first["type"]:
         case "extra_forbidden":

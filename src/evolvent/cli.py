@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, sweep, identify, info, plot, export, report.
+"""The command line: list, show, schema, run, sweep, identify, studio, info, plot, export, report.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -18,6 +18,7 @@ from evolvent import __version__
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.studies.command import once, sweep
+from evolvent.studio.command import studio
 from evolvent.weighing.command import identify
 
 if TYPE_CHECKING:
@@ -341,3 +342,4 @@ commands.add_command(sweep)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)
+commands.add_command(studio)

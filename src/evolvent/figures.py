@@ -75,6 +75,42 @@ class Figure:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Solid:
+    """A cylinder or a box that is fixed in the body.
+
+    Attributes
+    ----------
+    kind : "cylinder" or "box"
+    centre : (3,) float, m, body axes
+    size : (3,) float, m: radius, radius, length of a cylinder; the edges of a box
+    axis : (3,) float, of a cylinder, body axes
+    """
+
+    kind: str
+    centre: tuple[float, float, float]
+    size: tuple[float, float, float]
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Arrows:
+    """Forces that are drawn as arrows.
+
+    Attributes
+    ----------
+    label : str, with the unit of `force`
+    at : (nt, na, 3) float, m, where each begins, body axes
+    force : (nt, na, 3) float, body axes; NaN or zero for none
+    longest : float, m, that the largest force is drawn with
+    """
+
+    label: str
+    at: Array
+    force: Array
+    longest: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Scene:
     """Lines that move with a body, for a 3-D animation.
 
@@ -90,6 +126,10 @@ class Scene:
     tilt : (nt, 4) float, what is left of the body's attitude: its quaternion is that of `angle` about z times this
     body : sequence of (k, 3) float, m, polygons that draw the body, body axes
     numbers : mapping, label with its unit -> (nt,) float, shown beside the picture
+    others : mapping, label with its unit -> (nt, nl, np - 1) float, other values that may be shown as color
+    coils : int, how many of the first lines are springs, from end to end
+    solids : sequence of Solid, fixed in the body
+    arrows : Arrows or None
     """
 
     name: str = "animation"
@@ -103,6 +143,10 @@ class Scene:
     tilt: Array
     body: Sequence[Array]
     numbers: dict[str, Array]
+    others: Mapping[str, Array] = dataclasses.field(default_factory=dict)
+    coils: int = 0
+    solids: Sequence[Solid] = ()
+    arrows: Arrows | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -47,7 +47,7 @@ def sources() -> str:
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         name = path.relative_to(_PACKAGE).as_posix()
-        if name not in _NOT_SOURCES:
+        if name not in _NOT_SOURCES and not name.startswith("studio/"):
             digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -138,7 +138,7 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
     if _MANIFEST not in existing and [n for n in existing if n != _STUDY and not n.startswith(".")]:
         raise InputError(f"the folder {str(place)!r} holds other files and no study; give another one with -o")
     results.make_folder(place)
-    with _locked(place):
+    with locked(place):
         if _MANIFEST in existing:
             _compare(place, _manifest(place), manifest)
         else:
@@ -257,7 +257,7 @@ def _sync(folder: pathlib.Path) -> None:
 
 
 @contextlib.contextmanager
-def _locked(place: pathlib.Path) -> Iterator[None]:
+def locked(place: pathlib.Path) -> Iterator[None]:
     """Keep every other process out; the lock goes with the process."""
     try:
         file = (place / _LOCK).open("a+b")

@@ -438,11 +438,22 @@ def for_recording(description: Description, name: str) -> tuple[Description, tup
         raise InputError(f"recordings.{name}: {error}") from None
 
 
-def json_schema(kind: str) -> dict[str, Any]:
-    """JSON schema of the descriptions of a kind of stand, for editors."""
+def model(kind: str) -> type[Section]:
+    """The model of the descriptions of a kind of stand.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
+    """
     if kind not in _CLASSES:
         raise InputError(f"no stand is of kind {kind!r}; {nearest(kind, _CLASSES)}")
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_CLASSES[kind].model_json_schema()}
+    return _CLASSES[kind]
+
+
+def json_schema(kind: str) -> dict[str, Any]:
+    """JSON schema of the descriptions of a kind of stand, for editors."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **model(kind).model_json_schema()}
 
 
 def _content(stand: Any) -> dict[str, Any]:
@@ -480,4 +491,4 @@ def _checked(content: dict[str, Any]) -> Description:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(cases.sentence(error, model)) from None
+        raise InputError(cases.sentence(error.errors(include_url=False), model)) from None

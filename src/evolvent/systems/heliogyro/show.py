@@ -334,7 +334,7 @@ def _body_figure(run: xr.Dataset) -> Figure:
 
 def scene(run: xr.Dataset) -> Scene | None:
     """The deployment in three dimensions; None of a run with a single sample."""
-    from evolvent.figures import Scene
+    from evolvent.figures import Scene, Solid
 
     if run.sizes["time"] < 2:
         return None
@@ -357,6 +357,11 @@ def scene(run: xr.Dataset) -> Scene | None:
     hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
     numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
     numbers["tip lag, deg"] = np.degrees(run.signed_lag.values[:, 0, 0])
+    solids = [Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(0.7 * L0, 0.7 * L0, 2.0 * radius))]
+    for turn in turns:
+        c, s = float(np.cos(turn)), float(np.sin(turn))
+        axis = (-s, c, 0.0)
+        solids.append(Solid(kind="cylinder", centre=(L0 * c, L0 * s, 0.0), size=(radius, radius, radius), axis=axis))
     return Scene(
         name="deployment",
         title="Deployment of the heliogyro's blades",
@@ -369,4 +374,27 @@ def scene(run: xr.Dataset) -> Scene | None:
         tilt=tilt,
         body=[hub],
         numbers=numbers,
+        others={"curvature, 1/m": _bend(points)},
+        solids=solids,
     )
+
+
+def _bend(x: np.ndarray) -> np.ndarray:
+    """Curvature of lines through points (nt, lines, np, 3), on each of their pieces, 1/m; NaN where a piece is a point.
+
+    Notes
+    -----
+    2 |a x b| / (|a| |b| |a + b|) of two pieces a and b on end, the circle's through three points; a mean of both ends.
+    """
+    a = np.diff(x, axis=2)
+    length = np.linalg.norm(a, axis=-1)
+    chord = np.linalg.norm(a[:, :, 1:] + a[:, :, :-1], axis=-1)
+    area = np.linalg.norm(np.cross(a[:, :, :-1], a[:, :, 1:]), axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = 2.0 * area / (length[:, :, :-1] * length[:, :, 1:] * chord)
+    at = np.where(np.isfinite(at), at, np.nan)
+    bend = np.full(length.shape, np.nan)
+    if at.shape[2]:
+        bend[:, :, 1:-1] = 0.5 * (at[:, :, 1:] + at[:, :, :-1])
+        bend[:, :, 0], bend[:, :, -1] = at[:, :, 0], at[:, :, -1]
+    return bend

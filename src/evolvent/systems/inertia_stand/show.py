@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.figures import Arrows, Figure, Line, Number, Panel, Scene
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
@@ -291,6 +291,22 @@ def scene(run: xr.Dataset) -> Scene:
             "kinetic energy, J": run.energy_kinetic.values,
             "height above rest, mm": 1e3 * run.position.values[:, 1],
         },
+        coils=len(springs),
+        arrows=_arrows(run, points[:, : len(springs)], reach),
+    )
+
+
+def _arrows(run: xr.Dataset, springs: np.ndarray, reach: float) -> Arrows:
+    """Forces of the springs (nt, springs, 2, 3) on the body, less those at rest; their sign is that of the tension."""
+    along = springs[:, :, 0] - springs[:, :, 1]
+    along = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    force = 1e-3 * run.spring_force.values
+    change = force - force.mean(axis=0)
+    return Arrows(
+        label="force of a spring less its mean, kN",
+        at=springs[:, :, 1],
+        force=change[..., None] * along,
+        longest=0.25 * reach,
     )
 
 

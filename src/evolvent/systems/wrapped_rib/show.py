@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Figure, Line, Number, Panel, Scene
+from evolvent.figures import Arrows, Figure, Line, Number, Panel, Scene, Solid
 from evolvent.systems._common import rotation_matrices, tilt_of
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
@@ -519,8 +519,11 @@ def scene(run: xr.Dataset) -> Scene | None:
         zero = np.zeros(count)
         attitude = np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
     points = np.einsum("tji,tbnj->tbni", rotation_matrices(attitude), run.position.values - origin[:, None, None])
-    by_tension = case.phase != "deploy"
-    along = run.tension.values if by_tension else case.hub.radius * run.curvature.values
+    bent = case.hub.radius * run.curvature.values
+    along = {"tension, N": _pieces(run.tension.values), "curvature x R": _pieces(bent)}
+    first = "tension, N" if case.phase != "deploy" else "curvature x R"
+    value = along.pop(first)
+    hub = Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(case.hub.radius, case.hub.radius, case.hub.height))
     edge = 0.5 * case.hub.height
     around = np.linspace(0.0, 2.0 * np.pi, 49)
     ring = case.hub.radius * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
@@ -531,8 +534,8 @@ def scene(run: xr.Dataset) -> Scene | None:
         title={"wind": "Winding", "hold": "Holding", "deploy": "Deployment"}[case.phase] + " of the rib",
         time=time,
         points=points,
-        value=0.5 * (along[..., 1:] + along[..., :-1]),
-        value_label="tension, N" if by_tension else "curvature x R",
+        value=value,
+        value_label=first,
         origin=origin,
         angle=angle,
         tilt=tilt,
@@ -542,4 +545,31 @@ def scene(run: xr.Dataset) -> Scene | None:
             "wound, turns": run.wrap_angle.values[:, 0] / (2.0 * np.pi),
             "contact force, N": run.contact_force.values[:, 0],
         },
+        others=along,
+        solids=[hub],
+        arrows=_arrows(run, case, points),
+    )
+
+
+def _pieces(values: np.ndarray) -> np.ndarray:
+    """Means between points on end."""
+    mean: np.ndarray = 0.5 * (values[..., 1:] + values[..., :-1])
+    return mean
+
+
+def _arrows(run: xr.Dataset, case: Case, points: np.ndarray) -> Arrows | None:
+    """Force of the hub on each element of the ribs, at its middle; None of a run that does not hold it."""
+    if "contact_pressure" not in run:
+        return None
+    per, n = case.output.points, case.rib.elements
+    middle = 0.5 * (points[:, :, per // 2 :: per][:, :, :n] + points[:, :, (per + 1) // 2 :: per][:, :, :n])
+    out = middle * np.array([1.0, 1.0, 0.0])
+    out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300)
+    force = out * (case.rib.element_length * run.contact_pressure.values)[..., None]
+    count = len(points)
+    return Arrows(
+        label="force of the hub on an element, N",
+        at=middle.reshape(count, -1, 3),
+        force=force.reshape(count, -1, 3),
+        longest=case.hub.radius,
     )

@@ -1,0 +1,5 @@
+"""`evolvent studio`: a page in the browser, on this machine: cases, runs, motion, charts, measurements, studies.
+
+``form``, ``jobs``, ``worker``, ``folder`` and ``gate`` know nothing of the page and import no user interface; the rest
+draws it with NiceGUI (extra ``studio``).
+"""

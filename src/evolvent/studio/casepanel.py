@@ -1,0 +1,135 @@
+"""The panel of the case: which one, its form, and the button that runs it."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from evolvent import cases
+from evolvent.errors import EvolventError
+from evolvent.studio.formview import FormView
+from evolvent.studio.state import View
+
+if TYPE_CHECKING:
+    from evolvent.studio.page import Page
+
+
+class CasePanel:
+    """The panel.
+
+    Parameters
+    ----------
+    page : Page
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.studio = page, page.studio
+        self._wrong: dict[str, str] = {}
+        self._body = ui.element("div").classes("ev-scroll")
+        with ui.element("div").classes("ev-foot"):
+            self._run = ui.button("Run", on_click=self._submit).props('unelevated color=primary data-testid="run"')
+            ui.button("Save as", on_click=self._save).props('flat color=primary data-testid="save-case"')
+            ui.button("YAML", on_click=self._text).props('flat color=primary data-testid="yaml"')
+            self._state = ui.label("").classes("ev-status").style("margin-left:auto")
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the form of the draft."""
+        draft = self.studio.draft
+        self._body.clear()
+        with self._body:
+            options = self._options()
+            with ui.element("div").classes("ev-row"):
+                chosen = ui.select(options, value=draft.source, label="case or YAML file of the folder")
+                chosen.props('outlined dense options-dense data-testid="case"').style("flex:1;min-width:0")
+                chosen.on_value_change(lambda e: self._choose(str(e.value)))
+                self._chosen = chosen
+                again = ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
+                again.tooltip("look for files again, and read this one again")
+                again.on("click", lambda: self._choose(draft.source) if draft.source else None)
+            ui.label(draft.about).classes("ev-what")
+            system = str(draft.content["system"])
+            FormView(
+                cases.system(system).Case,
+                draft.content,
+                self._changed,
+                skip=("system",),
+                complete=lambda typed: {"system": system, **typed},
+            )
+
+    def list(self) -> None:
+        """List the cases of the folder anew."""
+        self._chosen.set_options(self._options(), value=self.studio.draft.source)
+
+    def _options(self) -> dict[str, str]:
+        draft, options = self.studio.draft, self.studio.sources()
+        return options if draft.source in options else {draft.source: draft.about, **options}
+
+    def _choose(self, source: str) -> None:
+        if source == self.studio.draft.source and source not in self.studio.sources():
+            return
+        self.page.attempt(lambda: self.studio.open_case(source))
+        self.draw()
+
+    def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
+        self.studio.draft.content = content
+        self._wrong = wrong
+        self._run.set_enabled(not wrong)
+        count = len(wrong)
+        self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
+
+    def _submit(self) -> None:
+        def add() -> None:
+            key = self.studio.submit()
+            self.page.show(View("run", (f"job:{key}",)), tab="runs")
+
+        self.page.attempt(add)
+
+    def _written(self) -> str:
+        """The case as YAML, in full where it is right."""
+        try:
+            return cases.to_yaml(cases.load(self.studio.draft.content))
+        except EvolventError:
+            import yaml
+
+            return str(yaml.safe_dump(self.studio.draft.content, sort_keys=False, allow_unicode=True))
+
+    def _text(self) -> None:
+        text = self._written()
+        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(640px,90vw)"):
+            ui.label("The case as a file, all defaults written out").classes("ev-title")
+            ui.code(text, language="yaml").classes("ev-code w-full")
+            with ui.row():
+                ui.button("Download", on_click=lambda: ui.download.content(text, "case.yaml")).props("flat no-caps")
+                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+
+    def _save(self) -> None:
+        def keep(name: str) -> str:
+            path = self.studio.folder.new(name, ".yaml")
+            path.write_text(self._written(), encoding="utf-8")
+            self.studio.draft.source = f"file:{self.studio.folder.name(path)}"
+            self.studio.draft.about = path.name
+            self.draw()
+            return path.name
+
+        stem = pathlib.PurePosixPath(self.studio.draft.source.partition(":")[2] or "case").stem
+        ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
+
+
+def ask_name(page: Page, title: str, name: str, keep: Any) -> None:
+    """Ask for the name of a file, and write it."""
+    with page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
+        ui.label(title).classes("ev-title")
+        typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
+
+        def done() -> None:
+            if page.attempt(lambda: keep(typed.value or "")):
+                dialog.close()
+                ui.notify(f"Saved as {typed.value}", type="positive", position="bottom")
+
+        typed.on("keydown.enter", done)
+        with ui.row():
+            ui.button("Save", on_click=done).props('unelevated color=primary data-testid="file-save"')
+            ui.button("Cancel", on_click=dialog.close).props("flat")

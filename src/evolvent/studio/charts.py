@@ -1,0 +1,179 @@
+"""Charts from what systems describe: panels of lines, of one run or of several over one another, for ECharts."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent.figures import Figure, Line, Panel
+
+#: Points of a line, at most; of more, the least and largest of every few are drawn.
+MOST = 3000
+_DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
+#: Styles of the lines of one run beside those of others.
+_OF_RUNS = ("-", "--", ":")
+VIRIDIS = ("#440154", "#472c7a", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
+
+
+@dataclasses.dataclass(frozen=True)
+class Chart:
+    """One pair of axes.
+
+    Attributes
+    ----------
+    options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette
+    timed : bool, whether its x axis is the run's time
+    """
+
+    options: dict[str, Any]
+    timed: bool
+    equal: bool = False
+
+
+def charts(figure: Figure) -> list[Chart]:
+    """The charts of a figure."""
+    return compared([("", figure)])
+
+
+def compared(figures: Sequence[tuple[str, Figure]]) -> list[Chart]:
+    """The panels of one figure, of several runs over one another; the first run's words are taken.
+
+    Parameters
+    ----------
+    figures : (name of the run, its figure)
+    """
+    found = []
+    first = figures[0][1]
+    last = _x_labels(first)
+    for k, panel in enumerate(first.panels):
+        series: list[dict[str, Any]] = []
+        for run, (name, figure) in enumerate(figures):
+            if k >= len(figure.panels):
+                continue
+            if len(figures) == 1:
+                series += [_series(line, name, None, panel.log) for line in figure.panels[k].lines]
+                continue
+            labels = list(dict.fromkeys(line.label for line in figure.panels[k].lines))
+            few = len(labels) <= len(_OF_RUNS)  # the color is the run's then, and the dashes tell its lines apart
+            for line in figure.panels[k].lines:
+                style = _OF_RUNS[labels.index(line.label)] if few and line.style.strip() else line.style
+                series.append(_series(dataclasses.replace(line, style=style), name, run, panel.log))
+        found.append(_chart(panel, last[k], series, several=len(figures) > 1))
+    return found
+
+
+def _x_labels(figure: Figure) -> list[str]:
+    """Label of each panel's x axis; panels above others may leave it to the lowest of their column."""
+    labels = [panel.x_label for panel in figure.panels]
+    for k in reversed(range(len(labels))):
+        if not labels[k] and k + figure.columns < len(labels):
+            labels[k] = labels[k + figure.columns]
+    return labels
+
+
+def _series(line: Line, name: str, run: int | None, log: bool) -> dict[str, Any]:
+    x, y = np.asarray(line.x, dtype=float), np.asarray(line.y, dtype=float)
+    if log:
+        y = np.where(y > 0.0, y, np.nan)
+    x, y = _thinned(x, y)
+    color = _color(line.color) if run is None else f"@{run}"
+    label = line.label if run is None else f"{name}: {line.label}" if line.label else name
+    drawn = line.style.strip() != ""
+    return {
+        "type": "line",
+        "name": label,
+        "data": [[_number(a), _number(b)] for a, b in zip(x, y, strict=True)],
+        "showSymbol": bool(line.marker) and (len(x) <= 400 or not drawn),
+        "symbol": "circle" if line.marker else "none",
+        "symbolSize": 7 if line.marker == "o" else 4,
+        "lineStyle": {
+            "width": line.width if drawn else 0,
+            "type": _DASHES.get(line.style, "solid"),
+            "color": color,
+            "opacity": 0.85 if run is not None else 1.0,
+        },
+        "itemStyle": {"color": color},
+        "silent": False,
+        "connectNulls": False,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.7g}") if np.isfinite(value) else None
+
+
+def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line with fewer points that looks the same: the least and largest of every few."""
+    if x.size <= MOST:
+        return x, y
+    edges = np.linspace(0, x.size, MOST // 2 + 1).astype(int)
+    kept = {0, x.size - 1}
+    for low, high in itertools.pairwise(edges):
+        part = y[low:high]
+        if np.any(np.isfinite(part)):
+            kept |= {int(low + np.nanargmin(part)), int(low + np.nanargmax(part))}
+        else:
+            kept.add(int(low))
+    at = np.array(sorted(kept))
+    return x[at], y[at]
+
+
+def _color(color: int | float | str) -> str:
+    if isinstance(color, float):
+        place = float(np.clip(color, 0.0, 1.0)) * 0.92 * (len(VIRIDIS) - 1)
+        k = min(int(place), len(VIRIDIS) - 2)
+        ends = [[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in VIRIDIS[k : k + 2]]
+        mixed = [round(a + (place - k) * (b - a)) for a, b in zip(*ends, strict=True)]
+        return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
+    return f"@{color}" if isinstance(color, int) else "@gray" if color == "gray" else color
+
+
+def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool) -> Chart:
+    names = list(dict.fromkeys(s["name"] for s in series if s["name"]))
+    shown = len(names) > 0
+    x_axis: dict[str, Any] = {"type": "value", "name": x_label, "scale": True}
+    timed = x_label.startswith("time")
+    if timed and series:
+        ends = [s["data"][i][0] for s in series if s["data"] for i in (0, -1)]
+        known = [x for x in ends if x is not None]
+        if known:
+            x_axis |= {"min": min(known), "max": max(known)}
+    elif panel.x_names is None and not panel.equal and _counts(series):
+        x_axis["minInterval"] = 1
+    if panel.x_names is not None:
+        x_axis |= {"names": {str(int(k)): name for k, name in panel.x_names.items()}, "interval": 1}
+    options: dict[str, Any] = {
+        "title": {"text": panel.title},
+        "legend": {"show": shown, "data": names, "wide": several and len(names) > 2},
+        "xAxis": x_axis,
+        "yAxis": {
+            **_flat(series, panel),
+            "type": "log" if panel.log else "value",
+            "name": panel.y_label.replace("\n", " "),
+            "scale": not panel.y_zero,
+        },
+        "series": series,
+    }
+    return Chart(options=options, timed=timed, equal=panel.equal)
+
+
+def _counts(series: Sequence[dict[str, Any]]) -> bool:
+    """Whether the x axis counts things: whole numbers, and few."""
+    x = [point[0] for s in series for point in s["data"] if point[0] is not None]
+    return bool(x) and all(value == int(value) for value in x) and max(x) - min(x) <= 64
+
+
+def _flat(series: Sequence[dict[str, Any]], panel: Panel) -> dict[str, float]:
+    """Ends of the y axis where all values are the same but for round-off, which would fill it otherwise."""
+    y = [point[1] for s in series for point in s["data"] if point[1] is not None]
+    if not y or panel.log or panel.equal:
+        return {}
+    size, middle = max(abs(value) for value in y), 0.5 * (max(y) + min(y))
+    if size == 0.0 or max(y) - min(y) > 1e-5 * size:
+        return {}
+    half = float(f"{0.1 * size:.1g}")
+    return {"min": float(f"{middle - half:.2g}"), "max": float(f"{middle + half:.2g}")}

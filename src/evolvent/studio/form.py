@@ -1,0 +1,351 @@
+"""A form from the pydantic model of a case: its fields with units, help and limits, and what was typed as a case."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
+
+import yaml
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from evolvent import cases
+from evolvent.cases import Section
+from evolvent.errors import InputError
+from evolvent.units import OneOrMore, Quantity, Whole
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Field:
+    """One value of a case.
+
+    Attributes
+    ----------
+    key : str, dotted
+    name : str, as it is shown
+    kind : "text", "choice" or "switch"; a text is YAML, such as ``5 m`` or ``[1 m, 2 m]``
+    unit : str, of a plain number, '' for none
+    help : str, what it is and what is allowed
+    default : str, what stands for it where it is left out, as text
+    choices : tuple of str
+    open : bool, whether something beside the choices may be given
+    required : bool
+    """
+
+    key: str
+    name: str
+    kind: str
+    unit: str
+    help: str
+    default: str
+    choices: tuple[str, ...]
+    open: bool
+    required: bool
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Group:
+    """A section of a case.
+
+    Attributes
+    ----------
+    key : str, dotted, '' for the case itself
+    name : str
+    help : str, what the section is
+    optional : bool, whether it may be left out and then is none
+    parts : tuple of Field and Group
+    """
+
+    key: str
+    name: str
+    help: str
+    optional: bool
+    parts: tuple[Field | Group, ...]
+
+    def fields(self) -> Iterator[Field]:
+        """All fields, those of inner sections too."""
+        for part in self.parts:
+            if isinstance(part, Group):
+                yield from part.fields()
+            else:
+                yield part
+
+    def groups(self) -> Iterator[Group]:
+        """The section itself and all inner ones."""
+        yield self
+        for part in self.parts:
+            if isinstance(part, Group):
+                yield from part.groups()
+
+
+def describe(kind: type[Section], *, skip: tuple[str, ...] = ()) -> Group:
+    """The form of a model.
+
+    Parameters
+    ----------
+    kind : a case, or another section
+    skip : dotted keys that are left out
+    """
+    return _group(kind, key="", name="", text=_summary(kind), optional=False, skip=skip)
+
+
+def _group(kind: type[Section], *, key: str, name: str, text: str, optional: bool, skip: tuple[str, ...]) -> Group:
+    parts: list[Field | Group] = []
+    for own, info in kind.model_fields.items():
+        dotted = f"{key}.{own}" if key else own
+        if dotted in skip:
+            continue
+        section = _section(info.annotation)
+        if section is None:
+            parts.append(_one(dotted, own, info))
+            continue
+        help_ = _summary(section)
+        if info.description:
+            help_ = f"{help_} ({info.description})"
+        inner = _group(section, key=dotted, name=_words(own), text=help_, optional=info.default is None, skip=skip)
+        parts.append(inner)
+    return Group(key=key, name=name, help=text, optional=optional, parts=tuple(parts))
+
+
+def _section(annotation: Any) -> type[Section] | None:
+    """The section that a field holds, alone or beside None."""
+    kinds = [a for a in (get_args(annotation) or (annotation,)) if a is not NoneType]
+    only = kinds[0] if len(kinds) == 1 else None
+    if inspect.isclass(only) and issubclass(only, Section) and get_origin(annotation) is not tuple:
+        return only
+    return None
+
+
+def _summary(kind: type[Section]) -> str:
+    return (kind.__doc__ or "").strip().partition("\n")[0].rstrip(".").replace("`", "")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _one(key: str, name: str, info: FieldInfo) -> Field:
+    marks = list(_marks(info))
+    unit = next((unit for mark in marks if (unit := _unit(mark))), "")
+    choices = tuple(str(c) for a in _literals(info.annotation) for c in a)
+    whole = next((m for m in marks if isinstance(m, Whole)), None)
+    limits = next((m.allowed for m in marks if getattr(m, "allowed", "")), "")
+    if whole is not None:
+        limits = f"a whole number from {whole.least} to {whole.most}"
+        limits += f", or {' or '.join(choices)}" if choices else ""
+    plain = [a for a in (get_args(info.annotation) or (info.annotation,)) if a is not NoneType]
+    closed = bool(choices) and not marks and (get_origin(info.annotation) is Literal or len(plain) == 1)
+    kind = "switch" if info.annotation is bool else "choice" if closed else "text"
+    shape = "" if any(isinstance(m, OneOrMore) for m in marks) else _shape(info.annotation)
+    if shape:
+        limits = f"{shape}, each {limits}" if limits and whole is None else shape
+        limits = f"{' or '.join(choices)}, or {limits}" if choices else limits
+    default = "" if info.is_required() or info.default in (None, PydanticUndefined) else text_of(_written(info, marks))
+    default = re.sub(r"(?<=\d)\.0(?=[\s,\]]|$)", "", default)
+    return Field(
+        key=key,
+        name=_words(name),
+        kind=kind,
+        unit=unit,
+        help="; ".join(text for text in (info.description or "", limits) if text),
+        default=default,
+        choices=choices,
+        open=not closed,
+        required=info.is_required(),
+    )
+
+
+def _marks(info: FieldInfo) -> Iterator[Any]:
+    """What pydantic was told about a field, also inside unions and tuples."""
+    yield from info.metadata
+    yield from _inner(info.annotation)
+
+
+def _inner(annotation: Any) -> Iterator[Any]:
+    yield from getattr(annotation, "__metadata__", ())
+    for argument in get_args(annotation):
+        if get_origin(annotation) is not Literal:
+            yield from _inner(argument)
+
+
+def _literals(annotation: Any) -> Iterator[tuple[Any, ...]]:
+    if get_origin(annotation) is Literal:
+        yield get_args(annotation)
+        return
+    if get_origin(annotation) is tuple:
+        return
+    for argument in get_args(annotation):
+        yield from _literals(argument)
+
+
+def _unit(mark: Any) -> str:
+    """The unit of what an annotation reads; '' for none."""
+    while not isinstance(mark, Quantity):  # annotations of several values hold that of one
+        inner = getattr(mark, "quantity", None) or getattr(mark, "each", None)
+        if inner is None or isinstance(inner, str):
+            return ""
+        mark = inner
+    return mark.unit
+
+
+def _shape(annotation: Any) -> str:
+    """How a list is written, where no annotation says so."""
+    plain = [a for a in (get_args(annotation) or (annotation,)) if a is not NoneType]
+    whole = annotation if get_origin(annotation) is tuple else next((a for a in plain if get_origin(a) is tuple), None)
+    if whole is None:
+        return ""
+    inner = get_args(whole)
+    section = next(iter(_sections(whole)), None)
+    if section is not None:
+        return f"a list such as [{{{', '.join(f'{name}: ...' for name in section.model_fields)}}}]"
+    if len(inner) > 1 and inner[-1] is not Ellipsis:
+        return f"{len(inner)} values in brackets"
+    return "a list in brackets"
+
+
+def _sections(annotation: Any) -> Iterator[type[Section]]:
+    if inspect.isclass(annotation) and issubclass(annotation, Section):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _sections(argument)
+
+
+def _written(info: FieldInfo, marks: list[Any]) -> Any:
+    """A default as a case file holds it."""
+    value = info.default
+    for mark in marks:
+        if not hasattr(mark, "write"):
+            continue
+        try:
+            return (
+                [mark.write(v) for v in value]
+                if isinstance(mark, Quantity) and isinstance(value, tuple)
+                else mark.write(value)
+            )
+        except (TypeError, AttributeError):
+            continue
+    return value
+
+
+# ------------------------------------------------------------------------------------------------ values
+
+
+def text_of(value: Any) -> str:
+    """A value of a case as the text that is typed for it."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple, dict)):
+        shown = yaml.safe_dump(
+            _plain(value), default_flow_style=True, width=10_000, allow_unicode=True, sort_keys=False
+        )
+        return shown.strip()
+    return repr(value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(v) for key, v in value.items()}
+    return [_plain(v) for v in value] if isinstance(value, (list, tuple)) else value
+
+
+def value_of(text: str, key: str) -> Any:
+    """What was typed as a value.
+
+    Raises
+    ------
+    InputError
+        If it is no YAML; the sentence begins with the key.
+    """
+    try:
+        return cases.parse_yaml(text, key)
+    except InputError as error:
+        problem = str(error).partition(": ")[2] or str(error)
+        raise InputError(f"{key} is {text!r}; it cannot be read: {problem}") from None
+
+
+def texts(form: Group, content: Mapping[str, Any]) -> dict[str, str]:
+    """Texts of a form's fields that show a case; '' where it holds nothing."""
+    return {field.key: text_of(_at(content, field.key)) for field in form.fields()}
+
+
+def given(form: Group, content: Mapping[str, Any]) -> set[str]:
+    """Keys of the optional sections that a case holds."""
+    return {g.key for g in form.groups() if g.optional and isinstance(_at(content, g.key), Mapping)}
+
+
+def _at(content: Any, key: str) -> Any:
+    for part in key.split("."):
+        if not isinstance(content, Mapping) or part not in content:
+            return None
+        content = content[part]
+    return content
+
+
+def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tuple[dict[str, Any], dict[str, str]]:
+    """What was typed as a case, and what of it cannot be read, key -> sentence.
+
+    Parameters
+    ----------
+    typed : key -> text; '' is left out
+    sections : optional sections that are given
+    """
+    content: dict[str, Any] = {}
+    wrong: dict[str, str] = {}
+    for group in form.groups():
+        if group.key and (not group.optional or group.key in sections):
+            _put(content, group.key, {})
+    for field in form.fields():
+        text = typed.get(field.key, "").strip()
+        left_out = {g.key for g in form.groups() if g.optional and g.key not in sections}
+        if not text or any(field.key.startswith(f"{key}.") for key in left_out):
+            continue
+        try:
+            _put(content, field.key, text if field.kind == "choice" else value_of(text, field.key))
+        except InputError as error:
+            wrong[field.key] = str(error)
+    for group in reversed(list(form.groups())):  # a section that may be left out need not stand there empty
+        if group.key and not group.optional and _at(content, group.key) == {} and not _requires(group):
+            _drop(content, group.key)
+    return content, wrong
+
+
+def _requires(group: Group) -> bool:
+    return any(field.required for field in group.fields())
+
+
+def _put(content: dict[str, Any], key: str, value: Any) -> None:
+    *path, last = key.split(".")
+    for part in path:
+        content = content.setdefault(part, {})
+    if value == {} and isinstance(content.get(last), dict):
+        return
+    content[last] = value
+
+
+def _drop(content: dict[str, Any], key: str) -> None:
+    *path, last = key.split(".")
+    for part in path:
+        content = content[part]
+    content.pop(last, None)
+
+
+def problems(content: Mapping[str, Any], wrong: Mapping[str, str], kind: type[Section] | None = None) -> dict[str, str]:
+    """What is wrong with a form, key -> sentence without the key and value that stand beside it."""
+    found = cases.problems(content, kind) if not wrong else {}
+    return {key: _short(key, sentence) for key, sentence in {**found, **wrong}.items()}
+
+
+def _short(key: str, sentence: str) -> str:
+    """The part of a sentence that the field beside it does not show already."""
+    head, found, tail = sentence.partition("; ")
+    if found and key and head.startswith(f"{key} is ") and tail:
+        return tail[:1].upper() + tail[1:]
+    return sentence[:1].upper() + sentence[1:] if not key or not sentence.startswith(key) else sentence

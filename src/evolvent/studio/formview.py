@@ -1,0 +1,183 @@
+"""A form on the page: a row for each field, help while one types, errors beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from nicegui import ui
+
+from evolvent.cases import Section
+from evolvent.studio import form
+from evolvent.studio.form import Field, Group
+
+#: Seconds after the last key before what was typed is checked.
+_PAUSE = 0.15
+
+
+class FormView:
+    """The form of a case, or of another section.
+
+    Parameters
+    ----------
+    kind : the pydantic model
+    content : what it shows at first
+    changed : called with the content, and what is wrong with it, after each change
+    skip : dotted keys that the form leaves out
+    complete : puts into the content what the form does not hold
+    """
+
+    def __init__(
+        self,
+        kind: type[Section],
+        content: Mapping[str, Any],
+        changed: Callable[[dict[str, Any], dict[str, str]], None],
+        *,
+        skip: tuple[str, ...] = (),
+        complete: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+    ) -> None:
+        self.kind, self._complete, self._changed = kind, complete, changed
+        self.form = form.describe(kind, skip=skip)
+        self.texts = form.texts(self.form, content)
+        self.given = form.given(self.form, content)
+        self._rows: dict[str, ui.element] = {}
+        self._errors: dict[str, ui.label] = {}
+        self._counts: dict[str, ui.label] = {}
+        self._bodies: dict[str, ui.element] = {}
+        self._shown: dict[str, str] = {}
+        self._timer: ui.timer | None = None
+        own = [part for part in self.form.parts if isinstance(part, Field)]
+        self._banner = ui.label("").classes("ev-banner bad").props('data-testid="form-error"')
+        self._banner.set_visibility(False)
+        for field in own:
+            self._row(field)
+        groups = [part for part in self.form.parts if isinstance(part, Group)]
+        for group in sorted(groups, key=lambda g: not any(f.required for f in g.fields())):
+            self._group(group)
+        self.check()
+
+    # -------------------------------------------------------------------------------------------- drawing
+
+    def _group(self, group: Group) -> None:
+        wanted = any(self.texts.get(f.key) or f.required for f in group.fields())
+        expansion = ui.expansion(value=group.key in self.given if group.optional else wanted).classes("ev-group")
+        expansion.props(f'dense data-testid="group-{group.key}"')
+        with expansion.add_slot("header"), ui.element("div").classes("ev-head"):
+            if group.optional:
+                toggle = ui.checkbox(value=group.key in self.given).props(
+                    f'dense size=xs data-testid="give-{group.key}"'
+                )
+                toggle.tooltip("whether the case has it")
+                toggle.on("click.stop", lambda: None)
+                toggle.on_value_change(lambda e, g=group, x=expansion: self._give(g, bool(e.value), x))
+            ui.label(group.name).classes("ev-title")
+            self._counts[group.key] = ui.label("").classes("ev-count")
+        with expansion:
+            ui.label(group.help).classes("ev-what")
+            self._errors[group.key] = ui.label("").classes("ev-error").props(f'data-testid="error-{group.key}"')
+            self._bodies[group.key] = ui.column().classes("w-full gap-1")
+            with self._bodies[group.key]:
+                self._rows_of(group)
+            if group.optional:
+                self._bodies[group.key].set_visibility(group.key in self.given)
+
+    def _rows_of(self, group: Group) -> None:
+        """What is given or must be, then the rest, folded away."""
+        fields = [part for part in group.parts if isinstance(part, Field)]
+        first = [f for f in fields if f.required or self.texts.get(f.key)] or fields
+        rest = [f for f in fields if f not in first]
+        for field in first:
+            self._row(field)
+        if rest:
+            more = ui.element("button").classes("ev-more").props(f'type=button data-testid="more-{group.key}"')
+            with more:
+                word = ui.label(f"{len(rest)} more, left as they are")
+            body = ui.column().classes("w-full gap-1")
+            body.set_visibility(False)
+
+            def turn() -> None:
+                body.set_visibility(not body.visible)
+                word.set_text("fewer" if body.visible else f"{len(rest)} more, left as they are")
+
+            more.on("click", turn)
+            with body:
+                for field in rest:
+                    self._row(field)
+        for part in group.parts:
+            if isinstance(part, Group):
+                self._group(part)
+
+    def _row(self, field: Field) -> None:
+        with ui.element("div").classes("ev-field") as row:
+            self._rows[field.key] = row
+            with ui.element("div").classes("ev-name") as name:
+                ui.label(field.name)
+                if field.unit:
+                    ui.label(field.unit).classes("ev-unit")
+            name.tooltip(field.help)
+            self._input(field)
+            ui.label(field.help).classes("ev-help")
+            error = ui.label("").classes("ev-error").props(f'data-testid="error-{field.key}" role=alert')
+            self._errors[field.key] = error
+
+    def _input(self, field: Field) -> None:
+        mark = f'data-testid="field-{field.key}" aria-label="{field.key}"'
+        text = self.texts.get(field.key, "")
+        if field.kind in ("choice", "switch"):
+            choices = field.choices if field.kind == "choice" else ("true", "false")
+            options = {choice: choice for choice in choices}
+            if not field.required:
+                options = {"": f"{field.default} (left out)" if field.default else "left out", **options}
+            if text not in options:
+                options[text] = text
+            chosen = ui.select(options, value=text).props(f"outlined dense options-dense {mark}").classes("w-full")
+            chosen.on_value_change(lambda e, f=field: self._typed(f, e.value))
+            return
+        typed = ui.input(value=text, placeholder=field.default, autocomplete=list(field.choices) or None)
+        typed.props(f"outlined dense spellcheck=false autocomplete=off {mark}").classes("w-full")
+        typed.on_value_change(lambda e, f=field: self._typed(f, e.value))
+
+    # -------------------------------------------------------------------------------------------- typing
+
+    def _typed(self, field: Field, value: Any) -> None:
+        self.texts[field.key] = "" if value is None else str(value)
+        self._soon()
+
+    def _give(self, group: Group, on: bool, expansion: ui.expansion) -> None:
+        (self.given.add if on else self.given.discard)(group.key)
+        self._bodies[group.key].set_visibility(on)
+        if on:
+            expansion.open()
+        self._soon()
+
+    def _soon(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        with self._banner.parent_slot or ui.element():
+            self._timer = ui.timer(_PAUSE, self.check, once=True)
+
+    def check(self) -> None:
+        """Check what was typed, and show what is wrong beside it."""
+        typed, wrong = form.content_of(self.form, self.texts, self.given)
+        content = self._complete(typed)
+        found = form.problems(content, wrong, self.kind)
+        shown: dict[str, str] = {}
+        loose = []
+        for key, sentence in found.items():
+            if key in self._errors:
+                shown[key] = sentence
+            else:
+                loose.append(sentence)
+        for key in {*shown, *self._shown}:
+            if shown.get(key) != self._shown.get(key):
+                self._errors[key].set_text(shown.get(key, ""))
+                row = self._rows.get(key)
+                if row is not None:
+                    row.classes(add="ev-wrong") if key in shown else row.classes(remove="ev-wrong")
+        for key, label in self._counts.items():
+            count = sum(k == key or k.startswith(f"{key}.") for k in shown)
+            label.set_text("" if not count else "1 to mend" if count == 1 else f"{count} to mend")
+        self._shown = shown
+        self._banner.set_text("\n".join(loose))
+        self._banner.set_visibility(bool(loose))
+        self._changed(content, found)

@@ -1,0 +1,378 @@
+"""Measurements: signal files, what their columns are, the stand, and the certificate that comes of them."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import pathlib
+import urllib.parse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import yaml
+from nicegui import events, ui
+
+from evolvent import cases, signals
+from evolvent.errors import EvolventError, InputError
+from evolvent.figures import Figure, Line, Panel
+from evolvent.studio import charts, form
+from evolvent.studio.elements import ChartElement
+from evolvent.studio.folder import SIGNALS
+from evolvent.studio.formview import FormView
+from evolvent.studio.jobs import Job
+from evolvent.studio.runspanel import STATUS, told
+from evolvent.studio.state import View
+from evolvent.weighing import description
+
+if TYPE_CHECKING:
+    from evolvent.studio.page import Page
+
+#: Largest file that may be dropped on the page, bytes, and number of signal columns that are drawn.
+_LARGEST, _DRAWN = 200_000_000, 6
+_SKIP = ("signals.sensors", "signals.time", "recordings", "stand.kind")
+_USES = {"sensor": "sensor", "time": "time", "": "left out"}
+#: What is asked of each sensor's column; the rest of the form's keys a description file may give.
+_ASKED = ("point", "direction", "unit", "sensitivity")
+_TIMES = ("time", "t")
+
+
+class MeasurePanel:
+    """The panel, and what is shown beside it.
+
+    Parameters
+    ----------
+    page : Page
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.studio = page, page.studio
+        state = self.studio.measure
+        state.setdefault("files", [])
+        state.setdefault("kind", "springs")
+        state.setdefault("stand", "")
+        state.setdefault("content", {"stand": {"kind": "springs"}})
+        state.setdefault("columns", {})
+        self.state = state
+        self._source: signals.Signals | None = None
+        self._form: FormView | None = None
+        self._wrong: dict[str, str] = {}
+        self._body = ui.element("div").classes("ev-scroll")
+        with ui.element("div").classes("ev-foot"):
+            self._go = ui.button("Find mass properties", on_click=self._submit)
+            self._go.props('unelevated color=primary data-testid="weigh"')
+            self._hint = ui.label("").classes("ev-status")
+        self._read()
+        self.draw()
+
+    # -------------------------------------------------------------------------------------------- the panel
+
+    def draw(self) -> None:
+        """Draw the panel anew."""
+        self._body.clear()
+        with self._body:
+            ui.label(
+                "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
+            ).classes("ev-what")
+            with ui.element("div").classes("ev-drop w-full"):
+                ui.upload(
+                    label="Drop signal files here, or choose", multiple=True, auto_upload=True,
+                    max_file_size=_LARGEST, on_upload=self._dropped,
+                    on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
+                ).props('flat dense data-testid="signals"')  # fmt: skip
+            known = self.studio.folder.files(*SIGNALS)
+            if known:
+                chosen = ui.select({n: n for n in known}, label="or a file of the folder", value=None)
+                chosen.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
+                chosen.on_value_change(lambda e: self._add(str(e.value)))
+            for name in self.state["files"]:
+                with ui.element("div").classes("ev-row"):
+                    ui.label(name.rpartition("/")[2]).classes("ev-link").tooltip(name)
+                    ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
+            ui.label("stand and body").classes("ev-h")
+            options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
+            options |= {f"file:{n}": n for n in self.studio.stands()}
+            value = self.state["stand"] or f"kind:{self.state['kind']}"
+            stand = ui.select(options | ({value: value.partition(":")[2]} if value not in options else {}), value=value)
+            stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
+            stand.on_value_change(lambda e: self._choose(str(e.value)))
+            with ui.element("div").classes("ev-drop w-full"):
+                ui.upload(label="or drop a description (YAML)", auto_upload=True, max_file_size=1_000_000,
+                          on_upload=self._described).props('flat dense data-testid="stand-upload"')  # fmt: skip
+            self._form = FormView(
+                description.model(self.state["kind"]),
+                self.state["content"],
+                self._changed,
+                skip=_SKIP,
+                complete=self._complete,
+            )
+
+    def _choose(self, source: str) -> None:
+        kind, _, name = source.partition(":")
+        if kind == "kind":
+            self._take({"stand": {"kind": name}}, "")
+        else:
+            self.page.attempt(lambda: self._open(name))
+
+    def _open(self, name: str) -> None:
+        path = self.studio.folder.inside(name)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            raise InputError(f"cannot read {name!r}") from None
+        content = cases.parse_yaml(text, name)
+        stand = content.get("stand") if isinstance(content, Mapping) else None
+        if not isinstance(stand, Mapping) or stand.get("kind") not in description.KINDS:
+            raise InputError(
+                f"{name}: it describes no stand; its stand.kind must be one of {', '.join(description.KINDS)}"
+            )
+        self._take(dict(content), f"file:{name}")
+
+    def _take(self, content: dict[str, Any], stand: str) -> None:
+        self.state.update(content=content, stand=stand, kind=content["stand"]["kind"], columns={})
+        self._map()
+        self.draw()
+        if self.page.view.kind == "measure" and not self.page.view.refs:
+            self.page.draw()
+
+    async def _described(self, event: events.UploadEventArguments) -> None:
+        content = await event.file.read()
+        self.page.attempt(lambda: self._open(self.studio.folder.keep(event.file.name, content)))
+
+    # -------------------------------------------------------------------------------------------- signals
+
+    async def _dropped(self, event: events.UploadEventArguments) -> None:
+        content = await event.file.read()
+        await self._add(self.studio.folder.keep(event.file.name, content))
+
+    async def _add(self, name: str) -> None:
+        try:
+            await asyncio.to_thread(_recording, self.studio.folder.inside(name))
+        except EvolventError as error:
+            self.page.tell(str(error))
+            return
+        if name not in self.state["files"]:
+            self.state["files"].append(name)
+        self._read()
+        self._map()
+        self.draw()
+        self.page.show(View("measure"))
+
+    def _leave(self, name: str) -> None:
+        self.state["files"].remove(name)
+        self._read()
+        self.draw()
+        self.page.show(View("measure"))
+
+    def _read(self) -> None:
+        """Read the first file, whose columns stand for those of all."""
+        self._source = None
+        if self.state["files"]:
+            try:
+                self._source = _recording(self.studio.folder.inside(self.state["files"][0]))
+            except InputError:
+                self.state["files"] = []
+
+    def _map(self) -> None:
+        """What each column is: as the description has it, else sensors, and times by their name."""
+        if self._source is None or self.state["columns"]:
+            return
+        given = self.state["content"].get("signals") or {}
+        sensors = {}
+        for sensor in given.get("sensors") or ():
+            if isinstance(sensor, Mapping) and "column" in sensor:
+                try:
+                    sensors[self._source.names[self._source.index(sensor["column"])]] = sensor
+                except InputError:
+                    continue
+        columns = {}
+        for k, name in enumerate(self._source.names):
+            timed = name in (given.get("time"),) or name.lower() in _TIMES
+            own = sensors.get(name, {})
+            use = "time" if timed else "sensor" if own or not sensors else ""
+            texts = {key: form.text_of(own.get(key)) for key in _ASKED}
+            texts["unit"] = texts["unit"] or ""
+            columns[name] = {"use": use, "stated": self._source.units[k], **texts, "own": dict(own)}
+        self.state["columns"] = columns
+
+    def _complete(self, typed: dict[str, Any]) -> dict[str, Any]:
+        """The description with the columns in it."""
+        content = {**typed, "stand": {"kind": self.state["kind"], **typed.get("stand", {})}}
+        given = dict(content.get("signals") or {})
+        before = self.state["content"].get("signals") or {}
+        if not self.state["columns"]:
+            given |= {key: before[key] for key in ("sensors", "time") if key in before}
+        sensors = []
+        for name, column in self.state["columns"].items():
+            if column["use"] == "time" and name.lower() not in _TIMES:
+                given["time"] = name
+            if column["use"] != "sensor":
+                continue
+            sensor = {"column": name}
+            sensor |= {k: v for k, v in column["own"].items() if k not in ("column", *_ASKED)}
+            for key in _ASKED:
+                if column[key].strip():
+                    try:
+                        sensor[key] = form.value_of(column[key], key)
+                    except InputError:
+                        sensor[key] = column[key]
+            sensors.append(sensor)
+        plain = all(set(s) == {"column"} for s in sensors)
+        if sensors and not (plain and self.state["kind"] != "springs"):
+            given["sensors"] = sensors
+        if given:
+            content["signals"] = given
+        if "recordings" in self.state["content"]:
+            content["recordings"] = self.state["content"]["recordings"]
+        return content
+
+    def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
+        self.content = content
+        self._wrong = wrong
+        ready = not wrong and bool(self.state["files"])
+        self._go.set_enabled(ready)
+        hint = "" if ready else "give a signal file" if not self.state["files"] else f"{len(wrong)} to mend"
+        self._hint.set_text(hint)
+
+    # -------------------------------------------------------------------------------------------- beside the panel
+
+    def draw_main(self) -> None:
+        """The signals with their columns, or a measurement."""
+        if self.page.view.refs:
+            self._measured(self.page.view.refs[0])
+            return
+        if self._source is None:
+            with ui.element("div").classes("ev-empty"):
+                ui.label("Drop a file of signals on the left: CSV, TDMS, UFF 58, MAT, HDF5, WAV, or a run.")
+            return
+        source = self._source
+        with ui.element("div").classes("ev-titlebar"):
+            ui.label(source.path.rpartition("/")[2]).classes("ev-h1")
+            rate = f", {source.rate:g} Hz" if source.rate else ""
+            ui.label(f"{source.format}, {len(source.data)} samples{rate}").classes("ev-status")
+        with ui.element("div").classes("ev-card").style("padding:8px"):
+            ChartElement(_signal_chart(source, self.state["columns"])).props('data-testid="signal-chart"')
+        ui.label("What the columns are").classes("ev-h")
+        self._columns()
+
+    def _columns(self) -> None:
+        asked = form.describe(description.Sensor)
+        fields = {field.key: field for field in asked.fields()}
+        card = ui.element("div").classes("ev-card").style("padding:6px 10px;overflow-x:auto")
+        with card, ui.element("table").classes("ev-table").props('data-testid="columns"'):
+            with ui.element("tr"):
+                for head in ("column", "it is", *_ASKED):
+                    with ui.element("th"):
+                        label = ui.label(head)
+                        if head in fields:
+                            label.tooltip(fields[head].help)
+            for k, (name, column) in enumerate(self.state["columns"].items()):
+                with ui.element("tr").classes("ev-map-row"):
+                    self._column(k, name, column)
+
+    def _column(self, k: int, name: str, column: dict[str, Any]) -> None:
+        def put(key: str, value: Any) -> None:
+            column[key] = "" if value is None else str(value)
+            if self._form is not None:
+                self._form.check()
+
+        with ui.element("td"):
+            ui.label(name).style("white-space:nowrap")
+        with ui.element("td"):
+            use = ui.select(_USES, value=column["use"]).props(f'outlined dense options-dense data-testid="use-{k}"')
+            use.style("min-width:92px").on_value_change(lambda e: put("use", e.value))
+        for key in _ASKED:
+            with ui.element("td") as cell:
+                cell.bind_visibility_from(use, "value", value="sensor")
+                shown = {"point": "1 or [x, y, z]", "direction": "vertical", "unit": column["stated"] or "m"}
+                typed = ui.input(value=column[key], placeholder=shown.get(key, ""))
+                typed.props(f'outlined dense spellcheck=false data-testid="{key}-{k}"').style("min-width:84px")
+                typed.on_value_change(lambda e, key=key: put(key, e.value))
+
+    def _submit(self) -> None:
+        def add() -> None:
+            files = [str(self.studio.folder.inside(name)) for name in self.state["files"]]
+            given = description.load(self.content)
+            title = given.title or given.body.name
+            text = yaml.safe_dump(self.content, sort_keys=False, allow_unicode=True)
+            job = self.studio.jobs.add("identify", title, case=text, extra={"signals": files})
+            self.page.show(View("measure", (f"job:{job.key}",)))
+
+        self.page.attempt(add)
+
+    def _measured(self, ref: str) -> None:
+        """A measurement: how far it is, or what came of it."""
+        job = self.studio.jobs.jobs.get(ref.partition(":")[2])
+        if job is None:
+            ui.label("This measurement was removed.").classes("ev-empty")
+            return
+        with ui.element("div").classes("ev-titlebar"):
+            ui.label(job.title).classes("ev-h1")
+            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
+            ui.element("div").style("flex:1")
+            ui.button("Back to the signals", on_click=lambda: self.page.show(View("measure"), tab="measure")).props(
+                "flat dense color=primary"
+            )
+            if self.studio.jobs.result(job.key) is not None:
+                address = f"/studio/certificate?ref={urllib.parse.quote(ref)}"
+                ui.button(
+                    "Download the certificate", on_click=lambda: ui.download(address, filename="certificate.html")
+                ).props("outline dense color=primary").style("padding:0 10px")
+        if job.open:
+            ui.label(told(job)).classes("ev-dim")
+            return
+        if job.status == "failed":
+            ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')
+        self._results(job)
+        if self.studio.jobs.result(job.key) is not None:
+            address = f"/studio/certificate?ref={urllib.parse.quote(ref)}"
+            frame = ui.element("iframe").classes("ev-frame")
+            frame.props(f'src="{address}" sandbox="allow-popups" title="certificate" data-testid="certificate"')
+
+    def _results(self, job: Job) -> None:
+        for text in job.extra.get("warnings", ()):
+            ui.label(f"Warning: {text}").classes("ev-banner warn")
+        rows = job.extra.get("rows")
+        if not rows:
+            return
+        head = ("result", "value", "standard uncertainty", "expanded uncertainty", "unit")
+        card = ui.element("div").classes("ev-card ev-tablebox").props('data-testid="weighed"')
+        with card, ui.element("table").classes("ev-table"):
+            for k, row in enumerate([head, *rows]):
+                with ui.element("tr"):
+                    for text in row:
+                        with ui.element("td" if k else "th"):
+                            ui.label(str(text))
+
+
+def _recording(path: pathlib.Path) -> signals.Signals:
+    """The columns of a file, read once."""
+    try:
+        return _read_once(path, path.stat().st_mtime_ns)
+    except OSError:
+        raise InputError(f"there is no file {path.name!r} any more") from None
+
+
+@functools.lru_cache(maxsize=4)
+def _read_once(path: pathlib.Path, stamp: int) -> signals.Signals:
+    return signals.read(path)
+
+
+def _signal_chart(source: signals.Signals, columns: Mapping[str, Any]) -> charts.Chart:
+    """The columns over their time."""
+    times = [k for k, name in enumerate(source.names) if columns.get(name, {}).get("use") == "time"]
+    rate = source.rate or 1.0
+    time = source.data[:, times[0]] if times else np.arange(len(source.data)) / rate
+    drawn = [k for k in range(len(source.names)) if k not in times][:_DRAWN]
+    lines = [Line(x=time, y=source.data[:, k], label=source.names[k], color=n) for n, k in enumerate(drawn)]
+    unit = next((source.units[k] for k in drawn if source.units[k]), "")
+    x_label = (
+        f"{source.names[times[0]]}, {source.units[times[0]] or 's'}"
+        if times
+        else "time, s"
+        if source.rate
+        else "sample"
+    )
+    panel = Panel(x_label=x_label, y_label=f"reading, {unit}" if unit else "reading", lines=lines)
+    found = charts.charts(Figure(name="signals", title="", panels=[panel]))[0]
+    return charts.Chart(options=found.options, timed=False)

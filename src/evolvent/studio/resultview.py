@@ -1,0 +1,248 @@
+"""What is shown of a run, or of several over one another: motion, numbers, charts."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import urllib.parse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from evolvent import cases
+from evolvent.errors import EvolventError
+from evolvent.studio import charts
+from evolvent.studio.elements import ChartElement, MotionElement
+from evolvent.studio.jobs import Job
+from evolvent.studio.runspanel import STATUS, told
+from evolvent.studio.state import Loaded
+
+if TYPE_CHECKING:
+    from evolvent.figures import Figure
+    from evolvent.studio.page import Page
+
+
+class ResultView:
+    """The part of the page that shows runs.
+
+    Parameters
+    ----------
+    page : Page
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.studio = page, page.studio
+        self._job: Job | None = None
+        self._bar: ui.element | None = None
+        self._told: ui.label | None = None
+        self._asked = 0
+
+    def draw(self, refs: Sequence[str]) -> None:
+        """Draw runs, or how far the one that is computed is."""
+        self._job = self._bar = self._told = None
+        self._asked += 1
+        if len(refs) == 1 and refs[0].startswith("job:"):
+            key = refs[0].partition(":")[2]
+            job = self.studio.jobs.jobs.get(key)
+            if job is None:
+                ui.label("This run was removed.").classes("ev-empty")
+                return
+            if job.open:
+                self._progress(job)
+                return
+            if self.studio.jobs.result(key) is None:
+                self._without(job)
+                return
+        asked = self._asked
+        wait = ui.label("reading the results").classes("ev-dim")
+
+        async def load() -> None:
+            try:
+                loaded = [await asyncio.to_thread(self.studio.load, ref) for ref in refs]
+            except EvolventError as error:
+                wait.set_text(str(error))
+                wait.classes(replace="ev-banner bad")
+                return
+            if asked != self._asked or self.page.view.refs != tuple(refs):
+                return
+            wait.delete()
+            with self.page.main:
+                if len(loaded) == 1:
+                    self._one(loaded[0])
+                else:
+                    self._several(loaded)
+
+        ui.timer(0.01, load, once=True)
+
+    def follow(self) -> None:
+        """Follow the job that is shown."""
+        if self._job is not None and self._bar is not None and self._told is not None:
+            self._bar.style(f"width:{100.0 * self._job.share:.1f}%")
+            self._told.set_text(told(self._job))
+
+    # -------------------------------------------------------------------------------------------- a job
+
+    def _progress(self, job: Job) -> None:
+        self._job = job
+        with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
+            word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
+            ui.label(f"Run {int(job.key[:4])} {word}").classes("ev-h1")
+            with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
+                self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
+            self._told = ui.label(told(job))
+            if job.status != "cancelling":
+                ui.button("Cancel", on_click=lambda: self.page.attempt(lambda: self.studio.jobs.cancel(job.key))).props(
+                    'outline color=primary data-testid="cancel"'
+                ).style("margin-top:12px")
+
+    def _without(self, job: Job) -> None:
+        with ui.element("div").classes("ev-titlebar"):
+            ui.label(f"Run {int(job.key[:4])} {job.title}").classes("ev-h1")
+            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
+        kind = "bad" if job.status == "failed" else "warn"
+        ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
+        if job.kind == "run":
+            ui.button("Open its case", on_click=lambda: self.page.runs.open_case(job.key)).props(
+                "outline color=primary"
+            )
+
+    # -------------------------------------------------------------------------------------------- one run
+
+    def _one(self, loaded: Loaded) -> None:
+        attrs = loaded.run.attrs
+        with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
+            ui.label(loaded.name).classes("ev-h1")
+            status = attrs["status"]
+            ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
+            ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
+            ui.element("div").style("flex:1")
+            ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")
+            self._downloads(loaded)
+        _messages(attrs)
+        with ui.element("div").classes("ev-pair"):
+            with ui.element("div").classes("ev-card").props('data-testid="motion"'):
+                MotionElement([loaded.ref], [loaded.name])
+            with ui.element("div").classes("ev-card ev-tablebox ev-two"):
+                _table(
+                    [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
+                )
+        self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures])
+
+    def _open(self, loaded: Loaded) -> None:
+        def take() -> None:
+            content = cases.parse_yaml(loaded.run.attrs["case"], "the run's case")
+            self.studio.take_case(content, f"case of {loaded.name}")
+            self.page.open_case()
+
+        self.page.attempt(take)
+
+    def _downloads(self, loaded: Loaded) -> None:
+        ref = urllib.parse.quote(loaded.ref)
+        button = ui.button("Download").props('outline dense color=primary data-testid="download"')
+        with button.style("padding:0 10px"), ui.menu():
+            for what, label in (("run", "run (NetCDF)"), ("case", "case (YAML)"), ("figures", "figures (ZIP)")):
+                item = ui.menu_item(label, lambda w=what: ui.download(f"/studio/{w}?ref={ref}"))
+                item.props(f'data-testid="download-{what}"')
+            if loaded.ref.startswith("job:"):
+                ui.menu_item("keep the run in the folder", lambda: self.page.runs.keep(loaded.ref))
+
+    def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]]) -> None:
+        """Charts, one tab for each figure."""
+        if not figures:
+            ui.label("The run holds too little to draw.").classes("ev-dim")
+            return
+        with (
+            ui.tabs()
+            .props("dense align=left no-caps indicator-color=primary outside-arrows mobile-arrows")
+            .classes("ev-tabs w-full") as tabs
+        ):
+            for k, (title, _) in enumerate(figures):
+                ui.tab(str(k), label=title).props(f'data-testid="figure-{k}"')
+        body = ui.element("div").style("width:100%").props('data-testid="charts"')
+
+        def show(which: int) -> None:
+            body.clear()
+            with body:
+                drawn = charts.compared(figures[which][1])
+                with ui.element("div").classes("ev-charts" + (" one" if len(drawn) == 1 else "")):
+                    for chart in drawn:
+                        with ui.element("div").classes("ev-card"):
+                            element = ChartElement(chart)
+                            if chart.equal or len(drawn) == 1:
+                                element.classes("tall")
+
+        tabs.on_value_change(lambda e: show(int(e.value)))
+        tabs.set_value("0")
+
+    # -------------------------------------------------------------------------------------------- several runs
+
+    def _several(self, loaded: Sequence[Loaded]) -> None:
+        names = [item.name for item in loaded]
+        with ui.element("div").classes("ev-titlebar").props('data-testid="comparison"'):
+            ui.label(f"{len(loaded)} runs over one another").classes("ev-h1")
+        for item in loaded:
+            _messages(item.run.attrs, name=item.name)
+        same = len({item.run.attrs["system"] for item in loaded}) == 1
+        with ui.element("div").classes("ev-pair"):
+            with ui.element("div").classes("ev-card").props('data-testid="motion"'):
+                MotionElement([item.ref for item in loaded], names)
+            with ui.element("div").classes("ev-card ev-tablebox"):
+                _table([["what differs", *names], *_differences(loaded)])
+                _table([["results", *names], *_numbers(loaded)])
+        if not same:
+            ui.label("The runs are of different systems; figures that all of them have are shown.").classes("ev-dim")
+        figures = []
+        for figure in loaded[0].figures:
+            every = [next((f for f in item.figures if f.name == figure.name), None) for item in loaded]
+            beside = [(name, f) for name, f in zip(names, every, strict=True) if f is not None]
+            if len(beside) > 1:
+                figures.append((figure.title, beside))
+        self._tabs(figures)
+
+
+def _messages(attrs: dict[str, Any], *, name: str = "") -> None:
+    """Why a run did not end as it should, and its warnings."""
+    before = f"{name}: " if name else ""
+    if attrs["status"] == "failed":
+        text = f"{before}This run failed; what stands here is what was computed before. {attrs['message']}"
+        ui.label(text).classes("ev-banner bad").props('data-testid="failed"')
+    elif attrs["status"] == "interrupted":
+        ui.label(f"{before}{attrs['message']}").classes("ev-banner warn").props('data-testid="interrupted"')
+    if attrs.get("warning"):
+        ui.label(f"{before}Warning: {attrs['warning']}").classes("ev-banner warn").props('data-testid="warning"')
+
+
+def _table(rows: Sequence[Sequence[str]], *, bare: bool = False) -> None:
+    """A table; the first row is its head."""
+    with ui.element("table").classes("ev-table"):
+        for k, row in enumerate(rows[1:] if bare else rows):
+            head = k == 0 and not bare
+            with ui.element("tr"):
+                for cell in row:
+                    with ui.element("th" if head else "td"):
+                        ui.label(cell)
+
+
+def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:
+    """Keys of the cases that are not the same."""
+    flat = [_flat(cases.parse_yaml(item.run.attrs["case"], "the run's case")) for item in loaded]
+    keys = list(dict.fromkeys(key for one in flat for key in one))
+    rows = [[key, *(one.get(key, "-") for one in flat)] for key in keys if len({one.get(key) for one in flat}) > 1]
+    return rows or [["nothing", *("" for _ in loaded)]]
+
+
+def _flat(content: Any, before: str = "") -> dict[str, str]:
+    if isinstance(content, dict):
+        found: dict[str, str] = {}
+        for key, value in content.items():
+            found |= _flat(value, f"{before}.{key}" if before else key)
+        return found
+    return {before: content if isinstance(content, str) else json.dumps(content)}
+
+
+def _numbers(loaded: Sequence[Loaded]) -> list[list[str]]:
+    """Numbers of all runs, side by side."""
+    every = [{n.label: n.value for n in item.numbers if n.label != "warning"} for item in loaded]
+    labels = list(dict.fromkeys(label for one in every for label in one))
+    return [[label, *(one.get(label, "-") for one in every)] for label in labels]

@@ -1,0 +1,205 @@
+"""The panel of runs: the queue, runs that are done, and those saved in the folder."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from evolvent.errors import EvolventError
+from evolvent.studio.casepanel import ask_name
+from evolvent.studio.jobs import Job
+from evolvent.studio.state import View
+
+if TYPE_CHECKING:
+    from evolvent.studio.page import Page
+
+#: How a job ended, in a word.
+STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
+_KINDS = {"run": "", "sweep": "study", "identify": "measurement"}
+
+
+def duration(seconds: float) -> str:
+    """A time as one reads it."""
+    if seconds < 60.0:
+        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f} s"
+    minutes = int(seconds // 60)
+    return f"{minutes} min {seconds % 60:.0f} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def view_of(job: Job) -> View:
+    """What shows a job."""
+    kind = {"run": "run", "sweep": "study", "identify": "measure"}[job.kind]
+    return View(kind, (f"job:{job.key}",))
+
+
+def told(job: Job) -> str:
+    """How far a job is, as a sentence."""
+    if job.status == "cancelling":
+        return "ending; what was computed is kept"
+    if job.status == "running":
+        if job.note and not job.reached:
+            return job.note
+        unit = "cases" if job.kind == "sweep" else "s"
+        reached = f"{job.reached:.4g} of {job.end:.4g} {unit}" if job.kind != "identify" else "computing"
+        left = job.left
+        return reached + (f", about {duration(left)} left" if left is not None else "")
+    if job.status == "waiting":
+        return "waits for the runs before it"
+    return job.message.removeprefix(job.status).strip() or f"took {duration(job.elapsed)}"
+
+
+class RunsPanel:
+    """The panel.
+
+    Parameters
+    ----------
+    page : Page
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.studio = page, page.studio
+        self._ticked: list[str] = [r for r in page.view.refs if page.view.kind == "run" and len(page.view.refs) > 1]
+        self._bars: dict[str, tuple[ui.element, ui.label]] = {}
+        self._body = ui.element("div").classes("ev-scroll").props('data-testid="runs"')
+        with ui.element("div").classes("ev-foot"):
+            self._compare = ui.button("Compare", on_click=self._show_ticked)
+            self._compare.props('unelevated color=primary data-testid="compare"')
+            self._hint = ui.label("").classes("ev-status")
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the list anew."""
+        jobs = self.studio.jobs.listed()
+        self._bars = {}
+        self._body.clear()
+        with self._body:
+            if not jobs:
+                ui.label("No runs yet. What you run stands here, and stays after a reload.").classes("ev-what")
+            for job in jobs:
+                self._job(job)
+            with ui.element("div").classes("ev-row"):
+                ui.label("saved in the folder").classes("ev-h")
+                ui.element("div").style("flex:1")
+                ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
+            files = self.studio.folder.files(".nc")
+            if not files:
+                ui.label("none (*.nc)").classes("ev-what")
+            for name in files:
+                with ui.element("div").classes("ev-row"):
+                    self._tick(f"file:{name}")
+                    self._link(name, View("run", (f"file:{name}",)))
+        self._count()
+
+    def follow(self, changed: bool) -> None:
+        """Follow the queue: the list where it changed, else the bars."""
+        if changed:
+            self.draw()
+            return
+        for key, (bar, label) in self._bars.items():
+            job = self.studio.jobs.jobs.get(key)
+            if job is not None:
+                bar.style(f"width:{100.0 * job.share:.1f}%")
+                label.set_text(told(job))
+
+    def _job(self, job: Job) -> None:
+        ref = f"job:{job.key}"
+        on = ref in self.page.view.refs
+        with ui.element("div").classes("ev-job" + (" on" if on else "")).props(f'data-testid="job-{job.key}"'):
+            with ui.element("div").classes("ev-row"):
+                if job.kind == "run":
+                    self._tick(ref, enabled=self.studio.jobs.result(job.key) is not None)
+                self._link(f"{int(job.key[:4])} {job.title}", view_of(job))
+                kind = _KINDS[job.kind]
+                status = ui.label(
+                    f"{kind}, {STATUS.get(job.status, job.status)}" if kind else STATUS.get(job.status, job.status)
+                )
+                status.classes(f"ev-status {'success' if job.status == 'stopped by event' else job.status}")
+                if job.open:
+                    ui.button("Cancel", on_click=lambda k=job.key: self._cancel(k)).props(
+                        f'flat dense size=sm color=primary data-testid="cancel-{job.key}"'
+                    )
+                else:
+                    self._menu(job)
+            bar = ui.element("div")
+            if job.status in ("running", "cancelling"):
+                with ui.element("div").classes("ev-track"):
+                    bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
+            label = ui.label(told(job)).classes("ev-sub")
+            if job.open:
+                self._bars[job.key] = bar, label
+
+    def _menu(self, job: Job) -> None:
+        with ui.button(icon="more_vert").props(f'flat dense round size=sm data-testid="menu-{job.key}"'), ui.menu():
+            if job.kind == "run":
+                ui.menu_item("Open its case", lambda: self.open_case(job.key))
+                if self.studio.jobs.result(job.key) is not None:
+                    ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
+            if job.kind == "sweep" and job.status != "success":
+                ui.menu_item("Go on", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
+            ui.menu_item("Remove", lambda: self._remove(job.key))
+
+    def open_case(self, key: str) -> None:
+        """Put the case of a job into the form."""
+
+        def take() -> None:
+            self.studio.take_case(self.studio.job_case(key), f"case of run {int(key[:4])}")
+            self.page.open_case()
+
+        self.page.attempt(take)
+
+    def keep(self, ref: str) -> None:
+        """Copy a run into the working folder."""
+
+        def copy(name: str) -> None:
+            shutil.copyfile(self.studio.path(ref), self.studio.folder.new(name, ".nc"))
+            self.draw()
+
+        name = self.studio.name(ref).replace(" ", "-")
+        ask_name(self.page, "Keep the run in the working folder", f"{name}.nc", copy)
+
+    def _link(self, text: str, view: View) -> None:
+        link = ui.element("button").classes("ev-link").props("type=button")
+        with link:
+            ui.label(text).style("overflow:hidden;text-overflow:ellipsis")
+        if len(text) > 28:
+            link.tooltip(text)
+        link.on("click", lambda: self.page.show(view))
+
+    def _tick(self, ref: str, *, enabled: bool = True) -> None:
+        box = ui.checkbox(value=ref in self._ticked).props("dense size=xs")
+        box.props["data-testid"] = f"tick-{ref}"  # a file's name is nothing to be parsed
+        box.set_enabled(enabled)
+        box.on_value_change(lambda e: self._set(ref, bool(e.value)))
+
+    def _set(self, ref: str, on: bool) -> None:
+        if ref in self._ticked:
+            self._ticked.remove(ref)
+        if on:
+            self._ticked.append(ref)
+        self._count()
+
+    def _count(self) -> None:
+        count = len(self._ticked)
+        self._compare.set_enabled(count > 1)
+        self._compare.set_text(f"Compare {count} runs" if count > 1 else "Compare")
+        self._hint.set_text("" if count > 1 else "tick two or more runs")
+
+    def _show_ticked(self) -> None:
+        self.page.show(View("run", tuple(self._ticked)))
+
+    def _cancel(self, key: str) -> None:
+        self.page.attempt(lambda: self.studio.jobs.cancel(key))
+        self.page.look()
+
+    def _remove(self, key: str) -> None:
+        try:
+            self.studio.jobs.remove(key)
+        except EvolventError as error:
+            self.page.tell(str(error))
+            return
+        ref = f"job:{key}"
+        self._set(ref, False)
+        if ref in self.page.view.refs:
+            self.page.show(View())

@@ -1,0 +1,76 @@
+"""The server: bound to one address, guarded, and quiet."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+
+import click
+from nicegui import app, ui
+
+from evolvent.errors import InputError
+from evolvent.studio import page, routes
+from evolvent.studio.folder import Folder
+from evolvent.studio.gate import Gate
+from evolvent.studio.state import Studio
+
+#: The involute of a circle.
+_ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke="#0b63a5" stroke-width="3">'
+    '<circle cx="14" cy="17" r="5"/><path d="M19 17C19 10 14 6 8 8C1 11 1 24 9 28C17 32 29 27 29 15"/></svg>'
+)
+
+
+def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
+    """Serve the studio of the current folder until Ctrl-C.
+
+    Raises
+    ------
+    InputError
+        If the address cannot be bound to.
+    """
+    port = _free(host, port)
+    studio = Studio(Folder(os.getcwd()))
+    routes.install(app, studio)
+    page.install(studio)
+    app.add_middleware(Gate, host=host, token=token)
+    app.on_shutdown(studio.jobs.stop)
+    shown = f"[{host}]" if ":" in host else host
+    query = f"?token={token}" if token is not None else ""
+    address = f"http://{shown}:{port}/{query}"
+    app.on_startup(lambda: click.echo(f"evolvent studio: {address}  (folder {studio.folder.root}; Ctrl-C ends it)"))
+    with contextlib.suppress(KeyboardInterrupt):
+        ui.run(
+            host=host,
+            port=port,
+            title="evolvent studio",
+            favicon=_ICON,
+            dark=None,
+            show=f"/{query}" if browser else False,
+            reload=False,
+            show_welcome_message=False,
+            reconnect_timeout=20.0,
+            uvicorn_logging_level="warning",
+            server_header=False,
+        )
+
+
+def _free(host: str, port: int) -> int:
+    """The port to take; 0 stands for any that is free.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the address is not this machine's.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            if os.name != "nt":
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+            return int(probe.getsockname()[1])
+    except (OSError, OverflowError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InputError(f"cannot listen on {host}, port {port}: {reason}; give another with --port") from None

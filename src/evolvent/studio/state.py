@@ -1,0 +1,228 @@
+"""What the server holds: the folder, the queue, the case that is being written, and runs that were opened."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import pathlib
+import threading
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from evolvent import cases
+from evolvent.errors import InputError
+from evolvent.studio.folder import Folder
+from evolvent.studio.jobs import Jobs
+from evolvent.studio.worker import CASE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.figures import Figure, Number
+
+#: Runs that are kept in memory.
+_KEPT = 8
+
+
+@dataclasses.dataclass
+class Draft:
+    """The case in the form.
+
+    Attributes
+    ----------
+    source : str, "case:NAME" of a built-in one, "file:NAME", or what it was opened from
+    about : str
+    content : dict
+    """
+
+    source: str = ""
+    about: str = ""
+    content: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    """What the page shows beside the panels: nothing, runs ("run"), a measurement, a study, signals."""
+
+    kind: str = ""
+    refs: tuple[str, ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Loaded:
+    """A run with what is shown of it."""
+
+    ref: str
+    name: str
+    path: pathlib.Path
+    run: xr.Dataset
+    numbers: Sequence[Number]
+    figures: Sequence[Figure]
+
+
+class Studio:
+    """All that pages share.
+
+    Parameters
+    ----------
+    folder : Folder
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.jobs = Jobs(folder)
+        self.draft = Draft()
+        self.view = View()
+        self.tab = "case"
+        self.dark: bool | None = None  # as the browser has it
+        self.measure: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self.open_case("case:" + next(iter(cases.built_in())))
+
+    # -------------------------------------------------------------------------------------------- cases
+
+    def sources(self) -> dict[str, str]:
+        """Cases that can be opened, source -> how it is shown."""
+        found = {f"case:{name}": name for name in cases.built_in()}
+        return found | {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+
+    def study_sources(self) -> dict[str, str]:
+        """Studies that can be run."""
+        from evolvent import studies
+
+        found = {f"case:{name}": name for name in studies.built_in()}
+        every = self.folder.yaml().items()
+        return found | {f"file:{name}": name for name, content in every if {"case", "over"} <= set(content)}
+
+    def stands(self) -> list[str]:
+        """Files that describe a stand."""
+        found = []
+        for name, content in self.folder.yaml().items():
+            stand = content.get("stand")
+            if isinstance(stand, Mapping) and "kind" in stand:
+                found.append(name)
+        return found
+
+    def open_case(self, source: str) -> None:
+        """Put a case into the form.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or is no case.
+        """
+        kind, _, name = source.partition(":")
+        if kind == "case":
+            content, about = cases.content_of(name), cases.built_in()[name]
+        else:
+            path = self.folder.inside(name)
+            content, about = cases.content_of(path), name
+        self._take(Draft(source, about, content))
+
+    def take_case(self, content: Mapping[str, Any], about: str) -> None:
+        """Put a case that stands elsewhere into the form."""
+        self._take(Draft("", about, cases.content_of(content)))
+
+    def _take(self, draft: Draft) -> None:
+        self.folder.check_case(draft.content)
+        cases.system(str(draft.content.get("system", "")))
+        self.draft = draft
+
+    def submit(self) -> str:
+        """Put the case of the form into the queue; returns the job's key.
+
+        Raises
+        ------
+        InputError
+            If it cannot be run.
+        """
+        self.folder.check_case(self.draft.content)
+        content = self._placed(self.draft.content)
+        case = cases.load(content)
+        cases.system(case.system).plan(case)
+        name = self.draft.source.partition(":")[2] or case.system
+        text = cases.to_yaml(case)
+        return self.jobs.add("run", pathlib.PurePosixPath(name).stem, case=text).key
+
+    def _placed(self, content: Any) -> Any:
+        """A case whose files are named from the root of the disk on, for the process that runs it."""
+        if isinstance(content, Mapping):
+            return {key: self._placed(value) for key, value in content.items()}
+        if isinstance(content, str) and content.endswith(".nc"):
+            return str(self.folder.inside(content))
+        return content
+
+    # -------------------------------------------------------------------------------------------- runs
+
+    def path(self, ref: str) -> pathlib.Path:
+        """File of a run: "job:KEY" or "file:NAME".
+
+        Raises
+        ------
+        InputError
+            If there is none, or it lies outside the working folder.
+        """
+        kind, _, name = ref.partition(":")
+        if kind == "job":
+            path = self.jobs.result(name)
+            if path is None:
+                raise InputError(f"{name} has no results")
+            return path
+        if kind != "file":
+            raise InputError(f"{ref!r} is no run")
+        return self.folder.inside(name)
+
+    def name(self, ref: str) -> str:
+        """How a run is called on the page."""
+        kind, _, name = ref.partition(":")
+        return f"{int(name[:4])} {self.jobs.get(name).title}" if kind == "job" else name
+
+    def load(self, ref: str) -> Loaded:
+        """A run with its figures and numbers.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read.
+        """
+        path = self.path(ref)
+        try:
+            stamp = path.stat().st_mtime_ns
+        except OSError:
+            raise InputError(f"there is no file {self.folder.name(path)!r} any more") from None
+        with self._lock:
+            run, numbers, figures = _loaded(path, stamp)
+        return Loaded(ref, self.name(ref), path, run, numbers, figures)
+
+    def motion(self, ref: str) -> bytes | None:
+        """The packed motion of a run, None where it has none."""
+        loaded = self.load(ref)
+        with self._lock:
+            return _motion(loaded.path, loaded.path.stat().st_mtime_ns)
+
+    def case_text(self, ref: str) -> str:
+        """The case of a run, as YAML."""
+        return str(self.load(ref).run.attrs["case"])
+
+    def job_case(self, key: str) -> dict[str, Any]:
+        """The case of a job, whether it has run or not."""
+        self.jobs.get(key)
+        return cases.content_of(self.jobs.place(key) / CASE)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
+    from evolvent import results
+
+    found = results.open(path)
+    module = cases.system(found.attrs["system"])
+    return found, module.numbers(found), module.figures(found)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
+    from evolvent import animation
+
+    found = _loaded(path, stamp)[0]
+    scene = cases.system(found.attrs["system"]).scene(found)
+    return None if scene is None else animation.pack(scene)

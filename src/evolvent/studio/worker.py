@@ -1,0 +1,121 @@
+"""The process that computes one job: ``python -m evolvent.studio.worker FOLDER``.
+
+It reads ``job.json`` and what belongs to it in FOLDER, writes results there, and tells on stdout, one JSON object a
+line, how far it is. A line on stdin, or its end, stops the work; what was computed is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import sys
+import threading
+from typing import Any
+
+#: Files of a job.
+JOB, CASE, RUN, STUDY, CERTIFICATE = "job.json", "case.yaml", "run.nc", "study", "certificate.html"
+
+
+def main(folder: str) -> int:
+    """Compute the job in `folder`."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    from evolvent.errors import EvolventError
+
+    told = _Told()
+    place = pathlib.Path(folder)
+    job = json.loads((place / JOB).read_text(encoding="utf-8"))
+    try:
+        {"run": _run, "sweep": _sweep, "identify": _identify}[job["kind"]](place, job, told)
+    except EvolventError as error:
+        told.say(status="failed", message=str(error))
+    except KeyboardInterrupt:
+        told.say(status="interrupted", message="cancelled")
+    return 0
+
+
+class _Told:
+    """What goes back and forth between the studio and this process."""
+
+    def __init__(self) -> None:
+        self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        os.dup2(2, 1)  # whatever else prints does not come between
+        self._stop = threading.Event()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        sys.stdin.readline()
+        self._stop.set()
+
+    def say(self, **what: Any) -> None:
+        """Tell one thing."""
+        try:
+            self._out.write(json.dumps(what) + "\n")
+            self._out.flush()
+        except OSError:  # the studio is gone; the results are kept all the same
+            self._stop.set()
+
+    def reached(self, reached: float, end: float) -> None:
+        """Tell how far the work is; raises KeyboardInterrupt where it is to stop."""
+        self.say(reached=float(reached), end=float(end))
+        if self._stop.is_set():
+            raise KeyboardInterrupt
+
+
+def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+    from evolvent import cases, jit, results
+
+    case = cases.load(os.fspath(place / CASE))
+    module = cases.system(case.system)
+    plan = module.plan(case)
+    if plan.solver and not jit.is_warm(plan.solver):
+        told.say(note="compiling for this machine, once; this takes half a minute")
+    told.reached(0.0, plan.duration)
+    found = module.run(case, progress=lambda reached: told.reached(reached, plan.duration))
+    results.save(found, place / RUN)
+    told.say(status=found.attrs["status"], message=found.attrs["message"])
+
+
+def _sweep(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+    from evolvent import studies
+
+    found = studies.sweep(
+        os.fspath(place / CASE),
+        output=place / STUDY,
+        workers=1,
+        progress=lambda done, count: told.reached(done, count),
+        tell=lambda sentence: told.say(note=sentence),
+    )
+    failed = int((found.status == "failed").sum())
+    message = f"{failed} of {found.status.size} cases failed" if failed else ""
+    told.say(status="failed" if failed == found.status.size else "success", message=message)
+
+
+def _identify(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+    import numpy as np
+
+    from evolvent.weighing import certificate, description
+    from evolvent.weighing.numbers import rounded
+    from evolvent.weighing.weighing import weigh
+
+    told.reached(0.0, 1.0)
+    found = weigh(job["signals"], description.load(os.fspath(place / CASE)))
+    rows = []
+    for k, output in enumerate(found.outputs):
+        u, U = found.std[k], found.expanded[k]
+        known = found.certain and np.isfinite(u) and u > 0.0
+        value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
+        rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
+    modes = found.evaluations[0].modal.modes
+    told.say(
+        rows=rows,
+        warnings=list(found.warnings),
+        modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
+    )
+    certificate.write(found, place / CERTIFICATE)
+    told.say(status="success", message="")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

@@ -1,0 +1,73 @@
+"""A studio that is served from a folder, by a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+
+#: A run that takes a second: short blades of few nodes.
+SHORT = """\
+system: heliogyro
+body: {inertia: 0.004 kg m^2, rate: 6 rad/s, spool_offset: 0.05 m}
+blade: {length: 1 m, line_density: 0.735 g/m, tip_mass: 0.5 g, nodes: 6}
+spool: {radius: 1 cm, rate: 3.5 rad/s}
+output: {every: 0.2 s}
+"""
+#: The same with springs so stiff that it takes a minute.
+LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N s/m}").replace("0.2 s", "0.05 s")
+
+
+class Server:
+    """A studio that runs in a process of its own."""
+
+    def __init__(self, folder: pathlib.Path, *options: str) -> None:
+        self.folder = folder
+        self.log = folder.parent / f"{folder.name}.log"
+        command = [sys.executable, "-m", "evolvent", "studio", "--port", "0", "--no-browser", *options]
+        environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+        for name in list(environment):  # NiceGUI behaves otherwise where it believes that it is tested itself
+            if name.startswith(("PYTEST_", "NICEGUI_")):
+                del environment[name]
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log, env=environment)
+        self.url = self._url()
+
+    def _url(self) -> str:
+        for _ in range(600):
+            found = re.search(r"http://\S+", self.log.read_text())
+            if found:
+                return found[0]
+            if self.process.poll() is not None:
+                break
+            time.sleep(0.1)
+        raise AssertionError(f"the studio did not start: {self.log.read_text()}")
+
+    def stop(self) -> str:
+        """End it as Ctrl-C does; returns what it printed."""
+        self.process.send_signal(signal.SIGINT)
+        try:
+            self.process.wait(timeout=30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+        return self.log.read_text()
+
+
+@contextlib.contextmanager
+def serving(folder: pathlib.Path, *options: str) -> Iterator[Server]:
+    pytest.importorskip("nicegui", reason="the studio needs nicegui (extra studio)")
+    server = Server(folder, *options)
+    try:
+        yield server
+    finally:
+        if server.process.poll() is None:
+            server.stop()

@@ -1,0 +1,360 @@
+"""The page in a real browser: what a user does with it, from a typed number to a certificate."""
+
+from __future__ import annotations
+
+import io
+import json
+import pathlib
+import re
+import urllib.error
+import urllib.request
+import zipfile
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import results, studies
+from evolvent.inertia import Body, Stand, linear_model
+from studio.serving import LONG, SHORT, serving
+
+EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
+WAIT = 60_000
+
+
+def refusal(request):
+    """Code that a request is refused with; 200 where it is not."""
+    try:
+        with urllib.request.urlopen(request) as answer:
+            return answer.status
+    except urllib.error.HTTPError as error:
+        error.close()
+        return error.code
+
+
+def part(name):
+    return f'[data-testid="{name}"]'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A working folder with cases, runs, a study and a recording."""
+    place = tmp_path_factory.mktemp("studio") / "work"
+    place.mkdir()
+    (place / "short.yaml").write_text(SHORT)
+    (place / "long.yaml").write_text(LONG)
+    for name, rate in (("slow.nc", 3.0), ("fast.nc", 4.0)):
+        run = evolvent.run(place / "short.yaml", {"spool.rate": rate})
+        results.save(run, place / name)
+    run.attrs |= {"status": "failed", "message": "failed at t = 3 s: the energy no longer closes"}
+    results.save(run, place / "bad.nc")
+    study = {
+        "study": "feed",
+        "case": "short.yaml",
+        "set": {"blade.segments": "inextensible", "solver.method": "dopri5"},
+        "over": {"spool.rate": [2.0, 3.0, 4.0], "blade.nodes": [4, 6]},
+        "keep": ["body_rate.last", "hub_tension.max"],
+    }
+    (place / "feed.yaml").write_text(json.dumps(study))
+    studies.sweep(studies.read(place / "feed.yaml"), output=place / "feed")
+    body = Body(mass=15190.0, centre=(0.0, 0.0, 0.0), inertia=(3703.0, 43920.0, 43920.0))
+    stand = Stand.rectangle(2.0, 0.8696, stiffness=740250.0, length=0.5, damping=200.0)
+    modes = linear_model(stand, body).modes()
+    t = np.arange(612) / 50.0
+    x = modes.motion(t, modes.release((0.0, -9806.65, 0.0), stand.points[0]), stand.points).T
+    x = x + 1e-4 * np.random.default_rng(1).standard_normal(x.shape)
+    lines = ["time (s)," + ",".join(f"sensor {k + 1} (m)" for k in range(4))]
+    lines += [",".join(f"{v:.9g}" for v in row) for row in np.column_stack([t, x])]
+    (place.parent / "knock.csv").write_text("\n".join(lines))
+    (place / "stand.yaml").write_text(EXAMPLE.read_text(encoding="utf-8"))
+    return place
+
+
+@pytest.fixture(scope="module")
+def server(browser, folder):
+    with serving(folder) as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def context(browser):
+    """One profile for all pages, so that what the page is made of is fetched once."""
+    opened = browser.new_context(viewport={"width": 1400, "height": 900})
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def page(context, server):
+    """A page; it asks nothing of another machine, and nothing goes wrong in it."""
+    opened = context.new_page()
+    outside, errors = [], []
+    opened.on("request", lambda r: outside.append(r.url) if not r.url.startswith((server.url, "data:", "blob:")) else 0)
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.set_default_timeout(WAIT)
+    opened.goto(server.url)
+    opened.click(part("tab-case"))
+    opened.wait_for_selector(part("run"))
+    opened.wait_for_timeout(400)
+    yield opened
+    opened.close()
+    assert outside == []
+    assert errors == []
+    assert "Traceback" not in server.log.read_text()
+
+
+def choose(page, select, option):
+    """Choose an entry of one of the page's lists."""
+    page.locator(f".q-field:has({part(select)})").click()
+    page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$")).click()
+    page.wait_for_timeout(400)
+
+
+def open_runs(page):
+    page.click(part("tab-runs"))
+
+
+def test_errors_stand_beside_the_field_as_one_types(page, shots):
+    length, error = page.locator(part("field-blade.length")), page.locator(part("error-blade.length"))
+    assert error.inner_text() == ""
+    length.fill("5 kg")
+    page.wait_for_function("e => e.textContent.includes('unit of something else')", arg=error.element_handle())
+    assert not page.locator(part("run")).is_enabled()
+    page.locator(part("field-body.blades")).fill("2.5")
+    page.locator(f"{part('error-body.blades')} >> text=whole number from 1 to 64").wait_for()
+    page.screenshot(path=shots / "form-errors.png")
+    length.fill("80 cm")
+    page.locator(part("field-body.blades")).fill("3")
+    page.wait_for_function("e => !e.disabled && !e.classList.contains('disabled')",
+                           arg=page.locator(part("run")).element_handle())  # fmt: skip
+    # a rule over several keys is told beside the key that it names
+    page.click(part("more-spool"))
+    page.locator(part("field-spool.start_length")).fill("2 m")
+    page.locator(f"{part('error-spool.start_length')} >> text=more than blade.length").wait_for()
+
+
+def test_run_to_results_and_play(page, server, folder, shots):
+    choose(page, "case", "short.yaml")
+    page.click(part("run"))
+    page.wait_for_selector(part("result"))
+    page.wait_for_selector(f"{part('charts')} canvas")
+    assert page.locator(f"{part('main')} >> text=body rate at the end").is_visible()
+    page.wait_for_selector(part("play"))
+    page.wait_for_timeout(500)
+    now = "document.querySelector('.ev-motion').ev.now"
+    view = page.locator(f"{part('motion')} canvas")
+    page.locator(part("scrub")).evaluate("e => { e.value = 100; e.dispatchEvent(new Event('input')); }")
+    page.wait_for_timeout(300)
+    begun, before = page.evaluate(now), view.screenshot()
+    cursor = "document.querySelector('.ev-cursor').style.transform"
+    at = page.evaluate(cursor)
+    page.click(part("play"))
+    page.wait_for_timeout(1200)
+    page.click(part("play"))
+    assert page.evaluate(now) > begun
+    assert view.screenshot() != before
+    assert page.evaluate(cursor) != at, "the charts' cursor follows the time"
+    held = page.evaluate(now)
+    page.wait_for_timeout(300)
+    assert page.evaluate(now) == held
+    before = view.screenshot()
+    page.select_option(part("frame"), "inertial")
+    page.wait_for_timeout(300)
+    assert view.screenshot() != before, "the body turns in inertial space"
+    page.select_option(part("colour"), "1")
+    page.screenshot(path=shots / "run.png")
+    ref = "job:" + next(p.name for p in (folder / ".evolvent-studio").iterdir() if p.name.endswith("short"))
+    for what, begins in (("run", b"\x89HDF"), ("case", b"system: heliogyro"), ("figures", b"PK")):
+        with urllib.request.urlopen(f"{server.url}studio/{what}?ref={ref}") as answer:
+            content = answer.read()
+        assert content.startswith(begins)
+    with zipfile.ZipFile(io.BytesIO(content)) as drawn:
+        assert {"body_rate.png", "deployment.html"} <= set(drawn.namelist())
+
+
+def test_cancel_and_queue_after_reload(page, shots):
+    choose(page, "case", "long.yaml")
+    page.click(part("run"))
+    page.locator(f"{part('progress')} >> text=left").wait_for()
+    page.screenshot(path=shots / "running.png")
+    page.click(part("tab-case"))
+    choose(page, "case", "short.yaml")
+    page.click(part("run"))
+    page.locator("text=waits for the runs before it").first.wait_for()
+    page.reload()
+    page.wait_for_selector(part("runs"))
+    page.wait_for_timeout(500)
+    listed = page.locator(part("runs")).inner_text()
+    assert "long" in listed
+    assert "running" in listed
+    assert "waiting" in listed
+    page.locator(".ev-job", has_text="long").locator("text=Cancel").click()
+    page.locator(".ev-job", has_text="long").locator("text=cancelled").wait_for()
+    page.locator(".ev-job", has_text="long").locator(".ev-link").click()
+    page.wait_for_selector(part("interrupted"))
+    assert "what was computed is kept" in page.locator(part("interrupted")).inner_text()
+    page.wait_for_selector(f"{part('charts')} canvas")
+    page.screenshot(path=shots / "cancelled.png")
+
+
+def test_compare_saved_runs(page, shots):
+    open_runs(page)
+    page.click(part("tick-file:slow.nc"))
+    page.click(part("tick-file:fast.nc"))
+    page.click(part("compare"))
+    page.wait_for_selector(part("comparison"))
+    page.wait_for_selector(f"{part('charts')} canvas")
+    text = page.locator(part("main")).inner_text()
+    assert re.search(r"spool.rate\s+3.0 rad/s\s+4.0 rad/s", text)
+    page.wait_for_function("document.querySelector('.ev-motion').ev?.motions.length === 2")
+    page.wait_for_timeout(600)
+    page.screenshot(path=shots / "compare.png")
+
+
+def test_names_are_text_and_nothing_else(page, folder):
+    sly = "<img src=x onerror=window.hacked=1>"
+    name = f'a" onclick="window.hacked=1" {sly[:12]}'
+    (folder / f"{name}.nc").write_bytes((folder / "slow.nc").read_bytes())
+    (folder / f"{name}.csv").write_bytes((folder.parent / "knock.csv").read_bytes())
+    stand = EXAMPLE.read_text(encoding="utf-8").replace("Body on four springs", json.dumps(sly))
+    (folder / "sly-stand.yaml").write_text(stand)
+    open_runs(page)
+    page.locator("button:has(i:text('refresh')) >> visible=true").click()
+    page.locator(".ev-link", has_text="onclick").click()
+    page.wait_for_selector(part("result"))
+    page.click(part("tab-measure"))
+    page.locator(f".q-field:has({part('signal-file')})").click()
+    page.locator(".q-menu .q-item", has_text=".csv").click()
+    page.wait_for_selector(part("columns"))
+    page.reload()
+    page.click(part("tab-measure"))
+    page.wait_for_timeout(500)
+    choose(page, "stand", "sly-stand.yaml")
+    page.wait_for_function("text => document.querySelector('[data-testid=\"field-title\"]').value === text", arg=sly)
+    assert page.evaluate("window.hacked") is None
+    page.locator(".ev-row:has-text('onclick') >> button:has(i:text('close'))").click()
+    page.locator("text=Drop a file of signals on the left").wait_for()
+    choose(page, "stand", "new: springs")
+    page.wait_for_function("document.querySelector('[data-testid=\"field-title\"]').value === ''")
+
+
+def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder):
+    """Stretched from a short run: what is drawn does not matter here, how much of it does."""
+    run = results.open(folder / "slow.nc")
+    time = np.linspace(float(run.time[0]), float(run.time[-1]), 1000)
+    nodes = np.arange(200) * run.sizes["node"] // 200
+    wide = run.sel(time=time, method="nearest").isel(node=nodes)
+    for dimension in set(run.tension.dims) - {"time", "blade", "node"}:
+        wide = wide.isel({dimension: np.arange(200) * run.sizes[dimension] // 200})
+    wide = wide.assign_coords(time=("time", time, run.time.attrs))
+    wide.attrs = run.attrs | {"case": run.attrs["case"].replace("nodes: 6", "nodes: 200")}
+    results.save(wide, folder / "wide.nc")
+    open_runs(page)
+    page.locator("button:has(i:text('refresh')) >> visible=true").click()
+    page.locator(".ev-link", has_text="wide.nc").click()
+    page.wait_for_selector(f"{part('play')} >> visible=true")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("(([m]) => [m.frames, m.nodes])(document.querySelector('.ev-motion').ev.motions)") == [
+        1000,
+        201,
+    ]
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.evaluate("document.querySelector('.ev-motion').ev.times.length = 0")
+    page.click(part("play"))
+    page.wait_for_timeout(3000)
+    page.click(part("play"))
+    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').ev.times")).T
+    told = f"frames every {np.median(gap):.0f} ms, 95 % within {np.percentile(gap, 95):.0f} ms; "
+    print(f"{told}{np.median(work):.1f} ms of them here, in software rendering")
+    assert not [url for url in asked if "motion" in url]
+    assert len(gap) > 20
+    assert np.median(work) < 12.0, "a frame at 60 Hz has 16 ms"
+
+
+def test_failed_run_is_labelled(page, shots):
+    open_runs(page)
+    page.locator(".ev-link", has_text="bad.nc").click()
+    page.wait_for_selector(part("failed"))
+    assert "the energy no longer closes" in page.locator(part("failed")).inner_text()
+    page.wait_for_timeout(500)
+    page.screenshot(path=shots / "failed.png")
+
+
+def test_signal_to_certificate(page, folder, shots):
+    page.click(part("tab-measure"))
+    page.set_input_files(f"{part('signals')} input[type=file]", folder.parent / "knock.csv")
+    page.wait_for_selector(part("columns"))
+    assert not page.locator(part("weigh")).is_enabled(), "the stand is not described yet"
+    choose(page, "stand", "stand.yaml")
+    page.wait_for_function(
+        "e => e.value === '2'", arg=page.locator(part("point-2")).element_handle()
+    )  # the description names the points
+    page.screenshot(path=shots / "columns.png")
+    page.locator(part("point-2")).fill("nowhere")
+    page.locator(f"{part('form-error')} >> text=signals.sensors.1.point").wait_for()
+    page.locator(part("point-2")).fill("2")
+    page.wait_for_timeout(600)
+    page.click(part("weigh"))
+    page.wait_for_selector(part("weighed"))
+    row = page.locator(f"{part('weighed')} tr", has_text="Ixx").inner_text().split("\t")
+    assert float(row[1]) == pytest.approx(3703.0, abs=3.0 * float(row[2]))
+    certificate = page.frame_locator(part("certificate"))
+    certificate.locator("text=Body on four springs").first.wait_for()
+    page.screenshot(path=shots / "certificate.png")
+
+
+def test_click_on_a_map_opens_the_case(page, shots):
+    page.click(part("tab-studies"))
+    page.click(part("study-feed"))
+    canvas = page.wait_for_selector(f"{part('study-chart')} canvas")
+    page.wait_for_timeout(500)
+    page.screenshot(path=shots / "study.png")
+    box = canvas.bounding_box()
+    # three feeds along x, two numbers of nodes along y: the middle of the upper row
+    page.mouse.click(box["x"] + 0.5 * (box["width"] - 52), box["y"] + 0.3 * box["height"])
+    page.locator("text=of study feed").first.wait_for()
+    assert page.locator(part("field-spool.rate")).input_value() == "3.0"
+    assert page.locator(part("field-blade.nodes")).input_value() == "6"
+
+
+def test_case_that_reads_outside_is_refused(page, folder):
+    outside = folder.parent / "secret.nc"
+    outside.write_bytes((folder / "slow.nc").read_bytes())
+    (folder / "sly.yaml").write_text("system: wrapped-rib\nphase: deploy\nstart: ../secret.nc\n")
+    page.click("button:has(i:text('refresh')) >> nth=0")
+    page.wait_for_timeout(500)
+    choose(page, "case", "sly.yaml")
+    page.locator("text=lies outside the working folder").first.wait_for()
+
+
+@pytest.mark.parametrize(
+    "path", ["../secret.nc", "/etc/passwd", "feed/../../secret.nc", "link.nc", "..%2fsecret.nc", "%00", "."]
+)
+@pytest.mark.parametrize("what", ["run", "case", "motion", "figures", "certificate"])
+def test_no_path_leads_outside(server, folder, path, what):
+    (folder.parent / "secret.nc").write_bytes((folder / "slow.nc").read_bytes())
+    if not (folder / "link.nc").is_symlink():
+        (folder / "link.nc").symlink_to(folder.parent / "secret.nc")
+    assert refusal(f"{server.url}studio/{what}?ref=file:{path}") == 404
+
+
+def test_other_pages_and_other_names_are_refused(server):
+    for headers, code in (({"Host": "evil.example"}, 421), ({"Origin": "http://evil.example"}, 403)):
+        for path in ("", "_nicegui_ws/socket.io/?EIO=4&transport=polling", "studio/run?ref=file:slow.nc"):
+            assert refusal(urllib.request.Request(server.url + path, headers=headers)) == code
+
+
+def test_token_is_needed(browser, folder, tmp_path):
+    place = tmp_path / "work"
+    place.mkdir()
+    with serving(place, "--host", "0.0.0.0", "--token", "long enough") as guarded:
+        address = re.sub(r"0\.0\.0\.0", "127.0.0.1", guarded.url.partition("?")[0])
+        assert refusal(address) == 401
+        page = browser.new_page()
+        page.goto(address)
+        page.fill("input[name=token]", "long enough")
+        page.click("button")
+        page.wait_for_selector(part("run"), timeout=WAIT)
+        assert "token" not in page.url
+        page.close()

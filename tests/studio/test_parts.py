@@ -1,0 +1,404 @@
+"""What the studio is made of, without a browser: form, folder, gate, queue, charts."""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from evolvent import animation, cases, results, studies
+from evolvent.errors import InputError
+from evolvent.figures import Arrows, Figure, Line, Panel, Scene, Solid
+from evolvent.studio import charts, form, gate
+from evolvent.studio.folder import Folder
+from evolvent.studio.jobs import Jobs
+from evolvent.studio.state import Studio
+from evolvent.studio.worker import CASE
+from evolvent.weighing import description
+from studio.serving import LONG, SHORT
+
+# ------------------------------------------------------------------------------------------------ form
+
+
+@pytest.mark.parametrize("name", cases.built_in())
+def test_form_gives_back_every_built_in_case(name):
+    content = cases.content_of(name)
+    kind = cases.system(content["system"]).Case
+    shown = form.describe(kind)
+    back, wrong = form.content_of(shown, form.texts(shown, content), form.given(shown, content))
+    assert wrong == {}
+    assert back == content
+    assert form.problems(back, wrong) == {}
+
+
+@pytest.mark.parametrize("system", cases.systems())
+def test_form_holds_every_key_of_the_schema(system):
+    kind = cases.system(system).Case
+    shown = form.describe(kind)
+    inside = {field.key for field in shown.fields()}
+    sections = {group.key for group in shown.groups()}
+    # keys of the entries of a list stand in the list's own field
+    left = {key for key in cases.keys(kind) if key not in inside | sections}
+    assert all(any(key.startswith(f"{field}.") for field in inside) for key in left)
+    for field in shown.fields():
+        assert field.help or field.choices, field.key
+
+
+@pytest.mark.parametrize("kind", description.KINDS)
+def test_form_of_a_stand(kind):
+    shown = form.describe(description.model(kind))
+    assert any(field.required for field in shown.fields())
+    units = {field.key: field.unit for field in shown.fields()}
+    assert units["stand.stiffness" if kind in ("springs", "torsion") else "stand.length"] in ("N/m", "N m/rad", "m")
+
+
+def test_fields_take_units_limits_and_defaults_from_the_schema():
+    fields = {field.key: field for field in form.describe(cases.system("heliogyro").Case).fields()}
+    assert fields["blade.line_density"].unit == "kg/m"
+    assert fields["blade.segments"].choices == ("springs", "inextensible")
+    assert fields["blade.velocity_turn"].kind == "switch"
+    assert fields["blade.stiffness"].default == "10000 N/m"
+    assert "from 1 to 64" in fields["body.blades"].help
+    assert not fields["body.mass"].required
+
+
+def test_every_wrong_field_is_told_at_once():
+    content = cases.content_of("heliogyro")
+    content["blade"] |= {"length": "5 kg", "nodez": 3}
+    content["body"]["rate"] = "fast"
+    found = cases.problems(content)
+    assert set(found) == {"blade.length", "blade.nodez", "body.rate"}
+    assert "did you mean 'blade.nodes'" in found["blade.nodez"]
+    content = cases.content_of("heliogyro")
+    content["spool"]["start_length"] = "9 m"
+    assert set(cases.problems(content)) == {"spool.start_length"}
+    assert cases.problems(cases.content_of("heliogyro")) == {}
+    assert set(cases.problems({"system": "nothing"})) == {"system"}
+
+
+def test_what_is_no_yaml_is_told_beside_its_field():
+    shown = form.describe(cases.system("heliogyro").Case)
+    content = cases.content_of("heliogyro")
+    texts = form.texts(shown, content) | {"spool.rate": "[1, 2"}
+    _, wrong = form.content_of(shown, texts, set())
+    assert list(wrong) == ["spool.rate"]
+
+
+# ------------------------------------------------------------------------------------------------ folder, gate
+
+
+def test_folder_opens_nothing_outside(tmp_path):
+    root = tmp_path / "work"
+    (root / "sub").mkdir(parents=True)
+    (tmp_path / "secret.nc").write_text("x")
+    (root / "link.nc").symlink_to(tmp_path / "secret.nc")
+    (root / "sub" / "out").symlink_to(tmp_path, target_is_directory=True)
+    folder = Folder(root)
+    assert folder.inside("sub/a.nc") == root / "sub" / "a.nc"
+    for name in ("../secret.nc", "/etc/passwd", "link.nc", "sub/out/secret.nc", "sub/../../secret.nc", "", ".", "a\0b"):
+        with pytest.raises(InputError):
+            folder.inside(name)
+    assert folder.files(".nc") == []
+    with pytest.raises(InputError, match="outside"):
+        folder.check_case({"start": "../secret.nc"})
+    with pytest.raises(InputError, match="outside"):
+        folder.check_case({"case": "../other.yaml"}, root)
+    folder.check_case({"start": "sub/a.nc", "rate": "3 rad/s"})
+
+
+def test_a_case_file_runs_no_code(tmp_path):
+    proof = tmp_path / "proof"
+    for name, text in (
+        ("apply.yaml", f"system: !!python/object/apply:os.mkdir ['{proof}']"),
+        ("new.yaml", f"!!python/object/new:os.mkdir ['{proof}']"),
+        ("name.yaml", "system: !!python/name:os.system"),
+        ("system.yaml", "system: ../../os"),
+    ):
+        (tmp_path / name).write_text(text)
+    studio = Studio(Folder(tmp_path))
+    try:
+        for name in ("apply.yaml", "new.yaml", "name.yaml", "system.yaml"):
+            with pytest.raises(InputError):
+                studio.open_case(f"file:{name}")
+        studio.sources(), studio.study_sources(), studio.stands()
+        studio.draft.content = cases.content_of("wrapped-rib-deploy") | {"start": "../outside.nc"}
+        with pytest.raises(InputError, match="outside"):
+            studio.submit()
+    finally:
+        studio.jobs.stop()
+    assert not proof.exists()
+
+
+def test_dropped_files_keep_a_plain_name(tmp_path):
+    folder = Folder(tmp_path)
+    for name in ("../../evil.csv", "C:\\x\\evil.csv", "/evil.csv"):
+        assert folder.keep(name, b"1") == ".evolvent-studio/uploads/evil.csv"
+    assert folder.keep("..", b"1") == ".evolvent-studio/uploads/file"
+
+
+def test_a_name_that_is_taken_is_not_written_over(tmp_path):
+    folder = Folder(tmp_path)
+    (tmp_path / "a.yaml").write_text("x")
+    with pytest.raises(InputError, match="there already"):
+        folder.new("a", ".yaml")
+    with pytest.raises(InputError, match="outside"):
+        folder.new("../b", ".yaml")
+    with pytest.raises(InputError, match="own files"):
+        folder.new(".evolvent-studio/b", ".yaml")
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "::", "example.org"])
+def test_an_open_address_needs_a_token(host):
+    with pytest.raises(InputError, match="--token"):
+        gate.check(host, None)
+    gate.check(host, "long enough")
+
+
+def test_loopback_needs_none_and_a_short_token_is_refused():
+    for host in ("127.0.0.1", "localhost", "::1"):
+        gate.check(host, None)
+    with pytest.raises(InputError, match="8 characters"):
+        gate.check("0.0.0.0", "short")
+
+
+def test_command_refuses_in_one_sentence(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        for options, said in ((["--host", "0.0.0.0"], "needs --token"), (["--port", port], "give another with --port")):
+            command = [sys.executable, "-m", "evolvent", "studio", "--no-browser", *options]
+            told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+            assert told.returncode == 2
+            assert said in told.stderr
+            assert len(told.stderr.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def knock(headers, *, token=None, host="127.0.0.1", query=b"", kind="http"):
+    """Status of a request at the gate; 200 if it was let through."""
+    seen = []
+
+    async def app(scope, receive, send):
+        seen.append(200)
+
+    async def send(message):
+        seen.append(message.get("status", message.get("code")))
+
+    async def receive():
+        return {"type": "websocket.connect"}
+
+    lines = [(name.encode(), value.encode()) for name, value in headers.items()]
+    scope = {"type": kind, "method": "GET", "headers": lines, "query_string": query}
+    with pytest.raises(StopIteration):  # nothing in it waits, so that no loop is needed
+        gate.Gate(app, host=host, token=token)(scope, receive, send).send(None)
+    return seen[0]
+
+
+def test_gate():
+    mine = {"host": "127.0.0.1:8421"}
+    assert knock(mine) == 200
+    assert knock(mine | {"origin": "http://127.0.0.1:8421"}) == 200
+    assert knock({"host": "localhost:8421"}) == 200
+    assert knock({"host": "evil.example:8421"}) == 421
+    assert knock({}) == 421
+    assert knock(mine | {"origin": "http://evil.example"}) == 403
+    assert knock(mine | {"origin": "null"}) == 403
+    assert knock(mine | {"origin": "http://evil.example"}, kind="websocket") == 1008
+    secret = {"token": "long enough", "host": "0.0.0.0"}
+    assert knock(mine, **secret) == 401
+    assert knock(mine, kind="websocket", **secret) == 1008
+    assert knock(mine, query=b"token=wrong", **secret) == 401
+    assert knock(mine, query=b"token=long%20enough", **secret) == 303
+    assert knock(mine | {"cookie": "evolvent-studio=long%20enough"}, **secret) == 200
+    assert knock(mine | {"cookie": "evolvent-studio=other"}, **secret) == 401
+    assert knock(mine | {"cookie": "evolvent-studio=t%C3%B6"}, **secret) == 401
+
+
+# ------------------------------------------------------------------------------------------------ queue
+
+
+def until(condition, seconds=60.0):
+    """Wait for something."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it took too long"
+        time.sleep(0.05)
+
+
+def test_queue_runs_cancels_and_goes_on_after_a_restart(tmp_path):
+    folder = Folder(tmp_path)
+    jobs = Jobs(folder)
+    try:
+        first = jobs.add("run", "short", case=SHORT)
+        until(lambda: not first.open)
+        assert first.status == "success"
+        assert results.open(jobs.result(first.key)).attrs["status"] == "success"
+
+        long = jobs.add("run", "long", case=LONG)
+        until(lambda: long.reached > 0.2)
+        with pytest.raises(InputError, match="cancel it first"):
+            jobs.remove(long.key)
+        jobs.cancel(long.key)
+        until(lambda: not long.open)
+        assert long.status == "interrupted"
+        kept = results.open(jobs.result(long.key))
+        assert kept.attrs["status"] == "interrupted"
+        assert 0.0 < float(kept.time[-1]) < 28.0
+
+        bad = jobs.add("run", "bad", case="system: heliogyro")
+        until(lambda: not bad.open)
+        assert bad.status == "failed"
+        assert "body is missing" in bad.message
+        assert jobs.result(bad.key) is None
+
+        with pytest.raises(InputError, match="another process"):
+            Jobs(folder)
+        again = jobs.add("run", "again", case=LONG)
+        last = jobs.add("run", "last", case=SHORT)
+        until(lambda: again.reached > 0.0)
+    finally:
+        jobs.stop()
+    jobs = Jobs(folder)
+    try:
+        assert [job.key for job in jobs.listed()] == [last.key, again.key, bad.key, long.key, first.key]
+        assert jobs.get(again.key).open
+        assert jobs.get(last.key).status == "waiting"
+        assert jobs.get(first.key).status == "success"
+        jobs.cancel(again.key)
+        until(lambda: jobs.get(last.key).status == "success")
+        jobs.remove(first.key)
+        assert not jobs.place(first.key).exists()
+        assert (jobs.place(last.key) / CASE).read_text() == SHORT
+    finally:
+        jobs.stop()
+
+
+def test_a_study_is_cancelled_and_goes_on(tmp_path):
+    folder = Folder(tmp_path)
+    (tmp_path / "short.yaml").write_text(SHORT)
+    content = {"study": "s", "case": "short.yaml", "over": {"spool.rate": [2.0, 2.5, 3.0, 3.5]}, "keep": ["steps"]}
+    content["batch"] = 1
+    (tmp_path / "s.yaml").write_text(json.dumps(content))
+    jobs = Jobs(folder)
+    try:
+        job = jobs.add("sweep", "s", case=studies.read(tmp_path / "s.yaml").text)
+        until(lambda: job.reached >= 1.0)
+        jobs.cancel(job.key)
+        until(lambda: not job.open)
+        if job.status == "interrupted":  # it may have been quicker
+            assert jobs.result(job.key) is None
+            jobs.go_on(job.key)
+            until(lambda: not job.open)
+        assert job.status == "success"
+        assert studies.open(jobs.result(job.key)).status.values.tolist() == ["success"] * 4
+        with pytest.raises(InputError, match="no study that was cancelled"):
+            jobs.go_on(job.key)
+    finally:
+        jobs.stop()
+
+
+def test_a_process_that_dies_is_told(tmp_path):
+    jobs = Jobs(Folder(tmp_path))
+    try:
+        job = jobs.add("run", "killed", case=LONG)
+        until(lambda: job.reached > 0.0)
+        jobs._process.kill()
+        until(lambda: not job.open)
+        assert job.status == "failed"
+        assert "died" in job.message
+    finally:
+        jobs.stop()
+
+
+# ------------------------------------------------------------------------------------------------ pictures
+
+
+def test_packed_scene_can_be_read_back():
+    time_, points = np.linspace(0.0, 1.0, 5), np.random.default_rng(1).normal(size=(5, 2, 3, 3))
+    value = points[:, :, :2, 0].copy()
+    value[0, 0, 0] = np.nan
+    scene = Scene(
+        title="A thing",
+        time=time_,
+        points=points,
+        value=value,
+        value_label="tension, N",
+        others={"curvature, 1/m": 2.0 * value},
+        origin=np.zeros((5, 3)),
+        angle=time_,
+        tilt=np.tile([1.0, 0.0, 0.0, 0.0], (5, 1)),
+        body=[np.eye(3)],
+        numbers={"rate, rad/s": time_},
+        solids=[Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(1.0, 1.0, 2.0))],
+        arrows=Arrows(label="force, N", at=points[:, 0], force=3.0 * points[:, 0], longest=0.5),
+    )
+    packed = animation.pack(scene)
+    (length,) = struct.unpack("<I", packed[:4])
+    assert length % 4 == 0
+    header = json.loads(packed[4 : 4 + length])
+    found, at = {}, 4 + length
+    for block in header["blocks"]:
+        count = int(np.prod(block["shape"]))
+        found[block["name"]] = np.frombuffer(packed, "<f4", count, at).reshape(block["shape"])
+        at += 4 * count
+    assert at == len(packed)
+    np.testing.assert_array_equal(found["points"], points.astype("f4"))
+    np.testing.assert_array_equal(found["color 1"], (2.0 * value).astype("f4"))
+    np.testing.assert_array_equal(found["force"], (3.0 * points[:, 0]).astype("f4"))
+    assert [c["label"] for c in header["colors"]] == ["tension, N", "curvature, 1/m"]
+    largest = np.linalg.norm(3.0 * points[:, 0], axis=-1).max()
+    assert header["arrows"]["largest"] == pytest.approx(largest, rel=1e-6)
+    assert len(animation.pack(scene, most=3)) < len(packed)
+
+
+def test_charts_keep_extremes_and_leave_gaps():
+    x = np.linspace(0.0, 10.0, 50_001)
+    y = np.sin(x)
+    y[33_333] = 5.0
+    y[100:200] = np.nan
+    panel = Panel(x_label="time, s", y_label="rate, rad/s", lines=[Line(x=x, y=y)])
+    (chart,) = charts.charts(Figure(name="a", title="A", panels=[panel]))
+    data = chart.options["series"][0]["data"]
+    assert chart.timed
+    assert len(data) <= charts.MOST + 2
+    assert max(b for _, b in data if b is not None) == 5.0
+    assert any(b is None for _, b in data)
+    json.dumps(chart.options, allow_nan=False)
+
+
+def test_panels_above_others_share_their_time():
+    line = Line(x=np.arange(3.0), y=np.array([1.0, -1.0, 2.0]))
+    panels = [
+        Panel(x_label="", y_label="a", lines=[line], log=True),
+        Panel(x_label="time, s", y_label="b", lines=[line]),
+    ]
+    found = charts.charts(Figure(name="a", title="A", panels=panels))
+    assert [chart.timed for chart in found] == [True, True]
+    assert found[0].options["series"][0]["data"][1][1] is None, "a logarithm has no place for what is not positive"
+
+
+def test_runs_over_one_another_have_a_color_each():
+    lines = [Line(x=np.arange(3.0), y=np.arange(3.0), label=name) for name in ("a", "b")]
+    figure = Figure(name="f", title="F", panels=[Panel(x_label="x", y_label="y", lines=lines)])
+    (chart,) = charts.compared([("one", figure), ("two", figure)])
+    drawn = [(s["name"], s["lineStyle"]["color"], s["lineStyle"]["type"]) for s in chart.options["series"]]
+    assert drawn == [
+        ("one: a", "@0", "solid"),
+        ("one: b", "@0", "dashed"),
+        ("two: a", "@1", "solid"),
+        ("two: b", "@1", "dashed"),
+    ]
+
+
+def test_shapes_of_the_same_size_are_not_drawn_as_round_off():
+    line = Line(x=np.arange(1.0, 5.0), y=3.0 + 1e-9 * np.arange(4.0), marker="o", style="")
+    (chart,) = charts.charts(Figure(name="f", title="F", panels=[Panel(x_label="sensor", y_label="y", lines=[line])]))
+    assert chart.options["yAxis"]["max"] - chart.options["yAxis"]["min"] > 0.1
+    assert chart.options["xAxis"]["minInterval"] == 1
