@@ -19,7 +19,7 @@ from evolvent.inertia import Body, Stand, linear_model
 from studio.serving import LONG, SHORT, serving
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
-WAIT = 60_000
+WAIT = 240_000
 
 
 def refusal(request):
