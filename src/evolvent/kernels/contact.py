@@ -136,9 +136,9 @@ def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping):
     - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it lets go.
     - HUNT_CROSSLEY, K delta^n (1 + d delta') (Hunt & Crossley, 1975), not below zero.
     - CONSERVATIVE, (V1 - V0) / (delta1 - delta0) + K delta1^n d delta1', not below zero: the mean of the elastic force
-      between the step's two ends, inside or outside, so that its work over the step is the change of V, however large
-      the step. The damping takes energy out of every step for sure where `rate` is that of the step,
-      (gap - gap_before) / h. A point that was beyond the end of the obstacle counts as one that was at its surface.
+      between the step's two ends, inside or outside, so that its work over the step is the change of V. The damping
+      takes energy out of every step for sure where `rate` is that of the step, (gap - gap_before) / h. A point that was
+      beyond the end of the obstacle counts as one that was at its surface.
 
     Only the damping of PAPER jumps; the derivatives of HUNT_CROSSLEY and CONSERVATIVE jump where the force is clipped.
     """

@@ -12,7 +12,7 @@ import math
 from evolvent.jit import inlined, kernel
 from evolvent.kernels import blocks, contact
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.rotations import cross, turn
 
 #: Steps of the search for the nearest place, and the change (of an element) at which it ends.
 MOST_STEPS, NEAR = 12, 1e-9
@@ -185,7 +185,7 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
     """Forces of the layer of cylinder k on the turns below it; fills its records as `touch.add_contacts` does."""
     cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
     body, under, sense, mu = cylinders[k].body, cylinders[k].under, cylinders[k].sense, cylinders[k].friction
-    R, G, half = bodies[body].R, cylinders[k].F, NODE_VECTORS[flexible.beams[under].kind]
+    G, half = cylinders[k].F, NODE_VECTORS[flexible.beams[under].kind]
     _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
     if step <= 0.0 or checks[cylinders[k].first].carrier == UNKNOWN:
         settle_layers(y, flexible, bodies, k)
@@ -242,19 +242,19 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
                 sx, sy, sz = contact.tangential(px - ox, py - oy, pz - oz, nx, ny, nz)
                 off = checks[i].offset
                 sx, sy, sz = sx - off * ax, sy - off * ay, sz - off * az
+            # bristles and what is booked of them lie along the lower beam and the axis, and turn with the coil
+            ex, ey, ez = cross(ax, ay, az, nx, ny, nz)
             q = checks[i].stick
-            qx, qy, qz = turn(R, q[0], q[1], q[2])
-            qx, qy, qz = contact.tangential(qx, qy, qz, nx, ny, nz)
+            qx, qy, qz = q[0] * ex + q[1] * ax, q[0] * ey + q[1] * ay, q[0] * ez + q[1] * az
             found = contact.friction(
                 qx, qy, qz, sx, sy, sz, force, mu,
                 cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
             )  # fmt: skip
             fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
-            q = checks[i].stick1
-            q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-            d, s = checks[i].drag1, checks[i].anchor
-            d[0], d[1], d[2] = turn_back(R, found[0], found[1], found[2])
-            s[0], s[1], s[2] = turn_back(R, sx, sy, sz)
+            q, d, s = checks[i].stick1, checks[i].drag1, checks[i].anchor
+            q[0], q[1] = found[3] * ex + found[4] * ey + found[5] * ez, found[3] * ax + found[4] * ay + found[5] * az
+            d[0], d[1] = found[0] * ex + found[1] * ey + found[2] * ez, found[0] * ax + found[1] * ay + found[2] * az
+            s[0], s[1] = sx * ex + sy * ey + sz * ez, sx * ax + sy * ay + sz * az
             t[0], t[1], t[2] = found[8], found[9], found[10]
             checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
             energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)

@@ -68,7 +68,8 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             d = checks[i].drag1
             d[0] = d[1] = d[2] = 0.0
             checks[i].gap1 = math.inf
-            if not near:
+            # what was inside counts however far it has gone, so that what it had stored is given back
+            if not near and not (law == contact.CONSERVATIVE and step > 0.0 and checks[i].gap < 0.0):
                 continue
             x, yy, z = _point(y, iq, checks[i].S)
             gap, nx, ny, nz, distance = contact.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
@@ -221,9 +222,9 @@ def settle_contacts(y, flexible, bodies):
                 else:
                     damped -= 0.5 * (checks[i].damper + checks[i].damper1) * (gap1 - gap)
             checks[i].gap, checks[i].damper = gap1, checks[i].damper1
-            if mu > 0.0 and cylinders[k].under >= 0:  # of layers: `anchor` is the displacement against what is below
+            if mu > 0.0 and cylinders[k].under >= 0:  # along the turn below and the axis; anchor: displacement
                 q, u, u1, d, d1 = checks[i].anchor, checks[i].stick, checks[i].stick1, checks[i].drag, checks[i].drag1
-                for c in range(3):
+                for c in range(2):
                     new = u1[c] if checks[i].force > 0.0 else 0.0
                     slip -= 0.5 * (d[c] + d1[c]) * q[c]
                     slip += 0.5 * cylinders[k].stick_stiffness * (u[c] * u[c] - new * new)

@@ -129,6 +129,9 @@ class Beam:
         builder.names[name] = ("beams", index)
         tapered = isinstance(self.section, elements.Taper)
         damped = set(range(n)) if self.damped is None else set(self.damped)
+        if not damped <= set(range(n)):
+            odd = next(k for k in self.damped or () if k not in range(n))
+            raise InputError(f"{name}.damped holds {odd!r}; it must hold numbers of elements, from 0 to {n - 1}")
         form = mass = -1
         kinds = cells.CABLES if kind == kernels.CABLE else cells.BEAMS
         if self.formulation == "cable_stretch":

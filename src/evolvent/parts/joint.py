@@ -96,8 +96,7 @@ class Joint:
         """Write the joint's scalar constraints into the family `joints`."""
         if self.kind not in KINDS:
             raise InputError(f"{name}.kind is {self.kind!r}; {nearest(str(self.kind), KINDS)}")
-        if not self.until > 0.0:
-            raise InputError(f"{name}.until is {self.until!r}; it must be a time above 0 s")
+        _check_until(name, self.until)
         a, b = _place(builder, self.a), _place(builder, self.b)
         if a.on == kernels.ON_COORDINATES and b.on == kernels.ON_BODY:
             a, b = b, a
@@ -153,7 +152,8 @@ class Joint:
                 if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
                     held = [(_on_body(builder, body, f), parallel) for f in _across(axis)]
                     return [*held, (_on_body(builder, body, axis), across[0 if parallel is across[1] else 1])]
-                return [(_on_body(builder, body, axis), s) for s in across]
+                # across an oblique axis both directions hold the same turn; the beam's axis holds the other one
+                return [(_on_body(builder, body, axis), s) for s in (*across, along)]
             e2, e3 = _across(e1)
             if b.node[0] == flexible.BEAM:
                 # its section: were the axis held, only the shear of half an element would pass moments on
@@ -202,6 +202,11 @@ def _row(builder: Builder, kind: int, a: _Side, b: _Side, **fields: Any) -> int:
     )
 
 
+def _check_until(name: str, until: Any) -> None:
+    if isinstance(until, str) or not until > 0.0:
+        raise InputError(f"{name}.until is {until!r}; it must be a time above 0 s")
+
+
 def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
     """Refuse a feed whose rate jumps under a constraint: it would take an infinite force."""
     if not isinstance(feed, RampFeed):
@@ -238,6 +243,7 @@ class Turn:
         if body["motion"] != rigid.SPIN:
             raise InputError(f"{name}.body is {self.body!r}; only a body with motion 'spin' can be turned")
         feed = self.feed.write(builder, name)
+        _check_until(name, self.until)
         _check_jumps(name, self.feed, float(self.until), "rad/s")
         side = _Side(kernels.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
         path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
@@ -277,6 +283,7 @@ class Carry:
         if b.on != kernels.ON_COORDINATES:
             raise InputError(f"{name}.what is {self.what!r}; only a beam's node or a point can be carried")
         feed = self.feed.write(builder, name)
+        _check_until(name, self.until)
         _check_jumps(name, self.feed, float(self.until), "rad/s" if self.radius > 0.0 else "m/s")
         fields: dict[str, Any] = {"feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
         fields["until"] = float(self.until)

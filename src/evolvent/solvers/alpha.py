@@ -633,9 +633,11 @@ def advance(calls, model, matrix, options, march, budget):
             clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
             clock[NET] = net
             scale = gain_scale(ledger, options)
-            tally[OVER] = tally[OVER] + 1 if clock[LARGEST] > options[GAIN] * scale else 0
+            passed = 1 if touching else EACH
+            tally[OVER] = tally[OVER] + passed if clock[LARGEST] > options[GAIN] * scale else 0
         # a few steps from rest gain as much as there is, and then less and less beside it
-        if tally[OVER] >= 20 or (tally[OVER] >= 2 and t1 >= march.samples[n_t - 1] - near):
+        ends = t1 >= march.samples[n_t - 1] - near
+        if tally[OVER] >= 20 or (ends and tally[OVER] >= (1 if tally[STEPS] > 40 else 2)):
             if lands and t1 >= march.samples[tally[SAMPLE]] - near:
                 keep(tally[SAMPLE], model, march)
                 tally[SAMPLE] += 1

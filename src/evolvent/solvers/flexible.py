@@ -33,6 +33,7 @@ _DEPTH = 1e-3
 def check_explicit(assembly: Assembly) -> None:
     """Refuse what explicit methods cannot carry, by name."""
     f, names = assembly.model.flexible, assembly.names
+    f.cylinders["share"] = 1.0  # an implicit run may have left another one
     owners = sorted((index, name) for name, (family, index) in names.items() if family == "joints")
     for k in np.flatnonzero(f.joints["stiffness"] == 0.0):
         name = next((name for index, name in reversed(owners) if index <= k), "a joint")

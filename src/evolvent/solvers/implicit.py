@@ -46,7 +46,8 @@ class ImplicitSolution:
     ledger : (nt, N_LEDGER) float, J, energies and what causes took (places in `evolvent.solvers.alpha`)
     cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
         sum of normal forces (N), its impulse (N s), points that touch
-    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes
+    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
+        bodies less the gyroscopic w x J w
     status, message, statistics, wall_time, compile_time, s, event_times, event_kinds : as of
         `evolvent.solvers.Solution`
     """

@@ -18,7 +18,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import Equations, bind_equations
 from evolvent.flow.implicit import N_POWERS
-from evolvent.kernels import blocks, contact, rigid
+from evolvent.kernels import blocks, contact, rigid, touch
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.solvers import equilibrium as eq
@@ -239,6 +239,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     # what tells these apart is work over a step in time
     flexible.cylinders["law"][flexible.cylinders["law"] == contact.CONSERVATIVE] = contact.HUNT_CROSSLEY
     flexible.cylinders["stick_damping"] = 0.0
+    flexible.cylinders["share"] = 1.0
     return copy
 
 
@@ -283,6 +284,10 @@ class Work:
             **moves,
         )
         self.calls: Equations = bind_equations(model, self.matrix)
+        # friction is that of displacements from here on
+        b = self.balance
+        self.calls.residual[0](self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
+        touch.settle_contacts(b.y, model.flexible, model.bodies)
 
     def warm_up(self) -> None:
         """Compile (or load) everything, on no iteration at all."""

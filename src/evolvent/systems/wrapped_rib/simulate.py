@@ -469,9 +469,15 @@ def _results(
     engineering = rib.formulation == "cable_stretch"
     strain = _strain(motion.nodes, length, per, engineering=engineering)
     stretch = 1.0 if engineering else np.sqrt(np.maximum(1.0 + 2.0 * strain, 0.0))
-    tension = rib.young_modulus * rib.width * rib.thickness_at(arc / rib.length) * strain * stretch
+    thickness = rib.thickness_at(arc / rib.length)
+    EA, EI = rib.young_modulus * rib.width * thickness, rib.young_modulus * rib.width * thickness**3 / 12.0
+    tension, bent = EA * strain * stretch, _joined(_curvature(motion, R, length, ends))
     hub = assembly.index("hub", "bodies")
-    torque = np.einsum("ti,ti->t", solution.wrenches[:, hub, 3:6], R[:, :, 2])
+    turning = solution.wrenches[:, hub, 3:6]
+    if case.hub.motion == "free":  # which holds the gyroscopic torque as well
+        spun = np.einsum("ij,tj->ti", assembly.model.bodies["inertia"][hub], motion.w)
+        turning = turning + np.einsum("tij,tj->ti", R, np.cross(motion.w, spun))
+    torque = np.einsum("ti,ti->t", turning, R[:, :, 2])
     rows = [assembly.index(f"contact-{b + 1}", "cylinders") for b in range(rib.count)]
     touched = solution.cylinders[:, rows]
     tip = motion.nodes[:, :, -1, 0]
@@ -492,14 +498,21 @@ def _results(
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
         **_turns(case, assembly, solution),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
+        "contact_resultant": variable((*ribs, "axis"), touched[..., 0:3], "N", "force of the contact on the hub"),
+        "contact_moment": variable(
+            (*ribs, "axis"), touched[..., 3:6], "N m", "moment of the contact on the hub about its middle"
+        ),
         "contact_impulse": variable(ribs, touched[..., 7], "N s", "integral of the normal forces since the start"),
         **_pressed(case, begin, motion, R),
         "hub_torque": variable(time, torque, "N m", "torque of the ribs on the hub about its axis"),
         "hub_angle": variable(time, motion.angle, "rad", "angle of the hub about its axis"),
-        "curvature": variable(
-            points, _joined(_curvature(motion, R, length, ends)), "m-1", "turn per length without stress"
-        ),
+        "curvature": variable(points, bent, "m-1", "turn per length without stress"),
         "tension": variable(points, tension, "N", "force along the rib, positive where it pulls"),
+        "strain": variable(points, strain, "1", "strain of the rib's axis"),
+        "bending_moment": variable(points, EI * bent, "N m", "moment about the hub's axis in the rib"),
+        "energy_density": variable(
+            points, 0.5 * (EA * strain**2 + EI * bent**2), "J m-1", "strain energy per length, of stretch and of bending"
+        ),
         **_account(case, assembly, solution, motion),
         "end_coordinates": variable(
             ("rib", "node", "vector", "axis"), motion.nodes[-1], "1", "nodes at the end: places (m), slopes (1)"
@@ -532,7 +545,7 @@ def _results(
         },
     )
     label(dataset, system=case.system, case=cases.to_yaml(case), method=case.solver.method, solution=solution, laws={})
-    told = [*advice.warnings(case), *_findings(case, dataset, strain)]
+    told = [text for text in (begin.told, *advice.warnings(case), *_findings(case, dataset, strain)) if text]
     if told:
         dataset.attrs["warning"] = "; ".join(told)
     return dataset

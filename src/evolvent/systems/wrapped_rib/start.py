@@ -36,6 +36,7 @@ class Start(NamedTuple):
     hub : HubState
     directions : (ribs,) float, rad, of the roots' hinges at rest, from outwards
     stiffness : float, N/m^n, of the contact
+    told : str, what a user should know of it
     """
 
     nodes: np.ndarray
@@ -43,6 +44,7 @@ class Start(NamedTuple):
     hub: HubState
     directions: np.ndarray
     stiffness: float
+    told: str = ""
 
 
 def at_rest(angle: float = 0.0) -> HubState:
@@ -215,7 +217,10 @@ def _from_run(case: Case) -> Start:
     stiffness = case.contact_stiffness
     if case.contact.stiffness == "auto":  # what pressed on the hub before still does
         stiffness = max(stiffness, before.contact_stiffness)
-    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness)
+    told = ""
+    if run.attrs["status"] != "success":
+        told = f"it starts from {case.start}, a run that ended as {run.attrs['status']} at {float(run.time[-1]):.6g} s"
+    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness, told)
 
 
 def check_follows(before: Case, after: Case) -> None:
