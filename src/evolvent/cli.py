@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, sweep, identify, info, plot, export, report, fmu.
+"""The command line: list, show, schema, run, sweep, identify, info, plot, export, report.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -17,7 +17,6 @@ import click
 from evolvent import __version__
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
-from evolvent.fmu.command import fmu
 from evolvent.studies.command import once, sweep
 from evolvent.weighing.command import identify
 
@@ -342,4 +341,3 @@ commands.add_command(sweep)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)
-commands.add_command(fmu)
