@@ -132,6 +132,7 @@ sphinx_gallery_conf = {
             "hardening_spring.py",
             "feed_sweep.py",
             "rib_modes.py",
+            "attitude_control.py",
             "*",
         ]
     ),

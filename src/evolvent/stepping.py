@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import cases
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.flow import bind_rates
@@ -18,7 +19,7 @@ from evolvent.parts.checks import positive, vector
 from evolvent.solvers import alpha
 from evolvent.solvers.drive import METHODS, choose_step, solve
 from evolvent.solvers.implicit import prepared, reason
-from evolvent.solvers.releases import reason_of_outrun
+from evolvent.solvers.releases import book_accounts, reason_of_outrun
 from evolvent.system import System
 
 IMPLICIT = "generalized-alpha"
@@ -57,11 +58,20 @@ class Stepper:
     Raises
     ------
     InputError
-        For an unknown body or method, or a system that the method cannot carry.
+        For an unknown body or method, an input on a body that no force moves, or a system that the method cannot carry.
 
     Notes
     -----
     A wrench is held over the steps until it is set anew. The explicit methods start anew at every step.
+
+    Examples
+    --------
+    >>> from evolvent import Stepper, System, parts
+    >>> system = System()
+    >>> hub = system.add(parts.RigidBody(mass=2.0, inertia=1.0), "hub")
+    >>> stepper = Stepper(system, inputs=[hub], until=10.0, step=0.1)  # doctest: +SKIP
+    >>> stepper.set_wrench(hub, torque=(0.0, 0.0, 0.1))  # doctest: +SKIP
+    >>> stepper.step(0.5)  # doctest: +SKIP
     """
 
     def __init__(
@@ -85,6 +95,7 @@ class Stepper:
         self.assembly = _with_inputs(system, inputs)
         self.inputs = tuple(inputs)
         self._changed = False
+        self._held: dict[str, np.ndarray] = {}
         times = np.array([self.time, self.until])
         if method == IMPLICIT:
             self._run = prepared(self.assembly, times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
@@ -97,16 +108,48 @@ class Stepper:
             self._y, self._s = self.assembly.y.copy(), self.assembly.s.copy()
         self._look()
 
+    @classmethod
+    def of_case(
+        cls,
+        case: Any,
+        overrides: Mapping[str, Any] | None = None,
+        *,
+        inputs: Sequence[str] = (),
+        until: float | None = None,
+    ) -> Stepper:
+        """A case, stepped by the method of its section ``solver``.
+
+        Parameters
+        ----------
+        case, overrides : as of `evolvent.run`
+        inputs : names of bodies on which forces and torques will be set
+        until : float, s, the end of the time that may be stepped through; None: that of the case's run
+
+        Raises
+        ------
+        InputError
+            If the case cannot be used, or its system cannot be stepped from outside.
+        """
+        system, options, end = of_case(cases.load(case, overrides), until)
+        return cls(system, inputs=inputs, until=end, **options)
+
     # -------------------------------------------------------------------------------------------- in and out
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of all bodies but the ground."""
+        rows = self.assembly.names.items()
+        return tuple(name for name, (family, _) in rows if family == "bodies" and name != "ground")
 
     def set_wrench(self, body: str, force: Sequence[float] = (0, 0, 0), torque: Sequence[float] = (0, 0, 0)) -> None:
         """Force (N) at a body's origin and torque (N m) from now on, inertial axes."""
         if body not in self.inputs:
             raise InputError(f"{body!r} is not among the inputs; {nearest(body, self.inputs)}")
-        parameters, loads = self.assembly.model.parameters, self.assembly.model.loads
-        for kind, value in (("force", force), ("torque", torque)):
-            first = int(loads["first"][self.assembly.index(f"{body}-input-{kind}", "loads")])
-            parameters[first : first + 3] = vector(kind, value)
+        given = np.concatenate([vector("force", force), vector("torque", torque)])
+        if np.array_equal(given, self._input(body)):
+            return
+        for place, value in zip(self._places(body), (given[:3], given[3:]), strict=True):
+            self.assembly.model.parameters[place] = value
         self._changed = True
 
     def body(self, name: str) -> BodyState:
@@ -117,15 +160,14 @@ class Stepper:
     def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Force (N) and torque about the body's origin (N m), inertial axes, of the structure on a body.
 
-        All that acts on it but inputs and weight: threads, beams, springs, joints and contacts.
+        All that acts on it but inputs and weight: threads, beams, springs, joints and contacts, at the end of the last
+        step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
         """
         index = self.assembly.index(name, "bodies")
         row = self.assembly.model.bodies[index]
         found = row["F"].copy()
         if name in self.inputs:
-            for k, kind in enumerate(("force", "torque")):
-                load = self.assembly.model.loads[self.assembly.index(f"{name}-input-{kind}", "loads")]
-                found[3 * k : 3 * k + 3] -= self.assembly.model.parameters[int(load["first"]) :][:3]
+            found -= self._held[name]
         if self.method != IMPLICIT and row["motion"] == rigid.FREE:
             found[:3] -= row["mass"] * self.assembly.model.info["gravity"][0]
         return found[:3], found[3:]
@@ -133,8 +175,21 @@ class Stepper:
     @property
     def state(self) -> np.ndarray:
         """State vector [q | v | accounts] now."""
-        y: np.ndarray = self._run.march.y if self.method == IMPLICIT else self._y
-        return y.copy()
+        if self.method != IMPLICIT:
+            return self._y.copy()
+        y: np.ndarray = self._run.march.y.copy()
+        book_accounts(self.assembly.model, y[None], self._run.march.ledger[None])
+        return y
+
+    def _places(self, body: str) -> list[slice]:
+        """Where the input force and torque on a body stand among the model's parameters."""
+        rows = [self.assembly.index(f"{body}-input-{kind}", "loads") for kind in ("force", "torque")]
+        firsts = [int(self.assembly.model.loads["first"][row]) for row in rows]
+        return [slice(first, first + 3) for first in firsts]
+
+    def _input(self, body: str) -> np.ndarray:
+        """Force and torque (6,) that are set on a body."""
+        return np.concatenate([self.assembly.model.parameters[place] for place in self._places(body)])
 
     # -------------------------------------------------------------------------------------------- time
 
@@ -152,10 +207,15 @@ class Stepper:
         end = self.time + dt
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
-        if self.method == IMPLICIT:
-            self._go_on(end)
-        else:
-            self._solve(end)
+        try:
+            if self.method == IMPLICIT:
+                self._go_on(end)
+            else:
+                self._solve(end)
+        except RunFailed:
+            if self.method == IMPLICIT:  # which may have come a part of the way
+                self.time = float(self._run.march.clock[alpha.TIME])
+            raise
         self.time = end
         self._changed = False
         self._look()
@@ -205,18 +265,46 @@ class Stepper:
 
     def _look(self) -> None:
         """Fill the bodies' records with the state now, as generalized-alpha leaves them after every step."""
+        self._held = {body: self._input(body) for body in self.inputs}
         if self.method != IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
             bind_rates(model)[0][0](self.time, self._y, self._s, model, dy)
 
 
+def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
+    """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
+
+    Raises
+    ------
+    InputError
+        If its system cannot be stepped from outside.
+    """
+    module = cases.system(case.system)
+    if not hasattr(module, "stepping"):
+        able = [name for name in cases.systems() if hasattr(cases.system(name), "stepping")]
+        raise InputError(f"system is {case.system!r}, which is not stepped from outside; known: {', '.join(able)}")
+    options = module.stepping(case)
+    return module.build(case), options, module.plan(case).duration if until is None else until
+
+
+def movable(system: System) -> dict[str, bool]:
+    """Names of a system's bodies, and whether forces move them."""
+    assembly = system.assemble()
+    rows = {name: row for name, (family, row) in assembly.names.items() if family == "bodies" and name != "ground"}
+    return {name: int(assembly.model.bodies["motion"][row]) in (rigid.FREE, rigid.SPIN) for name, row in rows.items()}
+
+
 def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
     """The system with a force and a torque, none so far, on each of some bodies."""
-    known = [name for name, (family, _) in system.assemble().names.items() if family == "bodies"]
+    known = movable(system)
     copy = system.copy()
-    for body in inputs:
+    for k, body in enumerate(inputs):
         if body not in known:
             raise InputError(f"inputs name {body!r}, which is no body; {nearest(str(body), known)}")
+        if body in inputs[:k]:
+            raise InputError(f"inputs name {body!r} twice; name it once")
+        if not known[body]:
+            raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
         copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
         copy.add(Torque(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-torque")
     return copy.assemble()

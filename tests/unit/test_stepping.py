@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import evolvent
 from evolvent import InputError, RunFailed, Stepper, System, elements, parts
 from evolvent.solvers.implicit import solve_implicit
 
@@ -25,7 +26,7 @@ def craft(gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> System:
 def mass() -> System:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.5, 0.5, 0.8)), "body")
-    system.add(parts.Spring(a=(0.0, 0.0, -1.0), b="body", stiffness=0.0, length=1.0, lateral_stiffness=50.0))
+    system.add(parts.Spring(a=(-1.0, 0.0, 0.0), b="body", stiffness=50.0, length=1.0))
     return system
 
 
@@ -115,3 +116,77 @@ def test_a_step_that_fails_says_why() -> None:
     stepper.set_wrench("hub", torque=(1e9, 1e9, 0.0))
     with pytest.raises(RunFailed, match="the step of"):
         stepper.step(10.0)
+    assert stepper.time < 10.0
+    assert np.all(np.isfinite(stepper.state))
+
+
+def test_wrenches_that_change_converge_in_second_order() -> None:
+    """A force anew every 0.1 s on an oscillator, against the exact motion pieced together."""
+    forces, dt, w = [3.0, -2.0, 5.0, 0.0, 4.0, -6.0], 0.1, 5.0
+    c, s = math.cos(w * dt), math.sin(w * dt)
+    x, v, exact = 0.0, 0.0, []
+    for force in forces:
+        rest = force / 50.0
+        x, v = rest + (x - rest) * c + v / w * s, -(x - rest) * w * s + v * c
+        exact.append(x)
+    errors = []
+    for step in (0.05, 0.025, 0.0125):
+        stepper, found = Stepper(mass(), inputs=["body"], step=step, until=10.0), []
+        for force in forces:
+            stepper.set_wrench("body", force=(force, 0.0, 0.0))
+            stepper.step(dt)
+            found.append(stepper.body("body").position[0])
+        errors.append(np.abs(np.array(found) - exact).max())
+    assert errors[-1] < 1e-2 * np.abs(exact).max()
+    assert 3.4 < errors[0] / errors[1] < 4.6
+    assert 3.4 < errors[1] / errors[2] < 4.6
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "dopri5"])
+def test_a_wrench_is_read_with_the_inputs_of_its_step(method: str) -> None:
+    stepper = Stepper(mass(), inputs=["body"], method=method, until=10.0, tolerance=1e-8)
+    stepper.set_wrench("body", force=(3.0, 0.0, 0.0))
+    stepper.step(0.1)
+    read = stepper.wrench("body")[0]
+    stepper.set_wrench("body", force=(100.0, 0.0, 0.0))
+    np.testing.assert_array_equal(stepper.wrench("body")[0], read)
+
+
+def test_the_same_wrench_again_changes_nothing() -> None:
+    steppers = [Stepper(craft(), inputs=["hub"], until=10.0, step=0.01) for _ in range(2)]
+    for stepper in steppers:
+        stepper.set_wrench("hub", torque=(0.0, 0.0, 0.2))
+    for _ in range(10):
+        steppers[1].set_wrench("hub", torque=(0.0, 0.0, 0.2))
+        for stepper in steppers:
+            stepper.step(0.02)
+    np.testing.assert_array_equal(steppers[0].state, steppers[1].state)
+
+
+def test_a_case_is_stepped_as_it_runs() -> None:
+    """The heliogyro of inextensible blades; what the thread does to the body is what changes its spin."""
+    case = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "2 s"}
+    stepper = Stepper.of_case("heliogyro", case, inputs=["body"])
+    assert stepper.bodies == ("body",)
+    assert stepper.until == 2.0
+    rate, torque = [stepper.body("body").rate[2]], [stepper.wrench("body")[1][2]]
+    while stepper.time < 2.0 - 1e-9:
+        stepper.step(0.02)
+        rate.append(stepper.body("body").rate[2])
+        torque.append(stepper.wrench("body")[1][2])
+    change = 0.004 * np.diff(rate) / 0.02  # J W' = M (16)
+    mean = 0.5 * (np.array(torque[1:]) + torque[:-1])
+    np.testing.assert_allclose(change[20:], mean[20:], atol=2e-3 * np.abs(torque).max())
+    run = evolvent.run("heliogyro", case)
+    assert rate[-1] == pytest.approx(float(run.body_rate[-1]), abs=1e-7)
+
+
+def test_cases_that_are_not_stepped() -> None:
+    with pytest.raises(InputError, match="system is 'inertia-stand', which is not stepped from outside; known: helio"):
+        Stepper.of_case("inertia-stand")
+    with pytest.raises(InputError, match=r"solver\.method is 'rk4'; a rib is stepped from outside"):
+        Stepper.of_case("wrapped-rib", {"solver.method": "rk4"})
+    with pytest.raises(InputError, match="inputs name 'hub', which no force moves"):
+        Stepper.of_case("wrapped-rib", inputs=["hub"])
+    with pytest.raises(InputError, match="inputs name 'body' twice"):
+        Stepper(mass(), inputs=["body", "body"])

@@ -23,6 +23,13 @@ name alone: `evolvent.cases.system` imports it when a case asks for it, and noth
 ``motion(run) -> evolvent.motion.Motion``
     Lines, forces and axes of bodies in true size, for files that other programs read.
 
+A system that can be stepped from outside (`evolvent.Stepper.of_case`) has two more:
+
+``build(case) -> evolvent.System``
+    Its parts; bodies have names that do not change.
+``stepping(case) -> {argument of evolvent.Stepper: value}``
+    Method, step, tolerance and spectral radius that the case asks for.
+
 A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
 Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.
 """

@@ -52,6 +52,6 @@ Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.places import motion
 from evolvent.systems.heliogyro.show import figures, numbers, scene
-from evolvent.systems.heliogyro.simulate import build, layout, plan, run
+from evolvent.systems.heliogyro.simulate import build, layout, plan, run, stepping
 
-__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "run", "scene"]
+__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "run", "scene", "stepping"]

@@ -220,6 +220,15 @@ def run(
     return _results(case, assembly, solution, laws)
 
 
+def stepping(case: Case) -> dict[str, Any]:
+    """What the section ``solver`` asks of an `evolvent.Stepper`, by the names of its arguments."""
+    solver = case.solver
+    step = solver.step if isinstance(solver.step, float) else None
+    if solver.method == "generalized-alpha" and step is None:
+        step = IMPLICIT_STEP
+    return {"method": solver.method, "step": step, "tolerance": solver.rtol, "spectral_radius": 0.3}
+
+
 def plan(case: Case) -> cases.Plan:
     """What a run of a case takes; refuses what `run` would refuse, before anything long is compiled."""
     from evolvent.solvers.drive import choose_step

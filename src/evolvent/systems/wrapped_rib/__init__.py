@@ -40,7 +40,7 @@ from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.places import motion
 from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
-from evolvent.systems.wrapped_rib.simulate import build, plan, run
+from evolvent.systems.wrapped_rib.simulate import build, plan, run, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
 
 #: Key of a case that takes the run from whose end it starts.
@@ -58,5 +58,6 @@ __all__ = [
     "plan",
     "run",
     "scene",
+    "stepping",
     "study_figures",
 ]

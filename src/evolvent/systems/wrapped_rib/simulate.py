@@ -214,6 +214,15 @@ def _feed(case: Case, whole: float | None) -> RampFeed:
 # ------------------------------------------------------------------------------------------------ runs
 
 
+def stepping(case: Case) -> dict[str, Any]:
+    """What the section ``solver`` asks of an `evolvent.Stepper`, by the names of its arguments."""
+    solver = case.solver
+    if solver.method != METHOD:
+        raise InputError(f"solver.method is {solver.method!r}; a rib is stepped from outside by {METHOD} alone")
+    step = None if solver.step == "auto" else float(solver.step)
+    return {"step": step, "tolerance": solver.tolerance, "spectral_radius": solver.spectral_radius}
+
+
 def plan(case: Case) -> cases.Plan:
     """What a run will take; refuses what can be refused before it."""
     _check(case)
