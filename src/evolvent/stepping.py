@@ -96,6 +96,7 @@ class Stepper:
         self.inputs = tuple(inputs)
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
+        self._failed = ""
         times = np.array([self.time, self.until])
         if method == IMPLICIT:
             self._run = prepared(self.assembly, times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
@@ -168,8 +169,10 @@ class Stepper:
         found = row["F"].copy()
         if name in self.inputs:
             found -= self._held[name]
-        if self.method != IMPLICIT and row["motion"] == rigid.FREE:
-            found[:3] -= row["mass"] * self.assembly.model.info["gravity"][0]
+        if row["motion"] == rigid.FREE:  # whose record holds the gyroscopic torque as well
+            found[3:] += np.cross(row["w"], row["R"] @ (row["inertia"] @ (row["R"].T @ row["w"])))
+            if self.method != IMPLICIT:
+                found[:3] -= row["mass"] * self.assembly.model.info["gravity"][0]
         return found[:3], found[3:]
 
     @property
@@ -201,9 +204,11 @@ class Stepper:
         InputError
             For a `dt` that is not above 0, or beyond the end of the stepper's time.
         RunFailed
-            Where the method fails; the state is that of the last step that held.
+            Where the method fails, and from then on; the state is that of the last step that was taken.
         """
         positive("dt", dt)
+        if self._failed:
+            raise RunFailed(f"the stepper has failed at t = {self.time:.6g} s ({self._failed}); make a new one", self)
         end = self.time + dt
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
@@ -212,7 +217,8 @@ class Stepper:
                 self._go_on(end)
             else:
                 self._solve(end)
-        except RunFailed:
+        except RunFailed as error:
+            self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
                 self.time = float(self._run.march.clock[alpha.TIME])
             raise

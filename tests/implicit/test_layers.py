@@ -11,6 +11,7 @@ from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
 from evolvent.kernels import blocks
 from evolvent.kernels.rotations import rotation_from_quaternion
+from evolvent.solvers import alpha
 from evolvent.solvers.implicit import matrix_of
 from evolvent.solvers.static import sparse_of
 from implicit.rigs import RUBBER, Equations, bind_equations, run, start_step
@@ -230,3 +231,33 @@ def test_a_pressed_coil_springs_apart_without_gaining() -> None:
         gained.append(np.abs(solution.gained).max() / layer_forces(assembly, assembly.y)[1])
     assert gained[0] < 0.01
     assert gained[1] < 0.3 * gained[0]
+
+
+def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
+    """What the bristles hold is that of the turns against one another, wherever the coil stands."""
+    assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0)
+    start_step(assembly, assembly.y)
+    model, beam = assembly.model, assembly.model.flexible.beams[0]
+    checks = model.flexible.checks
+    checks["stick"][checks["gap"] < 0.0] = [1e-4, 0.0, 0.0]
+    n_v, energies = model.flexible.place.size, []
+    for angle in (0.0, 0.3, 1.0, 1.5):
+        y, c, s = assembly.y.copy(), np.cos(angle), np.sin(angle)
+        q = y[beam["iq"] : beam["iq"] + 6 * beam["nodes"]].reshape(-1, 3)
+        q[:] = q @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, 1e-3).residual(np.zeros(n_v), np.zeros(0))
+        energies.append(float(model.flexible.cylinders["energy"].sum()))
+    assert energies == pytest.approx([energies[0]] * 4, rel=1e-9)
+
+
+@pytest.mark.parametrize("law", ["hunt-crossley"])
+def test_the_account_of_turns_that_rub_closes(law: str) -> None:
+    """A pressed coil that springs apart and rubs: what friction takes is booked, to second order in the step."""
+    gained = []
+    for step in (5e-4, 2.5e-4):
+        assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0, law=law, damping=0.5)
+        solution = run(assembly, np.linspace(0.0, 0.2, 5), spectral_radius=1.0, step=step)
+        assert solution.ledger[-1, alpha.BY_FRICTION] > 0.0
+        gained.append(np.abs(solution.gained).max() / layer_forces(assembly, assembly.y)[1])
+    assert gained[0] < 0.01
+    assert gained[1] < 0.5 * gained[0]

@@ -102,6 +102,23 @@ def test_the_conservative_law_bounces_in_a_single_step(part: float, rho: float) 
     assert solution.gained.max() < 1e-5 * 0.5 * SPEED**2
 
 
+@pytest.mark.parametrize(("count", "part"), [(4, 3.0), (10, 1.0), (10, 3.0), (20, 0.5)])
+def test_the_conservative_law_bounces_on_fine_meshes(count: int, part: float) -> None:
+    """However far a point goes in a step, beyond the reach of its element."""
+    assembly = bar("conservative", 0.0, count=count)
+    solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=0.3)
+    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-3)
+    assert solution.gained.max() < 1e-3 * 0.5 * SPEED**2
+
+
+def test_a_gain_at_the_very_end_fails_too() -> None:
+    """A step of a tenth of what the contact bears gains a quarter of the energy, whenever the run ends."""
+    for end in (0.09, 0.1, 0.2):
+        solution = solve_implicit(bar("hunt-crossley", 0.0), samples=[0.0, end], step=0.01, spectral_radius=0.9)
+        assert solution.status == "failed"
+        assert "gained" in solution.message
+
+
 @pytest.mark.parametrize("modulus", [1e5, 1e6, 1e8])
 @pytest.mark.parametrize("part", [0.2, 0.35, 0.5])
 def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part: float) -> None:

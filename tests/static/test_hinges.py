@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.elements import Material, Rectangle
+from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
 from static.composing import beam, nodes, solved
@@ -73,3 +74,48 @@ def test_a_hinge_across_a_turned_section_counts_from_its_zero() -> None:
         r = solved(solve_static(a))  # the spring turns it onto its zero
         tip = nodes(a, r)[-1, 0]
         assert np.abs(tip - np.array(zero)).max() < 1e-6
+
+
+@pytest.mark.parametrize("angle", [0.0, 5.0, 20.0, 45.0])
+@pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
+def test_a_hinge_turns_about_one_axis_however_it_lies_in_the_section(formulation: str, angle: float) -> None:
+    system = System()
+    section, material = Rectangle(thickness=0.02, width=0.02), Material(E=1e7, nu=0.0, density=1000.0)
+    bar = parts.Beam(length=1.0, section=section, material=material, elements=4, formulation=formulation)
+    system.add(bar, "bar")
+    axis = (0.0, np.cos(np.radians(angle)), np.sin(np.radians(angle)))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("bar", "root"), kind="hinge", axis=axis))
+    found = modes(system.assemble(), count=3).frequency
+    assert found[0] == 0.0
+    assert found[1:] == pytest.approx([2.04, 9.0], rel=0.03)
+
+
+def resting(friction: float = 0.0, offset: float = 0.0, law: str = "conservative") -> Assembly:
+    """A bar that rests on a cylinder with its hinged root at its top's height."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    material, section = Material(E=1e7, nu=0.0, density=1000.0), Rectangle(thickness=0.02, width=0.02)
+    bar = parts.Beam(
+        length=1.0, section=section, material=material, elements=8, position=(-1.0, 1.0, offset), mass_damping=10.0
+    )
+    system.add(bar, "bar")
+    system.add(parts.Joint(a=(-1.0, 1.0, offset), b=("bar", "root"), kind="hinge"))
+    common = {"law": law, "stiffness": 1e4, "damping": 1.0, "points": 1, "friction": friction}
+    system.add(parts.Cylinder(body="ground", beams=["bar"], radius=1.0, **common))
+    return system.assemble()
+
+
+def test_statics_are_the_same_after_a_run() -> None:
+    """Which leaves nothing of its steps in the assembly."""
+    assembly = resting()
+    before = solved(solve_static(assembly)).cylinders[-1, 0, 6]
+    first = solve_implicit(assembly, samples=[0.0, 0.1], step=5e-3, spectral_radius=0.3)
+    assert solved(solve_static(assembly)).cylinders[-1, 0, 6] == before
+    again = solve_implicit(assembly, samples=[0.0, 0.1], step=5e-3, spectral_radius=0.3)
+    assert np.array_equal(first.y, again.y)
+
+
+def test_friction_in_statics_is_that_of_what_has_moved_from_the_start() -> None:
+    """Nothing moves along the cylinder, wherever on it the bar lies."""
+    found = [solved(solve_static(resting(0.3, z, "hunt-crossley"))).cylinders[-1, 0, :3] for z in (0.0, 0.3)]
+    assert np.abs(found[1][2]) < 1e-9
+    assert found[1] == pytest.approx(found[0], abs=1e-9)

@@ -190,3 +190,21 @@ def test_cases_that_are_not_stepped() -> None:
         Stepper.of_case("wrapped-rib", inputs=["hub"])
     with pytest.raises(InputError, match="inputs name 'body' twice"):
         Stepper(mass(), inputs=["body", "body"])
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "rk4"])
+def test_a_tumbling_body_that_nothing_touches_bears_no_wrench(method: str) -> None:
+    system = System()
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.5, 0.6, 0.8), angular_velocity=(1.0, 2.0, 3.0)), "body")
+    stepper = Stepper(system, method=method, until=1.0, step=1e-3)
+    stepper.step(0.01)
+    np.testing.assert_allclose(np.concatenate(stepper.wrench("body")), 0.0, atol=1e-12)
+
+
+def test_a_stepper_that_has_failed_goes_no_further() -> None:
+    stepper = Stepper(craft(), inputs=["hub"], step=0.5, until=100.0)
+    stepper.set_wrench("hub", torque=(1e9, 1e9, 0.0))
+    with pytest.raises(RunFailed):
+        stepper.step(10.0)
+    with pytest.raises(RunFailed, match="the stepper has failed at t = "):
+        stepper.step(0.5)

@@ -58,18 +58,22 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             iq = checks[i].iq
             if checks[i].cell != cell:
                 cell = checks[i].cell
-                near = contact.may_touch(
-                    y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
-                ) or contact.may_touch(
-                    y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                # the mean force of a step needs the gaps of both its ends, however far away
+                near = (
+                    law == contact.CONSERVATIVE
+                    or contact.may_touch(
+                        y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                    )
+                    or contact.may_touch(
+                        y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], checks[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                    )
                 )
             checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
             checks[i].damper1 = 0.0
             d = checks[i].drag1
             d[0] = d[1] = d[2] = 0.0
             checks[i].gap1 = math.inf
-            # what was inside counts however far it has gone, so that what it had stored is given back
-            if not near and not (law == contact.CONSERVATIVE and step > 0.0 and checks[i].gap < 0.0):
+            if not near:
                 continue
             x, yy, z = _point(y, iq, checks[i].S)
             gap, nx, ny, nz, distance = contact.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)

@@ -637,7 +637,7 @@ def advance(calls, model, matrix, options, march, budget):
             tally[OVER] = tally[OVER] + passed if clock[LARGEST] > options[GAIN] * scale else 0
         # a few steps from rest gain as much as there is, and then less and less beside it
         ends = t1 >= march.samples[n_t - 1] - near
-        if tally[OVER] >= 20 or (ends and tally[OVER] >= (1 if tally[STEPS] > 40 else 2)):
+        if tally[OVER] >= 20 or (ends and tally[OVER] >= (1 if tally[STEPS] > 5 else 2)):
             if lands and t1 >= march.samples[tally[SAMPLE]] - near:
                 keep(tally[SAMPLE], model, march)
                 tally[SAMPLE] += 1

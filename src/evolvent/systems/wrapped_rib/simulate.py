@@ -520,7 +520,10 @@ def _results(
         "strain": variable(points, strain, "1", "strain of the rib's axis"),
         "bending_moment": variable(points, EI * bent, "N m", "moment about the hub's axis in the rib"),
         "energy_density": variable(
-            points, 0.5 * (EA * strain**2 + EI * bent**2), "J m-1", "strain energy per length, of stretch and of bending"
+            points,
+            0.5 * (EA * strain**2 + EI * bent**2),
+            "J m-1",
+            "strain energy per length, of stretch and of bending",
         ),
         **_account(case, assembly, solution, motion),
         "end_coordinates": variable(
