@@ -1,0 +1,207 @@
+"""Comparison with other programs on the same work, written as the page docs/comparison.md.
+
+    python benchmarks/compare.py [-o benchmarks/compare.json] [--page docs/comparison.md] [--repeat 5] [--no-install]
+
+Exudyn, MuJoCo, PyElastica and MoorDyn are installed in benchmarks/.peers, an environment of their own; those that
+cannot be are left out, and the page says so. Each program is a process that is kept; repetitions are interleaved.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import math
+import os
+import pathlib
+import platform
+import selectors
+import subprocess
+import sys
+import tempfile
+from typing import Any
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "peers"))
+
+import page  # noqa: E402
+import works  # noqa: E402
+
+VENV = HERE / ".peers"
+PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+PEERS = {
+    "exudyn": "exudyn>=1.13",
+    "mujoco": "mujoco>=3.2",
+    "pyelastica": "pyelastica>=0.3",
+    "moordyn": "moordyn>=2.3",
+}
+#: Time for one answer, s, and for the first, in which evolvent may compile.
+PATIENCE, FIRST = 120.0, 900.0
+
+
+def install() -> dict[str, str]:
+    """Set the environment up; why those are missing that are."""
+    missing: dict[str, str] = {}
+    if not PYTHON.exists():
+        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
+    for name, wanted in PEERS.items():
+        command = [str(PYTHON), "-m", "pip", "install", "-q", "--no-compile", "--disable-pip-version-check", wanted]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            missing[name] = "it could not be installed"
+            print(f"going on without {page.NAMES[name]}: it could not be installed", file=sys.stderr)
+    return missing
+
+
+class Program:
+    """A program's process."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.patience = name, FIRST
+        self.folder = tempfile.TemporaryDirectory()
+        self.start()
+
+    def start(self) -> None:
+        """A fresh process, ready to answer."""
+        environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+        python = sys.executable
+        if self.name in PEERS:
+            environment.pop("PYTHONPATH", None)
+            python = str(PYTHON)
+        self.process = subprocess.Popen(
+            [python, str(HERE / "peers" / "worker.py"), f"with_{self.name}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            cwd=self.folder.name,  # some write a log where they run
+        )
+        ready = self.read()
+        self.version, self.missing = ready.get("version"), ready.get("missing")
+
+    def read(self) -> dict[str, Any]:
+        """One answer; a process that ends or does not answer is said to have died."""
+        with selectors.DefaultSelector() as watch:
+            watch.register(self.process.stdout, selectors.EVENT_READ)
+            line = self.process.stdout.readline() if watch.select(self.patience) else ""
+        if line:
+            return json.loads(line)
+        self.process.kill()
+        self.process.wait()
+        return {"died": True, "missing": "its process ended or did not answer"}
+
+    def ask(self, way: dict[str, Any], step: float, timed: bool) -> dict[str, Any]:
+        """One run, and its error."""
+        if self.process.poll() is not None:
+            self.start()
+        work = works.WORKS[way["work"]]
+        request = {"work": way["work"], "spec": work["spec"], "options": way["options"], "step": step, "timed": timed}
+        self.process.stdin.write(json.dumps(request) + "\n")
+        self.process.stdin.flush()
+        return self.read()
+
+
+def error_of(places: list[list[float]], reference: list[list[float]]) -> float:
+    """Largest distance over the samples, m; NaN where one is not finite or is missing."""
+    if len(places) < len(reference) or not all(math.isfinite(x) for place in places for x in place):
+        return math.nan
+    return max(math.dist(a, b) for a, b in zip(places, reference, strict=True))
+
+
+def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, Any]:
+    """All works, all ways, repetitions interleaved."""
+    works.complete()
+    print("references ...", file=sys.stderr, flush=True)
+    known = works.references()
+    load = os.getloadavg()[0]
+    programs: dict[str, Program] = {}
+    for name in dict.fromkeys(way["program"] for way in works.WAYS):
+        if name in missing:
+            continue
+        programs[name] = Program(name)
+        if programs[name].missing:
+            missing[name] = programs[name].missing
+            del programs[name]
+    found = []
+    for key in only:
+        work = works.WORKS[key]
+        rows = []
+        for way in works.WAYS:
+            if way["work"] == key and way["program"] in programs:
+                names = ("program", "label", "reference", "options")
+                runs = [{"step": step, "stepping": [], "all": []} for step in way["steps"]]
+                rows.append({**{k: way[k] for k in names}, "way": way, "runs": runs, "large": []})
+        for k in range(repeat + 1):  # the first is not counted: it may compile
+            for one in rows:
+                program = programs[one["program"]]
+                for run in one["runs"]:
+                    print(f"{key} {k} {one['label']} {run['step']}", file=sys.stderr, flush=True)
+                    told = program.ask(one["way"], run["step"], timed=k > 0)
+                    take(run, told, known[one["reference"]]["places"], counted=k > 0)
+                program.patience = FIRST if k == 0 else PATIENCE
+        for one in rows:
+            for step in one["way"]["large"]:
+                told = programs[one["program"]].ask(one["way"], step, timed=False)
+                run = {"step": step}
+                take(run, told, known[one["reference"]]["places"], counted=False)
+                one["large"].append(run)
+            del one["way"]
+        used = dict.fromkeys(one["reference"] for one in rows)
+        found.append(
+            {
+                **{name: work[name] for name in ("title", "text", "size")},
+                "references": {name: known[name] for name in used},
+                "rows": rows,
+            }
+        )
+    for program in programs.values():
+        program.process.stdin.close()
+        program.process.wait()
+    return {
+        "date": datetime.date.today().isoformat(),
+        "machine": {
+            "kind": platform.machine(),
+            "cores": os.cpu_count(),
+            "python": platform.python_version(),
+            "load": [load, os.getloadavg()[0]],
+        },
+        "repeat": repeat,
+        "versions": {name: program.version for name, program in programs.items()},
+        "missing": missing,
+        "works": found,
+    }
+
+
+def take(run: dict[str, Any], told: dict[str, Any], reference: list[list[float]], *, counted: bool) -> None:
+    """Keep what a run says: seconds a step and in all, error, how it ended."""
+    for name in ("raised", "stopped", "warned", "died"):
+        if told.get(name):
+            run[name] = told[name]
+    if "places" not in told:
+        return
+    run["error"] = error_of(told["places"], reference)
+    if counted and told["steps"]:
+        run["stepping"] += [x / told["steps"] for x in told["stepping"]]
+        run["all"] += told["all"]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("-o", "--output", type=pathlib.Path, default=HERE / "compare.json")
+    parser.add_argument("--page", type=pathlib.Path, default=HERE.parent / "docs" / "comparison.md")
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--only", nargs="+", choices=list(works.WORKS), default=list(works.WORKS))
+    parser.add_argument("--no-install", action="store_true", help="take the environment as it is")
+    options = parser.parse_args()
+    missing = {} if options.no_install else install()
+    if not PYTHON.exists():
+        missing = dict.fromkeys(PEERS, "no environment was set up")
+    result = measure(options.repeat, missing, options.only)
+    options.output.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    options.page.write_text(page.page(result), encoding="utf-8")
+    print(options.page.read_text(encoding="utf-8"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
