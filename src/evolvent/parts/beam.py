@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from evolvent import elements, jit
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import cells
+from evolvent.kernels import ancf, cells
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.checks import not_negative, positive, unit_vector, vector
 
@@ -91,6 +92,84 @@ class Beam:
                 raise InputError(f"{name}.normal is {self.normal!r}; it must be perpendicular to the direction")
             found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
         return found
+
+    def along(self, nodes: ArrayLike) -> dict[str, np.ndarray]:
+        """Strains, forces, moments and energy along the beam.
+
+        Parameters
+        ----------
+        nodes : (..., n + 1, 2 or 4, 3) float, m and 1, coordinates of its nodes, of a run's states for example
+
+        Returns
+        -------
+        dict
+            `arc` (2 n,), m, from the root: two points of each element (Gauss's), at which its cubic is nearest to the
+            shape that it stands for; and there (..., 2 n): `strain` of the axis; `force` along it, N; `shear_y`,
+            `shear_z`, N; `torque`, N m; `bend_y`, `bend_z`, N m, moments of what bends it across y and z (of a cable
+            `bend_y` is all); `energy`, J/m, stored per length. A cable has neither shear nor torque: zeros.
+
+        Notes
+        -----
+        A beam's are those of `kernels.ancf.STRAINS` and `line_stiffness`, without what its formulation takes together;
+        a cable's N = EA E |r'| and EI |r' x r''| / |r'|^2, of `cable_stretch` EA (|r'| - 1).
+        """
+        x = np.asarray(nodes, dtype=float)
+        if x.shape[-3:] != (self.elements + 1, self.vectors, 3):
+            raise InputError(
+                f"nodes has the shape {x.shape}; its last sizes must be {(self.elements + 1, self.vectors, 3)}"
+            )
+        flat = x.reshape(-1, *x.shape[-3:])
+        at, length = 0.5 + 0.5 * np.array([-1.0, 1.0]) / math.sqrt(3.0), self.length / self.elements
+        n = self.elements
+        names = ("strain", "force", "shear_y", "shear_z", "torque", "bend_y", "bend_z", "energy")
+        found = {name: np.zeros((len(flat), 2 * n)) for name in names}
+        rest = self.start() if self.rest == "start" else None
+        for i in range(n):
+            tapered = isinstance(self.section, elements.Taper)
+            section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
+            for k, xi in enumerate(at):
+                measure = self._cable_strains if self.vectors == 2 else self._beam_strains
+                strains = measure(flat[:, i : i + 2], length, xi)
+                zero = np.zeros((1, strains.shape[1]))
+                if rest is not None:
+                    zero = measure(rest[None, i : i + 2], length, xi)
+                if self.vectors == 2:
+                    s = section.at(xi).properties(self.material.nu)
+                    stretch, bend = strains[:, 0], strains[:, 1]
+                    off = stretch - zero[:, 0]
+                    along = (
+                        1.0 if self.formulation == "cable_stretch" else np.sqrt(np.maximum(1.0 + 2.0 * stretch, 0.0))
+                    )
+                    EA, EI = self.material.E * s.area, self.material.E * s.Iz
+                    values = {"strain": off, "force": EA * off * along, "bend_y": EI * bend}
+                    values["energy"] = 0.5 * (EA * off**2 + EI * bend**2)
+                else:
+                    off, stiff = strains - zero, elements.line_stiffness(xi, section, self.material)
+                    forces = stiff * off
+                    keys = ("force", "shear_y", "shear_z", "torque", "bend_y", "bend_z")
+                    values = dict(zip(keys, forces.T[:6], strict=True))
+                    values |= {"strain": off[:, 0], "energy": 0.5 * np.sum(forces * off, axis=1)}
+                for key, value in values.items():
+                    found[key][:, 2 * i + k] = value
+        arc = (length * (np.arange(n)[:, None] + at)).ravel()
+        return {"arc": arc, **{key: value.reshape(*x.shape[:-3], 2 * n) for key, value in found.items()}}
+
+    def _beam_strains(self, e: np.ndarray, length: float, xi: float) -> np.ndarray:
+        """(k, 9) of elements (k, 2, 4, 3)."""
+        found = np.zeros((len(e), 9))
+        for row, one in zip(found, e.reshape(len(e), 24), strict=True):
+            ancf.line_strains(np.ascontiguousarray(one), length, xi, row)
+        return found
+
+    def _cable_strains(self, e: np.ndarray, length: float, xi: float) -> np.ndarray:
+        """Strain and curvature (k, 2) of elements (k, 2, 2, 3)."""
+        slope, bend = (
+            np.einsum("j,kji->ki", np.array(elements.axis_shape(length, xi, order=order)), e.reshape(len(e), 4, 3))
+            for order in (1, 2)
+        )
+        square = np.einsum("ki,ki->k", slope, slope)
+        strain = np.sqrt(square) - 1.0 if self.formulation == "cable_stretch" else 0.5 * (square - 1.0)
+        return np.stack([strain, np.linalg.norm(np.cross(slope, bend), axis=1) / square], axis=1)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `cells`, and its constants into the pools."""

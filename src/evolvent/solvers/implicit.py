@@ -514,8 +514,8 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
         return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s; {smaller}"
     if code in (alpha.SINGULAR, alpha.REDUNDANT):
         return (
-            f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, or "
-            f"constraints have become redundant; look at the last samples"
+            f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
+            f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
         )
     scale = float(alpha.gain_scale(march.ledger, options))
     share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,6 +31,8 @@ METHOD = "generalized-alpha"
 MOST_STEPS = 100_000_000
 #: Angle over which a hub or a carried tip reaches its rate at least, rad: at once it would take an infinite force.
 LEAST_RAMP = 0.1
+#: Pivot, beside the largest entry of its column, below which a run tells.
+PIVOT_TOLD = 1e-13
 #: Share of the energy that the method itself may take, or add, before a run tells.
 NUMERICAL_TOLD, GAIN_TOLD = 0.05, 1e-3
 #: Where the tip's speed is looked for between samples, of the time in which a light string is wound; and how finely.
@@ -792,6 +795,12 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
         found.append(
             f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
             f"contact.stiffness, or auto"
+        )
+    pivot = json.loads(run.attrs["statistics"]).get("smallest_pivot", 1.0)
+    if pivot < PIVOT_TOLD:
+        found.append(
+            f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); what "
+            f"hangs on it may be wrong"
         )
     balance = run.energy_balance.values
     implicit = case.solver.method == METHOD
