@@ -111,7 +111,7 @@ class Beam:
         Notes
         -----
         A beam's are those of `kernels.ancf.STRAINS` and `line_stiffness`, without what its formulation takes together;
-        a cable's N = EA E |r'| and EI |r' x r''| / |r'|^2, of `cable_stretch` EA (|r'| - 1).
+        a cable's ``N = EA E |r'|`` and ``EI |r' x r''| / |r'|^2``, of `cable_stretch` ``EA (|r'| - 1)``.
         """
         x = np.asarray(nodes, dtype=float)
         if x.shape[-3:] != (self.elements + 1, self.vectors, 3):
