@@ -151,6 +151,8 @@ class Builder:
         """Marker of a reference: a point's or body's name, (body, position in its axes) or a position on the ground."""
         if isinstance(where, str):
             where = (where, (0.0, 0.0, 0.0))
+        if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
+            raise InputError(f"{where!r} is no place; give a name, (body, position) or a position on the ground")
         if len(where) == 3 and not isinstance(where[0], str):
             where = ("ground", where)
         name, local = where

@@ -140,3 +140,29 @@ def about_z(angle: Array) -> Array:
     """Quaternions (nt, 4) of turns by `angle`, rad, about z."""
     zero = np.zeros_like(angle)
     return np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
+
+
+def tilt_of(q: Array, angle: Array) -> Array:
+    """What is left of attitudes q (nt, 4) once the turn by `angle` about z is taken out: (angle about z)^-1 q."""
+    left = product(about_z(-angle), q)
+    return np.where(left[:, :1] < 0.0, -left, left)
+
+
+def rotation_matrices(q: Array) -> Array:
+    """Rotation matrices (..., 3, 3), body to inertial, of quaternions (..., 4), scalar part first, of any length."""
+    q = np.asarray(q, dtype=float)
+    w, x, y, z = np.moveaxis(q * (2.0 / np.einsum("...i,...i->...", q, q)[..., None]) ** 0.5, -1, 0)
+    rows = [
+        [1 - (y * y + z * z), x * y - w * z, x * z + w * y],
+        [x * y + w * z, 1 - (x * x + z * z), y * z - w * x],
+        [x * z - w * y, y * z + w * x, 1 - (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def quaternions(rotation: Array) -> Array:
+    """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
+    return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))

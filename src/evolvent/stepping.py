@@ -14,6 +14,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.flow import bind_rates
 from evolvent.kernels import rigid
+from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers import alpha
@@ -156,7 +157,7 @@ class Stepper:
     def body(self, name: str) -> BodyState:
         """State of a body now."""
         row = self.assembly.model.bodies[self.assembly.index(name, "bodies")]
-        return BodyState(row["x"].copy(), row["v"].copy(), _quaternion(row["R"]), row["w"].copy())
+        return BodyState(row["x"].copy(), row["v"].copy(), quaternions(row["R"]), row["w"].copy())
 
     def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Force (N) and torque about the body's origin (N m), inertial axes, of the structure on a body.
@@ -314,11 +315,3 @@ def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
         copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
         copy.add(Torque(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-torque")
     return copy.assemble()
-
-
-def _quaternion(R: Any) -> np.ndarray:
-    """Quaternion of a rotation matrix, scalar first and not below zero."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(R).as_quat()
-    return np.array([w, x, y, z]) * (1.0 if w >= 0.0 else -1.0)

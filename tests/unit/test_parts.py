@@ -276,3 +276,12 @@ def test_out_at_the_start_is_straight_and_turns_with_the_body():
     speeds = assembly.y[v : v + 6].reshape(2, 3)
     np.testing.assert_allclose(speeds, [[0.035, 6.0 * 1.55, 0.0], [0.035, 6.0 * 0.3, 0.0]], atol=1e-13)
     assert assembly.s[0] == 2
+
+
+@pytest.mark.parametrize("where", [None, 3.0, (), (1.0, 2.0, 3.0, 4.0)])
+def test_what_is_no_place_is_refused(where: object) -> None:
+    system = System()
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0), "body")
+    system.add(parts.Joint(a=where, b="body"))
+    with pytest.raises(InputError, match="is no place; give a name"):
+        system.assemble()

@@ -119,40 +119,48 @@ class Beam:
                 f"nodes has the shape {x.shape}; its last sizes must be {(self.elements + 1, self.vectors, 3)}"
             )
         flat = x.reshape(-1, *x.shape[-3:])
-        at, length = 0.5 + 0.5 * np.array([-1.0, 1.0]) / math.sqrt(3.0), self.length / self.elements
-        n = self.elements
+        at, n = 0.5 + 0.5 * np.array([-1.0, 1.0]) / math.sqrt(3.0), self.elements
+        length, rest = self.length / n, self.start() if self.rest == "start" else None
         names = ("strain", "force", "shear_y", "shear_z", "torque", "bend_y", "bend_z", "energy")
         found = {name: np.zeros((len(flat), 2 * n)) for name in names}
-        rest = self.start() if self.rest == "start" else None
+        values = self._of_cable if self.vectors == 2 else self._of_beam
         for i in range(n):
             tapered = isinstance(self.section, elements.Taper)
             section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
             for k, xi in enumerate(at):
-                measure = self._cable_strains if self.vectors == 2 else self._beam_strains
-                strains = measure(flat[:, i : i + 2], length, xi)
-                zero = np.zeros((1, strains.shape[1]))
-                if rest is not None:
-                    zero = measure(rest[None, i : i + 2], length, xi)
-                if self.vectors == 2:
-                    s = section.at(xi).properties(self.material.nu)
-                    stretch, bend = strains[:, 0], strains[:, 1]
-                    off = stretch - zero[:, 0]
-                    along = (
-                        1.0 if self.formulation == "cable_stretch" else np.sqrt(np.maximum(1.0 + 2.0 * stretch, 0.0))
-                    )
-                    EA, EI = self.material.E * s.area, self.material.E * s.Iz
-                    values = {"strain": off, "force": EA * off * along, "bend_y": EI * bend}
-                    values["energy"] = 0.5 * (EA * off**2 + EI * bend**2)
-                else:
-                    off, stiff = strains - zero, elements.line_stiffness(xi, section, self.material)
-                    forces = stiff * off
-                    keys = ("force", "shear_y", "shear_z", "torque", "bend_y", "bend_z")
-                    values = dict(zip(keys, forces.T[:6], strict=True))
-                    values |= {"strain": off[:, 0], "energy": 0.5 * np.sum(forces * off, axis=1)}
-                for key, value in values.items():
-                    found[key][:, 2 * i + k] = value
+                unloaded = None if rest is None else rest[None, i : i + 2]
+                for name, value in values(flat[:, i : i + 2], unloaded, section, length, xi).items():
+                    found[name][:, 2 * i + k] = value
         arc = (length * (np.arange(n)[:, None] + at)).ravel()
         return {"arc": arc, **{key: value.reshape(*x.shape[:-3], 2 * n) for key, value in found.items()}}
+
+    def _of_beam(
+        self, e: np.ndarray, rest: np.ndarray | None, section: Any, length: float, xi: float
+    ) -> dict[str, np.ndarray]:
+        """What `along` gives at a point of elements of 24 coordinates (k, 2, 4, 3)."""
+        off = self._beam_strains(e, length, xi)
+        if rest is not None:
+            off = off - self._beam_strains(rest, length, xi)
+        forces = elements.line_stiffness(xi, section, self.material) * off
+        keys = ("force", "shear_y", "shear_z", "torque", "bend_y", "bend_z")
+        return {
+            **dict(zip(keys, forces.T[:6], strict=True)),
+            "strain": off[:, 0],
+            "energy": 0.5 * np.sum(forces * off, axis=1),
+        }
+
+    def _of_cable(
+        self, e: np.ndarray, rest: np.ndarray | None, section: Any, length: float, xi: float
+    ) -> dict[str, np.ndarray]:
+        """What `along` gives at a point of cables (k, 2, 2, 3)."""
+        s = section.at(xi).properties(self.material.nu)
+        EA, EI = self.material.E * s.area, self.material.E * s.Iz
+        stretch, bend = self._cable_strains(e, length, xi).T
+        off = stretch if rest is None else stretch - self._cable_strains(rest, length, xi)[:, 0]
+        force = EA * off
+        if self.formulation == "cable":
+            force = force * np.sqrt(np.maximum(1.0 + 2.0 * stretch, 0.0))
+        return {"strain": off, "force": force, "bend_y": EI * bend, "energy": 0.5 * (EA * off**2 + EI * bend**2)}
 
     def _beam_strains(self, e: np.ndarray, length: float, xi: float) -> np.ndarray:
         """(k, 9) of elements (k, 2, 4, 3)."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.systems._common import tilt_of
+from evolvent.motion import tilt_of
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:

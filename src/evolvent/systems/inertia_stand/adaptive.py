@@ -11,9 +11,9 @@ from evolvent import parts
 from evolvent.errors import RunFailed
 from evolvent.kernels.stand import N_STATE
 from evolvent.model import DISSIPATED
+from evolvent.motion import rotation_matrices
 from evolvent.solvers import solve
 from evolvent.system import System
-from evolvent.systems._common import rotation_matrices
 
 if TYPE_CHECKING:
     from evolvent.systems.inertia_stand.simulate import Prepared

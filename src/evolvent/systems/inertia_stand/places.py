@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.inertia.stand import equilibrium
-from evolvent.motion import Forces, Frame, Motion, Strand, product, turned
-from evolvent.systems._common import quaternions
+from evolvent.motion import Forces, Frame, Motion, Strand, product, quaternions, turned
 from evolvent.systems.inertia_stand.show import box, case_of
 from evolvent.systems.inertia_stand.simulate import body_of, stand_of
 

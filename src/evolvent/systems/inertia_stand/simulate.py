@@ -12,8 +12,9 @@ from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, energy, equilibrium, linear_model
 from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
+from evolvent.motion import quaternions, rotation_matrices
 from evolvent.solvers import lanes
-from evolvent.systems._common import MOST_VALUES, quaternions, refuse_laws, rotation_matrices
+from evolvent.systems._common import MOST_VALUES, refuse_laws
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:

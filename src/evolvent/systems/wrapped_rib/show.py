@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Arrows, Figure, Line, Number, Panel, Scene, Solid
-from evolvent.systems._common import rotation_matrices, tilt_of
+from evolvent.motion import rotation_matrices, tilt_of
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
 from evolvent.systems.wrapped_rib.case import Case

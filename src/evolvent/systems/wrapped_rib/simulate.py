@@ -12,7 +12,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.systems._common import refuse_laws, rotation_matrices, sample_times
+from evolvent.motion import rotation_matrices
+from evolvent.systems._common import refuse_laws, sample_times
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.show import CAUSES, estimating_string

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.systems._common import rotation_matrices
+from evolvent.motion import rotation_matrices
 from evolvent.systems.wrapped_rib.advice import bent_element
 from evolvent.systems.wrapped_rib.case import Case
 
