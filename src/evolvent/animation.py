@@ -154,6 +154,7 @@ def pack(scene: Scene, *, most: int = 4000) -> bytes:
         **{f"color {k}": values for k, values in enumerate(colors.values())},
         **{f"number {k}": values for k, values in enumerate(scene.numbers.values())},
     }
+    arrays |= {f"turned {k}": s.turned for k, s in enumerate(scene.solids) if s.turned is not None}
     if scene.arrows is not None:
         arrays |= {"at": scene.arrows.at, "force": scene.arrows.force}
     blocks = {name: np.ascontiguousarray(values[kept], dtype="<f4") for name, values in arrays.items()}

@@ -76,7 +76,7 @@ class Figure:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Solid:
-    """A cylinder or a box that is fixed in the body.
+    """A cylinder or a box that is fixed in the body, or turns about its axis there.
 
     Attributes
     ----------
@@ -84,12 +84,14 @@ class Solid:
     centre : (3,) float, m, body axes
     size : (3,) float, m: radius, radius, length of a cylinder; the edges of a box
     axis : (3,) float, of a cylinder, body axes
+    turned : (nt,) float, rad, how far a cylinder has turned about its axis; None where it is fixed
     """
 
     kind: str
     centre: tuple[float, float, float]
     size: tuple[float, float, float]
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    turned: Array | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -147,6 +149,10 @@ class Scene:
     coils: int = 0
     solids: Sequence[Solid] = ()
     arrows: Arrows | None = None
+
+    def labelled(self, label: str) -> Scene:
+        """The scene with `label` in its title; itself where that is empty."""
+        return dataclasses.replace(self, title=f"{self.title} - {label}") if label else self
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import pathlib
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -28,8 +29,8 @@ _STYLE: Any = {
 }
 
 
-def draw(figures: Sequence[Figure], folder: str | os.PathLike[str]) -> list[str]:
-    """Write every figure into `folder`; returns the files' paths.
+def draw(figures: Sequence[Figure], folder: str | os.PathLike[str], *, label: str = "") -> list[str]:
+    """Write every figure into `folder`, with `label` written large below it; returns the files' paths.
 
     Raises
     ------
@@ -41,12 +42,12 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str]) -> list[str]
     for figure in figures:
         path = os.path.join(os.fspath(folder), f"{figure.name}.png")
         with writing(path) as temporary:
-            pathlib.Path(temporary).write_bytes(picture(figure, "png"))
+            pathlib.Path(temporary).write_bytes(picture(figure, "png", label=label))
         paths.append(path)
     return paths
 
 
-def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True) -> bytes:
+def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True, label: str = "") -> bytes:
     """A figure as the content of a file of some `kind` ("png", "svg"); the same figure gives the same bytes."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -61,6 +62,10 @@ def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True
         axes = sheet.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
         for axis, panel in zip(axes.ravel(), figure.panels, strict=False):
             _panel(axis, panel)
+        if label:
+            wide = int(11 * figure.size[0])  # letters that a line holds
+            text = "\n".join(textwrap.wrap(label, wide))
+            sheet.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=10, fontweight="bold")
         content = io.BytesIO()
         sheet.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
     return content.getvalue()

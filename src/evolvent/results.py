@@ -28,6 +28,8 @@ from evolvent.figures import Number
 _ENGINE: Literal["h5netcdf"] = "h5netcdf"
 #: How a run can end.
 STATUSES = ("success", "stopped by event", "interrupted", "failed")
+#: Those of runs that did what they were asked to.
+WELL = STATUSES[:2]
 #: Attributes of a run, as `label` writes them; those of `_JSON` hold a mapping.
 _TEXTS = ("title", "system", "case", "version", "solver", "status", "message", "statistics", "laws")
 _NUMBERS = ("wall_time_s", "compile_time_s")
@@ -39,6 +41,15 @@ _LONGEST = 255
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **attrs: Any) -> xr.Variable:
     """A variable with its units and name."""
     return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": long_name, **attrs})
+
+
+def unfinished(run: xr.Dataset) -> str:
+    """What to write on what is drawn of a run that did not end as it should; '' of one that did."""
+    status = run.attrs["status"]
+    if status in WELL:
+        return ""
+    message = run.attrs["message"].removeprefix(status).strip(" :")
+    return f"{status.upper()}: {message}" if message else status.upper()
 
 
 def label(

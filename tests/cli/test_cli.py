@@ -10,6 +10,7 @@ import time
 
 import psutil
 import pytest
+from PIL import Image
 
 import evolvent
 from evolvent import cases, cli, results
@@ -267,11 +268,16 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
     import evolvent.solvers.drive as drive
 
     monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
-    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc", "--no-figures")
+    code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc")
     assert code == 1
     assert err.splitlines()[-1].startswith("evolvent: the energy account is off")
     assert "failed" in out
-    assert evolvent.open("run.nc").attrs["status"] == "failed"
+    run = evolvent.open("run.nc")
+    assert run.attrs["status"] == "failed"
+    for figure in cases.system("heliogyro").figures(run):  # what is drawn says so too
+        drawn = Image.open(f"run-figures/{figure.name}.png").convert("RGB")
+        assert any(color == (0xB0, 0x00, 0x20) for _, color in drawn.getcolors(1 << 24)), figure.name
+    assert "FAILED: the energy account is off" in pathlib.Path("run-figures/deployment.html").read_text("utf-8")
 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path):

@@ -336,7 +336,7 @@ def test_packed_scene_can_be_read_back():
         tilt=np.tile([1.0, 0.0, 0.0, 0.0], (5, 1)),
         body=[np.eye(3)],
         numbers={"rate, rad/s": time_},
-        solids=[Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(1.0, 1.0, 2.0))],
+        solids=[Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(1.0, 1.0, 2.0), turned=7.0 * time_)],
         arrows=Arrows(label="force, N", at=points[:, 0], force=3.0 * points[:, 0], longest=0.5),
     )
     packed = animation.pack(scene)
@@ -352,6 +352,7 @@ def test_packed_scene_can_be_read_back():
     np.testing.assert_array_equal(found["points"], points.astype("f4"))
     np.testing.assert_array_equal(found["color 1"], (2.0 * value).astype("f4"))
     np.testing.assert_array_equal(found["force"], (3.0 * points[:, 0]).astype("f4"))
+    np.testing.assert_array_equal(found["turned 0"], (7.0 * time_).astype("f4"))
     assert [c["label"] for c in header["colors"]] == ["tension, N", "curvature, 1/m"]
     largest = np.linalg.norm(3.0 * points[:, 0], axis=-1).max()
     assert header["arrows"]["largest"] == pytest.approx(largest, rel=1e-6)

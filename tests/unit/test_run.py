@@ -21,6 +21,16 @@ def quick():
     return evolvent.run("heliogyro", QUICK)
 
 
+def test_drawn_spools_turn_so_that_the_thread_goes_out(quick):
+    spools = cases.system("heliogyro").scene(quick).solids[1:]
+    assert len(spools) == 2
+    for blade, spool in enumerate(spools):
+        top = np.cross(spool.axis, (0.0, 0.0, spool.size[0]))  # velocity where the thread leaves, for a rate of 1 rad/s
+        out = np.array(spool.centre) / np.linalg.norm(spool.centre)
+        np.testing.assert_allclose(top, spool.size[0] * out, atol=1e-15)
+        np.testing.assert_array_equal(spool.turned, quick.spool_angle.values[:, blade])
+
+
 def test_has_all_variables_with_units(quick):
     node, blade, time = ("time", "blade", "node"), ("time", "blade"), ("time",)
     wanted = {
@@ -29,6 +39,7 @@ def test_has_all_variables_with_units(quick):
         "tension": (node, "N"),
         "lag_angle": (node, "rad"),
         "released": (node, "1"),
+        "spool_angle": (blade, "rad"),
         "deployed_length": (blade, "m"),
         "hub_tension": (blade, "N"),
         "body_rate": (time, "rad s-1"),
@@ -89,6 +100,7 @@ def test_geometry(quick):
     np.testing.assert_allclose(gaps[both], 5.0 / 40, rtol=1e-8)
     count = released.sum(axis=2)
     assert count[-1, 0] == math.floor(0.035 * 9.0 / (5.0 / 40)) + 1
+    np.testing.assert_allclose(quick.spool_angle.values, 3.5 * quick.time.values[:, None] * [1, 1], atol=1e-12)
     np.testing.assert_allclose(quick.deployed_length.values, 0.035 * quick.time.values[:, None] * [1, 1], atol=1e-14)
     assert np.array_equal(np.isnan(quick.tension.values), ~released)
     np.testing.assert_allclose(position[:, 1, :, :2], -position[:, 0, :, :2], atol=1e-15)

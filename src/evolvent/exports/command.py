@@ -100,7 +100,7 @@ def _claim(path: str, target: str, *, folder: bool) -> None:
 
 def _tell(found: Any) -> None:
     """Say of a run that did not end as it should."""
-    from evolvent.exports.request import unfinished
+    from evolvent.results import unfinished
 
     if label := unfinished(found):
         click.echo(f"the run is labelled: {label}")

@@ -11,8 +11,8 @@ import numpy as np
 
 from evolvent.errors import InputError
 from evolvent.exports.pictures import pictures
-from evolvent.exports.request import Request, scene_of, shown_size, size_of, unfinished
-from evolvent.results import writing
+from evolvent.exports.request import Request, scene_of, shown_size, size_of
+from evolvent.results import unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr

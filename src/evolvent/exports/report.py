@@ -16,8 +16,7 @@ import numpy as np
 
 from evolvent import animation, cases, plots
 from evolvent.exports.pictures import pictures
-from evolvent.exports.request import WELL, unfinished
-from evolvent.results import made_with, writing
+from evolvent.results import WELL, made_with, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr

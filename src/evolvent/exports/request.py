@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
+from evolvent.results import unfinished
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 #: Size above which a file is written only if that is asked for, bytes.
 LARGE = 200_000_000
-#: Status of runs that did what they were asked to.
-WELL = ("success", "stopped by event")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -84,15 +83,6 @@ def kept(samples: np.ndarray, count: int) -> str:
     return f"{count} samples" if samples.size == count else f"{samples.size} of {count} samples (--frames takes more)"
 
 
-def unfinished(run: xr.Dataset) -> str:
-    """What to write on a run that did not end as it should; '' of one that did."""
-    status = run.attrs["status"]
-    if status in WELL:
-        return ""
-    message = run.attrs["message"].removeprefix(status).strip(" :")
-    return f"{status.upper()}: {message}" if message else status.upper()
-
-
 def scene_of(run: xr.Dataset) -> Scene:
     """The animation of a run, labelled if the run did not end as it should.
 
@@ -104,8 +94,7 @@ def scene_of(run: xr.Dataset) -> Scene:
     scene: Scene | None = cases.system(run.attrs["system"]).scene(run)
     if scene is None:
         raise InputError("the run holds a single sample, which makes no animation; --to csv and mat take it")
-    label = unfinished(run)
-    return dataclasses.replace(scene, title=f"{scene.title} - {label}") if label else scene
+    return scene.labelled(unfinished(run))
 
 
 def about(run: xr.Dataset) -> list[tuple[str, str]]:

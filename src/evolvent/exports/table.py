@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.exports.request import Request, about, kept, shown_size, size_of, unfinished
-from evolvent.results import make_folder, writing
+from evolvent.exports.request import Request, about, kept, shown_size, size_of
+from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,9 +16,9 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.exports.request import Request, about, kept, shown_size, size_of, unfinished
+from evolvent.exports.request import Request, about, kept, shown_size, size_of
 from evolvent.motion import turned
-from evolvent.results import make_folder, writing
+from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr

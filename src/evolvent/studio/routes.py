@@ -73,14 +73,16 @@ def _plain(name: str) -> str:
 def _drawn(studio: Studio, ref: str) -> bytes:
     """Figures and animation of a run, zipped."""
     from evolvent import animation, plots
+    from evolvent.results import unfinished
 
     found = studio.load(ref)
+    label = unfinished(found.run)
     module = cases.system(found.run.attrs["system"])
     with tempfile.TemporaryDirectory(prefix="evolvent-figures-") as folder:
-        paths = plots.draw(found.figures, folder)
+        paths = plots.draw(found.figures, folder, label=label)
         scene = module.scene(found.run)
         if scene is not None:
-            paths.append(animation.write(scene, os.path.join(folder, f"{scene.name}.html")))
+            paths.append(animation.write(scene.labelled(label), os.path.join(folder, f"{scene.name}.html")))
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in paths:

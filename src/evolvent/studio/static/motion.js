@@ -103,6 +103,19 @@ class Run {
       this.group.add(mesh);
       return mesh;
     });
+    // what turns bears marks, without which a round thing seems to stand still
+    this.turning = data.solids.flatMap((s, k) => {
+      const angle = data["turned " + k];
+      if (!angle) return [];
+      const [near, far, length] = [1.01 * s.size[1], 1.01 * s.size[0], 0.505 * s.size[2]];
+      const marks = [[0, 1], [Math.PI, 0]].map(([turn, whole]) => {
+        const [c, d] = [Math.cos(turn), Math.sin(turn)], ends = [[near * c, -length, near * d], [far * c, length, far * d]];
+        return whole ? [[0, -length, 0], ...ends, [0, length, 0]] : ends;
+      });
+      const strokes = new Strokes(pieces(marks), 1.5);
+      this.solids[k].add(strokes.mesh);
+      return [{ mesh: this.solids[k], rest: this.solids[k].quaternion.clone(), axis: new THREE.Vector3(0, 1, 0), angle, marks, strokes }];
+    });
     if (data.arrows) {
       this.many = data.at.shape[1];
       this.shafts = new Strokes(this.many, 2);
@@ -114,6 +127,7 @@ class Run {
   paint(dark) {
     const ink = dark ? [0.75, 0.78, 0.82] : [0.2, 0.22, 0.25];
     if (this.outline) this.outline.fill(this.data.body, ink);
+    for (const { strokes, marks } of this.turning) strokes.fill(marks, ink);
     for (const mesh of this.solids) mesh.material.color.set(dark ? 0x5a636e : 0xc3cad2);
     this.ink = this.alone ? ink : (dark ? RUNS_DARK : RUNS_LIGHT)[this.index % 5];
     this.red = dark ? [1.0, 0.45, 0.35] : [0.78, 0.13, 0.1];
@@ -138,6 +152,9 @@ class Run {
       this.group.quaternion.setFromAxisAngle(new THREE.Vector3(0, 0, 1), angle).multiply(tilt);
       this.group.position.set(...[0, 1, 2].map((c) => data.origin[3 * k + c] + f * (data.origin[3 * m + c] - data.origin[3 * k + c])));
     } else { this.group.quaternion.identity(); this.group.position.set(0, 0, 0); }
+    for (const { mesh, rest, axis, angle } of this.turning) {
+      mesh.quaternion.copy(rest).multiply(new THREE.Quaternion().setFromAxisAngle(axis, angle[k] + f * (angle[m] - angle[k])));
+    }
     const scale = data.colors[options.colour] || data.colors[0], name = "color " + (data.colors[options.colour] ? options.colour : 0);
     const values = data[name], span = scale.high - scale.low || 1, each = nodes - 1;
     const { start, end, tint } = this.strokes, S = start.array, E = end.array, T = tint.array;

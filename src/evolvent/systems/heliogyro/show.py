@@ -358,10 +358,17 @@ def scene(run: xr.Dataset) -> Scene | None:
     numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
     numbers["tip lag, deg"] = np.degrees(run.signed_lag.values[:, 0, 0])
     solids = [Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(0.7 * L0, 0.7 * L0, 2.0 * radius))]
-    for turn in turns:
+    for blade, turn in enumerate(turns):
         c, s = float(np.cos(turn)), float(np.sin(turn))
-        axis = (-s, c, 0.0)
-        solids.append(Solid(kind="cylinder", centre=(L0 * c, L0 * s, 0.0), size=(radius, radius, radius), axis=axis))
+        solids.append(
+            Solid(
+                kind="cylinder",
+                centre=(L0 * c, L0 * s, 0.0),
+                size=(radius, radius, radius),
+                axis=(-s, c, 0.0),
+                turned=run.spool_angle.values[:, blade],
+            )
+        )
     return Scene(
         name="deployment",
         title="Deployment of the heliogyro's blades",

@@ -280,7 +280,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     found |= dict.fromkeys(("energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released"), time)
     found |= dict.fromkeys(("spool_work", "load_work", "drive_work"), time)
     found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
-    found |= dict.fromkeys(("let_go", "deployed_length", "hub_tension"), blade)
+    found |= dict.fromkeys(("let_go", "spool_angle", "deployed_length", "hub_tension"), blade)
     found |= dict.fromkeys(("tension", "lag_angle", "signed_lag", "released"), node)
     found |= {"position": node | {"axis": 3}, "velocity": node | {"axis": 3}}
     if case.body.motion != "driven":
@@ -414,8 +414,8 @@ def _results(
     released = np.arange(n) < out[:, :, None]
     tension = np.broadcast_to(seen.tension.reshape(solution.t.size, threads, n), released.shape)
     tension = np.where(released, tension, np.nan)
-    deployed = np.clip(case.spool.radius * seen.spool[:, :, 0], 0.0, case.blade.length)
-    deployed = np.where(gone, case.blade.length, np.broadcast_to(deployed, out.shape))
+    turned = np.broadcast_to(seen.spool[:, :, 0], out.shape)
+    deployed = np.where(gone, case.blade.length, np.clip(case.spool.radius * turned, 0.0, case.blade.length))
     rate = np.einsum("ti,ti->t", R[:, :, 2], w)
     slack = _slack(case, solution.t, tension)
     lag, signed = _lag(case, position, released)
@@ -431,6 +431,7 @@ def _results(
         "signed_lag": variable(node, signed, "rad", "lag angle in the plane of the spin, negative ahead of the spool"),
         "released": variable(node, released, "1", "whether the node has left its spool"),
         "let_go": variable(blade, gone, "1", "whether the whole thread has left its spool"),
+        "spool_angle": variable(blade, turned, "rad", "angle that the spool has turned; at zero all would be wound"),
         "deployed_length": variable(blade, deployed, "m", "length of thread paid out"),
         "hub_tension": variable(blade, _hub(tension, out, gone), "N", "tension of the segment at the spool"),
         "body_rate": variable(time, rate, "rad s-1", "rate of the body about its spin axis"),
