@@ -16,6 +16,7 @@ import pytest
 import evolvent
 from evolvent import results, studies
 from evolvent.inertia import Body, Stand, linear_model
+from evolvent.studies import draw
 from studio.serving import LONG, SHORT, serving
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
@@ -331,6 +332,21 @@ def test_click_on_a_map_opens_the_case(page, shots):
     page.locator("text=of study feed").first.wait_for()
     assert page.locator(part("field-spool.rate")).input_value() == "3.0"
     assert page.locator(part("field-blade.nodes")).input_value() == "6"
+
+
+def test_the_figures_of_a_system_stand_below_its_study(page, folder, shots):
+    over = {"body.offset_x": [-0.4, 0.4], "body.offset_z": [-0.2, 0.2]}
+    asked = studies.read({"study": "corners", "case": "inertia-stand", "over": over})
+    names = list(draw.of_system(studies.sweep(asked, output=folder / "corners")))
+    assert len(names) == 5
+    page.click(part("tab-studies"))
+    page.click(part("study-corners"))
+    sheets = page.locator(f"{part('study-figures')} img")
+    sheets.first.wait_for()
+    assert [sheets.nth(k).get_attribute("alt") for k in range(sheets.count())] == [n.replace("_", " ") for n in names]
+    page.wait_for_function("e => e.naturalWidth > 300", arg=sheets.last.element_handle())
+    sheets.last.scroll_into_view_if_needed()
+    page.screenshot(path=shots / "study-figures.png")
 
 
 def test_case_that_reads_outside_is_refused(page, folder):

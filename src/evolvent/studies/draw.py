@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
+import pathlib
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -29,19 +31,32 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
     InputError
         If the folder cannot be written into.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    own = getattr(cases.system(dataset.attrs["system"]), "study_figures", None)
-    found = (own(dataset) if own is not None else {}) or figures(dataset)
+    found = of_system(dataset) or figures(dataset)
     make_folder(folder)
     paths = []
     for name, figure in found.items():
-        FigureCanvasAgg(figure)
         path = os.path.join(os.fspath(folder), f"{name}.png")
         with writing(path) as temporary:
-            figure.savefig(temporary, format="png", dpi=130)
+            pathlib.Path(temporary).write_bytes(picture(figure))
         paths.append(path)
     return paths
+
+
+def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
+    """The figures that a study's own system has for it; none where it has none for such a study."""
+    own = getattr(cases.system(dataset.attrs["system"]), "study_figures", None)
+    found: dict[str, Figure] = own(dataset) if own is not None else {}
+    return found
+
+
+def picture(figure: Figure) -> bytes:
+    """A figure as the content of a PNG file."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    FigureCanvasAgg(figure)
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=130)
+    return content.getvalue()
 
 
 def figures(dataset: xr.Dataset) -> dict[str, Figure]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 import pathlib
 from collections.abc import Sequence
@@ -150,6 +151,13 @@ def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
     return found, studies.read(cases.parse_yaml(found.attrs["study"], "the study"))
 
 
+def _pictures(study: xr.Dataset) -> dict[str, bytes]:
+    """What the system of a study draws of it, as PNG."""
+    from evolvent.studies import draw
+
+    return {name: draw.picture(figure) for name, figure in draw.of_system(study).items()}
+
+
 class _Results:
     """What came of a study: one output at a time."""
 
@@ -183,6 +191,18 @@ class _Results:
         self.body = ui.element("div").style("width:100%").props('data-testid="study-chart"')
         ui.label("A click on a point opens its case. Blank: the case failed.").classes("ev-what")
         self._choose()
+        ui.timer(0.01, self._draw_figures, once=True)
+
+    async def _draw_figures(self) -> None:
+        """The figures that the system has for such a study, below the chart."""
+        drawn = await asyncio.to_thread(_pictures, self.study)
+        if not drawn or self.body.is_deleted:
+            return
+        with self.page.main, ui.element("div").classes("ev-sheets").props('data-testid="study-figures"'):
+            for name, content in drawn.items():
+                sheet = ui.element("img").classes("ev-card")
+                sheet.props["src"] = f"data:image/png;base64,{base64.b64encode(content).decode()}"
+                sheet.props["alt"] = name.replace("_", " ")
 
     def _varies(self, name: str) -> bool:
         values = self.study[name].values
