@@ -303,6 +303,38 @@ def test_deployment_follows_the_closed_form(book):
     )  # fmt: skip
 
 
+def test_the_tail_leaves_the_hub_bent(book):
+    """The tail's line passes 4 R/3 from the axis once it is long; less by a part of the order of R over its length."""
+    run = evolvent.run(
+        "wrapped-rib-deploy",
+        {"rib.elements": 160, "solver.tolerance": 1e-5, "solver.duration": 8000, "output.every": 50},
+    )
+    strip = case_of(run).strip
+    _, offset = reference.peel(strip)
+    assert offset == pytest.approx(4.0 / 3.0 * strip.radius, rel=1e-14)
+    time, x = run.time.values, run.position.values[:, 0, :, :2]
+    piece, middle = np.diff(x, axis=1), 0.5 * (x[:, 1:] + x[:, :-1])
+    cross = middle[..., 0] * piece[..., 1] - middle[..., 1] * piece[..., 0]
+    line = np.max(np.abs(cross) / np.linalg.norm(piece, axis=-1), axis=1)  # farthest line of all pieces
+    spans = [(1000.0, 2000.0), (2000.0, 4000.0), (4000.0, 6000.0), (6000.0, 8000.0)]
+    means = [line[(time >= low) & (time < high)].mean() for low, high in spans]
+    over = [np.mean(1.0 / run.tip_radius.values[(time >= low) & (time < high), 0]) for low, high in spans]
+    slope, limit = np.polyfit(over, means, 1)
+    assert all(np.diff(means) > 0.0)
+    assert slope < 0.0
+    assert limit == pytest.approx(offset, rel=0.02)
+    rate = np.polyfit(time[time > 4000.0], np.abs(run.angular_momentum.values[time > 4000.0, 2]), 1)[0]
+    assert rate == pytest.approx(2.0 * strip.bending_stiffness / strip.radius, rel=0.03)
+    book(
+        "Wrapped rib", "Free deployment: offset of the tail's line, extrapolated to a long tail", reference="4 R/3",
+        source="elastica at the lift-off", error=abs(limit / offset - 1.0), allowed=0.02,
+    )  # fmt: skip
+    book(
+        "Wrapped rib", "Free deployment: rate of the angular momentum, 4000 to 8000 s", reference="2 EI/R",
+        source="closed form", error=abs(rate * strip.radius / (2.0 * strip.bending_stiffness) - 1.0), allowed=0.03,
+    )  # fmt: skip
+
+
 def test_ribs_on_a_free_hub_keep_the_momenta_and_mirror_one_another(book):
     changes = {"rib.count": 2, "rib.elements": 20, "solver.duration": 20, "output.every": 1, "solver.tolerance": 1e-6}
     run = evolvent.run("wrapped-rib-deploy", FREE | changes)

@@ -287,9 +287,30 @@ def deployment_speed(rib: Strip) -> float:
     -----
     Derived here. The free tail of length l is straight and turns at v/l about the point of tangency: its kinetic
     energy m l^3 (v/l)^2 / 6 is the bending energy that it has given, EI l / (2 R^2), whatever l is. No damping, no
-    stretch, no inertia in what is wound.
+    stretch, no inertia in what is wound. It is the limit of a tail that is long beside R: what is neglected is of the
+    order of R/l, for the tail leaves the hub bent (`peel`).
     """
     return math.sqrt(3.0 * rib.bending_stiffness / rib.line_density) / rib.radius
+
+
+def peel(rib: Strip) -> tuple[float, float]:
+    """How the tail leaves the hub while the rib unwinds by its own bending, where the tail is long beside R.
+
+    Returns
+    -------
+    angle : float, rad, that the rib turns on by between the hub and its straight part: acos(2/3)
+    offset : float, m, of the straight part's line from the axis: 4 R / 3
+
+    Notes
+    -----
+    Derived here. Where the tail begins its tension is m v^2 / 2 = 3 EI / (2 R^2). There the rib is an elastica under
+    that tension, EI phi'^2 / 2 = N (1 - cos phi), and leaves the hub with the curvature 1/R: 1 - cos phi = 1/3. Its
+    bend lies on the outer side of the hub, which moves the line of the tail outwards, to R cos phi +
+    2 sin(phi/2) sqrt(EI/N). The angular momentum agrees: m l^2 v / 3 grows by 2 EI / R, which is N times the offset.
+    """
+    cosine = 2.0 / 3.0
+    bend = rib.radius * math.sqrt(2.0 / 3.0)  # sqrt(EI / N)
+    return math.acos(cosine), rib.radius * cosine + 2.0 * math.sqrt(0.5 * (1.0 - cosine)) * bend
 
 
 def deployed_length(rib: Strip, time: Array) -> Array:
