@@ -22,20 +22,20 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.solvers import lanes
-from evolvent.systems.inertia_stand import simulate
+from evolvent.systems.inertia_stand.prepare import Prepared, prepare
 
 STEP, DURATION = 1e-3, 10.0
 
 
-def bodies() -> list[simulate.Prepared]:
+def bodies() -> list[Prepared]:
     """The 999 cases of the built-in map."""
     base = cases.load("inertia-stand")
     offsets = [(float(x), float(z)) for x in np.linspace(-1.17, 1.17, 37) for z in np.linspace(-0.52, 0.52, 27)]
     moved = [base.body.model_copy(update={"offset_x": x, "offset_z": z}) for x, z in offsets]
-    return [simulate.prepare(base.model_copy(update={"body": body})) for body in moved]
+    return [prepare(base.model_copy(update={"body": body})) for body in moved]
 
 
-def integrate(prepared: list[simulate.Prepared], repeat: int, **options: Any) -> tuple[float, np.ndarray]:
+def integrate(prepared: list[Prepared], repeat: int, **options: Any) -> tuple[float, np.ndarray]:
     """Best CPU time of the integration, s, and the states."""
     suspended = [item.suspended for item in prepared]
     best = np.inf
@@ -46,7 +46,7 @@ def integrate(prepared: list[simulate.Prepared], repeat: int, **options: Any) ->
     return best, states
 
 
-def xml(item: simulate.Prepared) -> str:
+def xml(item: Prepared) -> str:
     """The case as a MuJoCo model: a free body, springs as spatial tendons between sites."""
     s = item.suspended
     J = s.inertia
@@ -67,7 +67,7 @@ def xml(item: simulate.Prepared) -> str:
 {"".join(ends)}</body></worldbody><tendon>{"".join(tendons)}</tendon></mujoco>"""
 
 
-def mujoco_batch(prepared: list[simulate.Prepared]) -> tuple[float, np.ndarray] | None:
+def mujoco_batch(prepared: list[Prepared]) -> tuple[float, np.ndarray] | None:
     """CPU time, s, and final positions of the bodies under MuJoCo; None where it is not installed."""
     try:
         import mujoco

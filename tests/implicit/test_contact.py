@@ -94,26 +94,6 @@ def test_tangent_of_a_damped_contact_on_a_cylinder(rng: np.random.Generator) -> 
     assert_allclose(by_v, gradient(lambda v: force(x, v), v, 1e-3), atol=1e-7 * np.abs(by_v).max())
 
 
-def test_mean_normal_gives_exact_work_on_a_curved_surface(rng: np.random.Generator) -> None:
-    for _ in range(20):
-        a = unit(rng)
-        hub = (*rng.standard_normal(3), *a, 2.0, math.inf)
-        x0, x1 = rng.standard_normal((2, 3))
-        gap0, *n0, d0 = contact.cylinder_gap(*x0, *hub)
-        gap1, *n1, d1 = contact.cylinder_gap(*x1, *hub)
-        n = np.array(contact.mean_normal(*n0, d0, *n1, d1))
-        f = contact.normal_force(contact.CONSERVATIVE, gap1, 0.0, gap0, K, 1.5, 0.0)[0]
-        change = contact.contact_energy(gap1, K, 1.5) - contact.contact_energy(gap0, K, 1.5)
-        assert_allclose(f * n @ (x1 - x0), -change, rtol=1e-12, atol=1e-12)
-
-        def normal(x: Array, n0: list = n0, d0: float = d0, hub: tuple = hub) -> Array:
-            _, *n1, d1 = contact.cylinder_gap(*x, *hub)
-            return np.array(contact.mean_normal(*n0, d0, *n1, d1))
-
-        by_x1 = (np.eye(3) - np.outer(a, a) - np.outer(n, n1)) / (d0 + d1)
-        assert_allclose(by_x1, gradient(normal, x1, 1e-3), atol=1e-7)
-
-
 coordinate = st.floats(-5.0, 5.0)
 
 

@@ -77,18 +77,12 @@ def cylinder_curvature(nx, ny, nz, ax, ay, az, distance):
 
 
 @inlined
-def mean_normal(mx, my, mz, distance_before, nx, ny, nz, distance):
-    """Direction n with n . (x1 - x0) = gap1 - gap0 for a cylinder at rest, from the normals and distances of both ends.
-
-    Along it the work of CONSERVATIVE is exact on the curved surface too. Its derivative by x1 is
-    (I - a a^T - n n1^T) / (distance0 + distance1).
-    """
-    total = distance_before + distance
-    f = 1.0 / total if total > 0.0 else 0.0
+def check_point(y, at, S):
+    """Place (or velocity) of a check point of a beam, S . (the four vectors at `at`)."""
     return (
-        f * (distance_before * mx + distance * nx),
-        f * (distance_before * my + distance * ny),
-        f * (distance_before * mz + distance * nz),
+        S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
+        S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],
+        S[0] * y[at[0] + 2] + S[1] * y[at[1] + 2] + S[2] * y[at[2] + 2] + S[3] * y[at[3] + 2],
     )
 
 

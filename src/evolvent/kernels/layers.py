@@ -44,16 +44,6 @@ def _combined(y, at, half, S):
     )
 
 
-@inlined
-def _check_point(y, at, S):
-    """Place (or velocity) of a check point from the four vectors at `at`."""
-    return (
-        S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
-        S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],
-        S[0] * y[at[0] + 2] + S[1] * y[at[1] + 2] + S[2] * y[at[2] + 2] + S[3] * y[at[3] + 2],
-    )
-
-
 @kernel
 def nearest(y, flexible, beam, cell, xi, px, py, pz, ax, ay, az):
     """Place of a beam's axis that is nearest to a point as seen along the unit vector a, searched from (cell, xi) on.
@@ -164,7 +154,7 @@ def find_partners(y, flexible, bodies, k):
     for i in range(cylinders[k].first, cylinders[k].last):
         checks[i].carrier = -1
         q = checks[i].iq[0]
-        px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+        px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
         angle = angles[own + checks[i].cell] + sense * _between(
             y[q] - cx, y[q + 1] - cy, y[q + 2] - cz, px - cx, py - cy, pz - cz, ax, ay, az
         )
@@ -200,7 +190,7 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
             d[j], s[j] = 0.0, 0.0
         if checks[i].carrier < 0:
             continue
-        px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+        px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
         c, xi = nearest(y, flexible, under, checks[i].carrier, checks[i].xi, px, py, pz, ax, ay, az)
         checks[i].carrier1, checks[i].xi1 = c, xi
         if c < 0:
@@ -223,7 +213,7 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
         checks[i].gap1 = gap
         if gap >= 0.0:
             continue
-        ux, uy, uz = _check_point(y, checks[i].iv, checks[i].S)
+        ux, uy, uz = contact.check_point(y, checks[i].iv, checks[i].S)
         vx, vy, vz = _combined(y, cells[c].iv, half, S)
         rate = nx * (ux - vx) + ny * (uy - vy) + nz * (uz - vz)
         stiffness, exponent = cylinders[k].stiffness, cylinders[k].exponent
@@ -293,7 +283,7 @@ def settle_layers(y, flexible, bodies, k):
     for i in range(cylinders[k].first, cylinders[k].last):
         c = checks[i].carrier
         if c >= 0:
-            px, py, pz = _check_point(y, checks[i].iq, checks[i].S)
+            px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
             x, yy, z = _combined(y, cells[c].iq, half, _shape(cells[c].length, checks[i].xi))
             checks[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
 

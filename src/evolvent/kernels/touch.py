@@ -2,19 +2,10 @@
 
 import math
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import kernel
 from evolvent.kernels import contact, layers, rigid
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
-
-
-@inlined
-def _point(y, iq, S):
-    """S . (four vectors at iq), the place of a check point."""
-    x = S[0] * y[iq[0]] + S[1] * y[iq[1]] + S[2] * y[iq[2]] + S[3] * y[iq[3]]
-    w = S[0] * y[iq[0] + 1] + S[1] * y[iq[1] + 1] + S[2] * y[iq[2] + 1] + S[3] * y[iq[3] + 1]
-    z = S[0] * y[iq[0] + 2] + S[1] * y[iq[1] + 2] + S[2] * y[iq[2] + 2] + S[3] * y[iq[3] + 2]
-    return x, w, z
 
 
 @kernel
@@ -75,13 +66,13 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
             checks[i].gap1 = math.inf
             if not near:
                 continue
-            x, yy, z = _point(y, iq, checks[i].S)
+            x, yy, z = contact.check_point(y, iq, checks[i].S)
             gap, nx, ny, nz, distance = contact.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             checks[i].gap1 = gap
             before = checks[i].gap if step > 0.0 else gap
             if gap >= 0.0 and (before >= 0.0 or law != contact.CONSERVATIVE):
                 continue
-            vx, vy, vz = _point(y, checks[i].iv, checks[i].S)
+            vx, vy, vz = contact.check_point(y, checks[i].iv, checks[i].S)
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
@@ -156,8 +147,8 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                 continue
             n, t = checks[i].n, checks[i].t
             H = contact.cylinder_curvature(n[0], n[1], n[2], ax, ay, az, checks[i].distance)
-            x, yy, z = _point(y, checks[i].iq, checks[i].S)
-            vx, vy, vz = _point(y, checks[i].iv, checks[i].S)
+            x, yy, z = contact.check_point(y, checks[i].iq, checks[i].S)
+            vx, vy, vz = contact.check_point(y, checks[i].iv, checks[i].S)
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
@@ -234,7 +225,7 @@ def settle_contacts(y, flexible, bodies):
                     slip += 0.5 * cylinders[k].stick_stiffness * (u[c] * u[c] - new * new)
                     d[c], u[c] = d1[c], new
             elif mu > 0.0:
-                x, yy, z = _point(y, checks[i].iq, checks[i].S)
+                x, yy, z = contact.check_point(y, checks[i].iq, checks[i].S)
                 q, u, u1 = checks[i].anchor, checks[i].stick, checks[i].stick1
                 x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
                 d, d1 = checks[i].drag, checks[i].drag1

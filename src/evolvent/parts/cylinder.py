@@ -5,24 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import ancf, contact, flexible
-from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
-
-LAWS = {
-    "paper": contact.PAPER,
-    "hunt-crossley": contact.HUNT_CROSSLEY,
-    "conservative": contact.CONSERVATIVE,
-}
+from evolvent.parts.checks import positive, unit_vector, vector
+from evolvent.parts.touching import Touching
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Cylinder:
+class Cylinder(Touching):
     """A rigid cylinder on a body (or the ground), and the beams whose check points it pushes out.
 
     Parameters
@@ -48,21 +41,13 @@ class Cylinder:
     half_length: float = math.inf
     centre: Sequence[float] = (0.0, 0.0, 0.0)
     axis: Sequence[float] = (0.0, 0.0, 1.0)
-    law: str = "hunt-crossley"
-    stiffness: float = 1e4
-    exponent: float = 1.0
-    damping: float = 0.0
-    points: int = 2
-    friction: float = 0.0
-    stick_stiffness: float = 1e3
-    stick_damping: float = 0.0
     skip: int = 0
     sunk: float = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the cylinder and its check points."""
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
-        law = law_fields(self, name)
+        law = self.law_fields(name)
         radius = positive(f"{name}.radius", self.radius)
         centre = vector(f"{name}.centre", self.centre)
         axis = unit_vector(f"{name}.axis", self.axis)
@@ -87,7 +72,7 @@ class Cylinder:
         builder.names[name] = ("cylinders", index)
 
     def _checks(self, builder: Builder, name: str, beam: str, centre: np.ndarray, axis: np.ndarray) -> None:
-        places = check_points(builder, name, builder.find(beam, "beams"), self.points)
+        places = self.check_points(builder, name, builder.find(beam, "beams"))
         for fields in places[self.skip :]:
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
@@ -97,33 +82,3 @@ class Cylinder:
                     f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
                 )
             builder.add("checks", **fields)
-
-
-def law_fields(part: Any, name: str) -> dict[str, Any]:
-    """Fields of a contact's law, as `Cylinder` and `Layers` name them."""
-    fields = {
-        "law": choice(f"{name}.law", part.law, LAWS),
-        "stiffness": positive(f"{name}.stiffness", part.stiffness),
-        "exponent": number(f"{name}.exponent", part.exponent, least=1.0, allowed="a number from 1"),
-        "share": 1.0,
-    }
-    for key in ("damping", "friction", "stick_stiffness", "stick_damping"):
-        fields[key] = not_negative(f"{name}.{key}", getattr(part, key))
-    return fields
-
-
-def check_points(builder: Builder, name: str, beam: int, points: int) -> list[dict[str, Any]]:
-    """Fields of the check points of a beam, evenly spaced in each element, its second node included."""
-    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
-        raise InputError(f"{name}.points is {points!r}; it must be a whole number from 1")
-    row, found = builder.rows["beams"][beam], []
-    k = flexible.NODE_VECTORS[row["kind"]]
-    vectors = np.array([0, 1, k, k + 1])
-    for c in range(row["cell"], row["cell"] + row["cells"]):
-        cell = builder.rows["cells"][c]
-        for i in range(1, points + 1):
-            shape = np.empty(8)
-            ancf.beam_shape(cell["length"], i / points, 0.0, 0.0, shape)
-            at = {"iq": cell["iq"] + 3 * vectors, "iv": cell["iv"] + 3 * vectors}
-            found.append({"cell": c, **at, "S": shape[[0, 1, 4, 5]], "reach": 1.5 * cell["length"]})
-    return found

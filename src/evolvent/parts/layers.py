@@ -13,11 +13,11 @@ from evolvent.errors import InputError
 from evolvent.kernels import contact
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import unit_vector, vector
-from evolvent.parts.cylinder import check_points, law_fields
+from evolvent.parts.touching import Touching
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Layers:
+class Layers(Touching):
     """Turns of a beam wound round a body, which lie on turns of the same beam or of a neighbour.
 
     Needs `generalized-alpha` or statics. A point that moves past the end of the beam below gains or loses the energy of
@@ -49,21 +49,13 @@ class Layers:
     sense: int = 1
     centre: Sequence[float] = (0.0, 0.0, 0.0)
     axis: Sequence[float] = (0.0, 0.0, 1.0)
-    law: str = "hunt-crossley"
-    stiffness: float = 1e4
-    exponent: float = 1.0
-    damping: float = 0.0
-    points: int = 2
-    friction: float = 0.0
-    stick_stiffness: float = 1e3
-    stick_damping: float = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the layer and its check points."""
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
         over = builder.find(self.over, "beams")
         under = builder.find(self.under, "beams") if self.under else over
-        law = law_fields(self, name)
+        law = self.law_fields(name)
         if law["law"] == contact.CONSERVATIVE:
             raise InputError(f"{name}.law is 'conservative', which layers do not know; take 'hunt-crossley' or 'paper'")
         if self.sense not in (1, -1):
@@ -76,7 +68,7 @@ class Layers:
         for beam, owner in {over: self.over, under: self.under or self.over}.items():
             self._thicken(builder, name, beam, owner)
         first = len(builder.rows["checks"])
-        for fields in check_points(builder, name, over, self.points):
+        for fields in self.check_points(builder, name, over):
             builder.add("checks", carrier=UNKNOWN, **fields)
         index = builder.add(
             "cylinders",

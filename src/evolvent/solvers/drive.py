@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
@@ -22,6 +21,7 @@ from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import reason_of_outrun
+from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
 METHODS = {"heun": ex.HEUN, "rk4": ex.RK4, "dopri5": ex.DOPRI5}
@@ -37,38 +37,6 @@ ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
-
-
-@dataclasses.dataclass
-class Solution:
-    """What a solver returns; it prints nothing.
-
-    Attributes
-    ----------
-    t : (nt,) float, s, times of the samples
-    y, s : (nt, ny) float and (nt, ns) int, states there
-    status : {"success", "stopped by event", "interrupted", "failed"}
-    message : str, one sentence; for a failure: what, where, when, what to try
-    statistics : dict of steps, rejected, rhs evaluations, events, step (s), stability_limit (s), energy_defect
-    event_times, event_kinds : (ne,) float and int
-    wall_time, compile_time : float, s
-    """
-
-    t: np.ndarray
-    y: np.ndarray
-    s: np.ndarray
-    status: str
-    message: str
-    statistics: dict[str, float]
-    event_times: np.ndarray
-    event_kinds: np.ndarray
-    wall_time: float
-    compile_time: float
-
-    @property
-    def success(self) -> bool:
-        """Whether the run reached its end, or the event that was to stop it."""
-        return self.status in ("success", "stopped by event")
 
 
 def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, start: float) -> tuple[float, float, float]:

@@ -19,8 +19,8 @@ from evolvent.kernels import contact, couplings, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_energies
 
 if TYPE_CHECKING:
-    from evolvent.solvers.drive import Solution
     from evolvent.solvers.implicit import ImplicitSolution
+    from evolvent.solvers.solution import Solution
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120

@@ -16,7 +16,7 @@ from evolvent.solvers import solve
 from evolvent.system import System
 
 if TYPE_CHECKING:
-    from evolvent.systems.inertia_stand.simulate import Prepared
+    from evolvent.systems.inertia_stand.prepare import Prepared
 
 
 def build(item: Prepared) -> System:

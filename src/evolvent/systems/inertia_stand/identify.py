@@ -20,7 +20,7 @@ from evolvent.solvers import lanes
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.systems.inertia_stand.simulate import Prepared
+    from evolvent.systems.inertia_stand.prepare import Prepared
 
 #: Amplitude, of the largest, above which a mode of the linear model is looked for in signals without noise.
 SEEN = 1e-3
@@ -251,7 +251,7 @@ def _variables(
     order: int | None,
 ) -> dict[str, xr.Variable]:
     from evolvent.results import variable
-    from evolvent.systems.inertia_stand.simulate import COMPONENTS
+    from evolvent.systems.inertia_stand.prepare import COMPONENTS
 
     case, c = item.case, len(item.case.sensor_points)
     m = modes.order if modes is not None else order or 3

@@ -8,8 +8,8 @@ import numpy as np
 
 from evolvent.inertia.stand import equilibrium
 from evolvent.motion import Forces, Frame, Motion, Strand, product, quaternions, turned
+from evolvent.systems.inertia_stand.prepare import body_of, stand_of
 from evolvent.systems.inertia_stand.show import box, case_of
-from evolvent.systems.inertia_stand.simulate import body_of, stand_of
 
 if TYPE_CHECKING:
     import xarray as xr
