@@ -17,7 +17,7 @@ import numpy as np
 from evolvent import animation, cases, plots
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import WELL, unfinished
-from evolvent.results import made_with, writing
+from evolvent.results import made_with, statistics_of, writing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -243,7 +243,7 @@ def _count(value: float) -> str:
 
 def _provenance(run: xr.Dataset, date: datetime.datetime) -> str:
     attrs = run.attrs
-    statistics = {k: v for k, v in json.loads(attrs["statistics"]).items() if v is not None}
+    statistics = {k: v for k, v in statistics_of(run).items() if v is not None}
     account = ", ".join(f"{name.replace('_', ' ')} {_count(value)}" for name, value in statistics.items())
     rows = [
         ("run on", _day(attrs["date"]) if "date" in attrs else "not recorded in the file"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -782,6 +781,8 @@ def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarra
 
 def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
     """What a user should know after a run, a sentence each."""
+    from evolvent.results import statistics_of
+
     found = []
     most = float(np.abs(strain).max())
     if most > advice.STRAIN_WARNED:
@@ -797,7 +798,7 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
             f"contact.stiffness, or auto"
         )
-    pivot = json.loads(run.attrs["statistics"]).get("smallest_pivot", 1.0)
+    pivot = statistics_of(run).get("smallest_pivot", 1.0)
     if pivot < PIVOT_TOLD:
         found.append(
             f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); what "
