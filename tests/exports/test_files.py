@@ -23,7 +23,7 @@ def motion(run):
 
 
 def grid(path):
-    """Arrays of a .vtp file by name, those of its points and cells: sizes of 8 bytes and raw values after the first underscore, in order."""
+    """Arrays of a .vtp file by name: sizes of 8 bytes and raw values after the first underscore, in order."""
     head, _, rest = path.read_bytes().partition(b"<AppendedData")
     data = rest.partition(b"_")[2]
     root = ElementTree.fromstring(head.decode() + "</VTKFile>")
