@@ -30,9 +30,10 @@ MOST = 300
 _POINTS, _LINES = "Verts", "Lines"
 _FOLDER = "data"
 _TEXT = """\
-lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness)
-forces{suffix}.pvd  {forces}; point data: force [N], a vector (filter Glyph,
-             orient and scale by it; a scale factor of {scale} suits most moments)
+lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness);
+             cell data: line (1, 2, ... in this order)
+forces{suffix}.pvd  {forces}; cell data: kind (1, 2, ... in this order); point data: force [N],
+             a vector (filter Glyph, orient and scale by it; a scale factor of {scale} suits most moments)
 frames{suffix}.pvd  axes of {frames} and its outline; cell data: axis (0 x, 1 y, 2 z, -1 outline);
              point data: quaternion from body to the axes of this file (scalar, and x, y, z as a vector)
 
