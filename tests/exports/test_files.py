@@ -245,7 +245,7 @@ def test_ffmpeg_that_fails_is_told_in_a_sentence(runs, tmp_path, monkeypatch):
 def test_missing_library_names_the_extra(runs, tmp_path, monkeypatch):
     import sys
 
-    monkeypatch.setitem(sys.modules, "pyevtk.hl", None)
+    monkeypatch.setitem(sys.modules, "pyevtk.vtk", None)
     with pytest.raises(InputError, match=r"--to vtk needs the package pyevtk; pip install 'evolvent\[export\]'"):
         vtk.write(runs["stand"], str(tmp_path / "x"), Request())
     assert not (tmp_path / "x").exists()
