@@ -16,7 +16,7 @@ import numpy as np
 
 from evolvent import animation, cases, plots
 from evolvent.exports.pictures import pictures
-from evolvent.exports.request import WELL, unfinished
+from evolvent.exports.request import WELL, counted, unfinished
 from evolvent.results import made_with, statistics_of, writing
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _head(run: xr.Dataset, title: str) -> str:
     end = float(run.time.values[-1])
     facts = [
         f'<span class="status {"good" if good else "bad"}">{_text(attrs["status"])}</span>',
-        f"{run.sizes['time']} samples to {end:.6g} s",
+        f"{counted(run.sizes['time'], 'sample')} to {end:.6g} s",
         _text(attrs["solver"]),
         _text(_day(attrs["date"]) if "date" in attrs else "date not recorded"),
     ]
