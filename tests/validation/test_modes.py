@@ -84,7 +84,8 @@ def test_timoshenko_beam(book: Book) -> None:
     counts, errors = (16, 32, 64), []
     for count in counts:
         found = modes(beam("assumed_strain", count, ("point", "point"), section=section), count=12)
-        errors.append(found.frequency[across(found, 1)[:3]] / exact - 1.0)
+        bent = found.frequency[across(found, 1)]
+        errors.append(bent[bent > 1.0][:3] / exact - 1.0)  # but the turn about its own axis
     order = fitted_order([1.0 / n for n in counts], [np.abs(e).max() for e in errors])
     assert order == pytest.approx(2.0, abs=0.15)
     for name, error, allowed in (
