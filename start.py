@@ -4,7 +4,7 @@
     python3 start.py run heliogyro     results in run.nc, figures in run-figures/
     python3 start.py test              lint, types, floors, tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
-    python3 start.py bench             all of benchmarks/, or those named
+    python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
 """
@@ -35,6 +35,8 @@ USAGE = (
 PAGES = ROOT / "docs" / "_build" / "html"
 #: Where tests write the rows of the validation book, which the documentation shows.
 BOOK = ROOT / "docs" / "_build" / "book"
+#: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
+BY_NAME = ("compare",)
 SPHINX = ["sphinx-build", "-W", "--keep-going", "-q", "-E", "-d", str(PAGES.parent / "doctrees"), "docs", str(PAGES)]
 
 
@@ -160,7 +162,8 @@ def bench(arguments: list[str]) -> int:
     if options and len(asked) != 1:
         say(f"options belong to one benchmark; name it: {', '.join(known)}")
         return 2
-    codes = [call([str(PYTHON), str(ROOT / "benchmarks" / f"{name}.py"), *options]) for name in asked or known]
+    chosen = asked or [name for name in known if name not in BY_NAME]
+    codes = [call([str(PYTHON), str(ROOT / "benchmarks" / f"{name}.py"), *options]) for name in chosen]
     return max(codes)
 
 

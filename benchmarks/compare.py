@@ -1,6 +1,10 @@
 """Comparison with other programs on the same work, written as the page docs/comparison.md.
 
     python benchmarks/compare.py [-o benchmarks/compare.json] [--page docs/comparison.md] [--repeat 5] [--no-install]
+    python benchmarks/compare.py --redraw [--page docs/comparison.md]
+
+The numbers that the page's figures show are kept beside it as comparison.json; `--redraw` draws them again and measures
+nothing.
 
 Exudyn, MuJoCo, PyElastica and MoorDyn are installed in benchmarks/.peers, an environment of their own; those that
 cannot be are left out, and the page says so. Each program is a process that is kept; repetitions are interleaved.
@@ -25,6 +29,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "peers"))
 
 import page  # noqa: E402
+import plots  # noqa: E402
 import works  # noqa: E402
 
 VENV = HERE / ".peers"
@@ -192,13 +197,22 @@ def main() -> int:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--only", nargs="+", choices=list(works.WORKS), default=list(works.WORKS))
     parser.add_argument("--no-install", action="store_true", help="take the environment as it is")
+    parser.add_argument("--redraw", action="store_true", help="draw the figures from the numbers beside the page")
     options = parser.parse_args()
+    kept, images = options.page.with_suffix(".json"), options.page.parent / "images"
+    if options.redraw:
+        plots.draw(json.loads(kept.read_text(encoding="utf-8")), images)
+        return 0
     missing = {} if options.no_install else install()
     if not PYTHON.exists():
         missing = dict.fromkeys(PEERS, "no environment was set up")
     result = measure(options.repeat, missing, options.only)
     options.output.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
     options.page.write_text(page.page(result), encoding="utf-8")
+    shown = plots.summary(result)
+    kept.write_text(json.dumps(shown, indent=1) + "\n", encoding="utf-8")
+    images.mkdir(exist_ok=True)
+    plots.draw(shown, images)
     print(options.page.read_text(encoding="utf-8"))
     return 0
 

@@ -92,7 +92,7 @@ html_theme_options = {
     "header_links_before_dropdown": 7,
     "navigation_with_keys": False,
 }
-html_sidebars = {"index": [], "quickstart": [], "changelog": [], "validation": []}
+html_sidebars = {"index": [], "quickstart": [], "changelog": [], "validation": [], "comparison": []}
 
 # ------------------------------------------------------------------------------------------------ text, docstrings
 

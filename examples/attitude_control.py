@@ -25,7 +25,7 @@ rib = parts.Beam(
     stiffness_damping=0.01,
 )
 system.add(rib, "rib")
-system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"), "root")
+joint = system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"), "root")
 
 # %%
 # The controller: a turn by 30 degrees about z in 60 s, proportional to the error of angle and rate, ten times a second.

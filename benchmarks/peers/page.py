@@ -21,6 +21,13 @@ The same work given to evolvent and to programs that are made for parts of it, i
 that is kept (start, imports and compilation are not counted). Written by `python3 start.py bench compare`, which
 installs the others in an environment of their own; what is shown was measured, nothing is copied from elsewhere.
 """
+FIGURES = """![Bars: time of a step of each program, for the three works](images/comparison-time.png)
+
+![Error over cost: each program at its steps, for the three works](images/comparison-error.png)
+
+Left and low is better in the second figure: little time, little error. Each line joins the steps of one method; steps
+that were refused or stopped are missing. The figures show the numbers of the tables below.
+"""
 HOW = """How to read the tables:
 
 - **a step** is the stepping alone, median over interleaved repetitions (the least in brackets); **in all** also
@@ -28,6 +35,7 @@ HOW = """How to read the tables:
   evolvent compiles when it is first used, a minute or two for the implicit solver; that is not counted. Its checks
   (highest frequency, laws, accounts) cost tens of milliseconds a run whatever its length, and these runs are short.
 - **error** is the largest distance of the place compared from the reference, over its samples.
+  Where it does not fall with the step it is that of the mesh, or of the reference, which is only as sure as it says.
 - SciPy has no methods of fixed step: its RK45 (fifth order) is held at the step, its control of the error switched off.
   MuJoCo begins anew from its first state after a warning; Exudyn divides a step whose iteration fails.
 - **against evolvent** divides by the time a step of evolvent's first row of the same step: above 1, evolvent is faster.
@@ -163,7 +171,7 @@ def page(result: dict[str, Any]) -> str:
     lines.append(
         f"The machine's load was {load} at the start and the end, {result['repeat']} repetitions were taken in turn;"
     )
-    lines += ["where it exceeds the cores by much, ratios tell more than times.", "", HOW]
+    lines += ["where it exceeds the cores by much, ratios tell more than times.", "", FIGURES, HOW]
     for work in result["works"]:
         lines += [f"## {work['title']}", "", work["text"], ""]
         lines += [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import types
 import typing
@@ -28,7 +29,11 @@ class Commands(SphinxDirective):
             assert command is not None
             context = click.Context(command, info_name=name, parent=root)
             lines = [f"## evolvent {name}", "", "```text", " ".join(command.get_usage(context).split()[1:]), "```", ""]
-            lines += [_prose(command.help or ""), ""]
+            for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
+                if paragraph.startswith("\b"):  # click's mark of lines that stay as they are
+                    lines += ["```text", *paragraph.removeprefix("\b").strip().splitlines(), "```", ""]
+                else:
+                    lines += [_prose(paragraph), ""]
             for option in command.params:
                 record = option.get_help_record(context)
                 if record is not None and record[1]:

@@ -144,7 +144,8 @@ class Builder:
         """Index of an already added part."""
         known = [n for n, (f, _) in self.names.items() if f == family]
         if name not in self.names or self.names[name][0] != family:
-            raise InputError(f"no {family} part is called {name!r}; {nearest(name, known)}")
+            what = {"bodies": "body"}.get(family, family.removesuffix("s"))
+            raise InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
         return self.names[name][1]
 
     def marker(self, where: Any) -> int:

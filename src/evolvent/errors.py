@@ -25,6 +25,8 @@ class RunFailed(EvolventError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """A closing half sentence with the known word nearest to `word`, or with all of them."""
     words = sorted(known)
+    if not words:
+        return "there is none"
     close = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
     if close:
         return f"did you mean {close[0]!r}?"

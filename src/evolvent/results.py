@@ -81,12 +81,18 @@ def label(
     return dataset
 
 
+def statistics_of(run: xr.Dataset) -> dict[str, Any]:
+    """The solver's account of a run, numbers by name; None for what is not finite."""
+    found: dict[str, Any] = json.loads(run.attrs["statistics"])
+    return found
+
+
 def closing_numbers(run: xr.Dataset) -> list[Number]:
     """The rows of a run's table that tell of any run: its warning, steps, and the time that they took."""
     found = []
     if run.attrs.get("warning"):
         found.append(Number(label="warning", value=run.attrs["warning"]))
-    statistics = json.loads(run.attrs["statistics"])
+    statistics = statistics_of(run)
     steps = f"{int(statistics['steps']):,} of {run.attrs['solver']}"
     for key, what in (("rejected_steps", "rejected"), ("iterations", "iterations")):
         if statistics.get(key):
@@ -177,6 +183,8 @@ def _check(run: xr.Dataset) -> None:
             raise InputError(f"the variable {name!r} holds no numbers")
         if name in run.dims and not np.all(np.isfinite(run.variables[name].values)):
             raise InputError(f"the variable {name!r} is not finite")
+        if name == "time" and not np.all(np.diff(run.variables[name].values) > 0.0):
+            raise InputError("the variable 'time' does not rise from sample to sample")
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:

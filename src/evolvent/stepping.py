@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from evolvent.flow import bind_rates
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
-from evolvent.parts.checks import positive, vector
+from evolvent.parts.checks import number, positive, vector
 from evolvent.solvers import alpha
 from evolvent.solvers.drive import METHODS, choose_step, solve
 from evolvent.solvers.implicit import prepared, reason
@@ -48,7 +47,7 @@ class Stepper:
     Parameters
     ----------
     system : System, which is left as it is
-    inputs : names of bodies on which forces and torques will be set
+    inputs : names of bodies on which forces and torques will be set; of one body its name alone will do
     method : {"generalized-alpha", "rk4", "heun", "dopri5"}
     start : float, s
     until : float, s, the end of the time that may be stepped through
@@ -79,7 +78,7 @@ class Stepper:
         self,
         system: System,
         *,
-        inputs: Sequence[str] = (),
+        inputs: str | Sequence[str] = (),
         method: str = IMPLICIT,
         start: float = 0.0,
         until: float = 1e4,
@@ -90,11 +89,16 @@ class Stepper:
         known = [IMPLICIT, *METHODS]
         if method not in known:
             raise InputError(f"method is {method!r}; {nearest(str(method), known)}")
-        if not (math.isfinite(start) and math.isfinite(until) and until > start):
+        if not isinstance(system, System):
+            raise InputError(f"system is a {type(system).__name__}; it must be a System (Stepper.of_case takes a case)")
+        start, until = _time("start", start), _time("until", until)
+        if not until > start:
             raise InputError(f"until is {until!r} s; it must be after the start, {start!r} s")
-        self.method, self.time, self.until = method, float(start), float(until)
-        self.assembly = _with_inputs(system, inputs)
-        self.inputs = tuple(inputs)
+        step = None if step is None else positive("step", step, allowed="a finite time above 0, or None")
+        tolerance = positive("tolerance", tolerance)
+        self.method, self.time, self.until = method, start, until
+        self.inputs = _listed(inputs)
+        self.assembly = _with_inputs(system, self.inputs)
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
@@ -116,7 +120,7 @@ class Stepper:
         case: Any,
         overrides: Mapping[str, Any] | None = None,
         *,
-        inputs: Sequence[str] = (),
+        inputs: str | Sequence[str] = (),
         until: float | None = None,
     ) -> Stepper:
         """A case, stepped by the method of its section ``solver``.
@@ -146,7 +150,7 @@ class Stepper:
     def set_wrench(self, body: str, force: Sequence[float] = (0, 0, 0), torque: Sequence[float] = (0, 0, 0)) -> None:
         """Force (N) at a body's origin and torque (N m) from now on, inertial axes."""
         if body not in self.inputs:
-            raise InputError(f"{body!r} is not among the inputs; {nearest(body, self.inputs)}")
+            raise InputError(f"{body!r} is not among the inputs; {nearest(str(body), self.inputs)}")
         given = np.concatenate([vector("force", force), vector("torque", torque)])
         if np.array_equal(given, self._input(body)):
             return
@@ -156,7 +160,7 @@ class Stepper:
 
     def body(self, name: str) -> BodyState:
         """State of a body now."""
-        row = self.assembly.model.bodies[self.assembly.index(name, "bodies")]
+        row = self.assembly.model.bodies[self._index(name)]
         return BodyState(row["x"].copy(), row["v"].copy(), quaternions(row["R"]), row["w"].copy())
 
     def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -165,8 +169,7 @@ class Stepper:
         All that acts on it but inputs and weight: threads, beams, springs, joints and contacts, at the end of the last
         step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
         """
-        index = self.assembly.index(name, "bodies")
-        row = self.assembly.model.bodies[index]
+        row = self.assembly.model.bodies[self._index(name)]
         found = row["F"].copy()
         if name in self.inputs:
             found -= self._held[name]
@@ -184,6 +187,12 @@ class Stepper:
         y: np.ndarray = self._run.march.y.copy()
         book_accounts(self.assembly.model, y[None], self._run.march.ledger[None])
         return y
+
+    def _index(self, name: str) -> int:
+        """Row of a body, or of the ground."""
+        if name not in (*self.bodies, "ground"):
+            raise InputError(f"no body is called {name!r}; {nearest(str(name), self.bodies)}")
+        return self.assembly.index(name, "bodies")
 
     def _places(self, body: str) -> list[slice]:
         """Where the input force and torque on a body stand among the model's parameters."""
@@ -278,6 +287,21 @@ class Stepper:
             bind_rates(model)[0][0](self.time, self._y, self._s, model, dy)
 
 
+def _time(name: str, value: Any) -> float:
+    """`value` as a finite time, s."""
+    return number(name, value, allowed="a finite time in seconds")
+
+
+def _listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
+    """Names of bodies, given as one name or several."""
+    if isinstance(inputs, str):
+        return (inputs,)
+    try:
+        return tuple(inputs)
+    except TypeError:
+        raise InputError(f"inputs is {inputs!r}; it must be names of bodies, such as ['hub']") from None
+
+
 def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
     """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
 
@@ -306,7 +330,7 @@ def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
     known = movable(system)
     copy = system.copy()
     for k, body in enumerate(inputs):
-        if body not in known:
+        if not isinstance(body, str) or body not in known:
             raise InputError(f"inputs name {body!r}, which is no body; {nearest(str(body), known)}")
         if body in inputs[:k]:
             raise InputError(f"inputs name {body!r} twice; name it once")

@@ -23,7 +23,7 @@ def motion(run):
 
 
 def grid(path):
-    """Arrays of a .vtu file by name: sizes of 8 bytes and raw values after the first underscore, in order."""
+    """Arrays of a .vtp file by name: sizes of 8 bytes and raw values after the first underscore, in order."""
     head, _, rest = path.read_bytes().partition(b"<AppendedData")
     data = rest.partition(b"_")[2]
     root = ElementTree.fromstring(head.decode() + "</VTKFile>")
@@ -36,6 +36,13 @@ def grid(path):
         width = int(array.get("NumberOfComponents"))
         found[array.get("Name")] = values if width == 1 else values.reshape(-1, width)
     return found
+
+
+def pieces(path):
+    """Numbers of points, vertices and lines of a .vtp file."""
+    head = path.read_bytes().partition(b"<AppendedData")[0]
+    piece = ElementTree.fromstring(head.decode() + "</VTKFile>").find("PolyData/Piece")
+    return tuple(int(piece.get(f"NumberOf{what}")) for what in ("Points", "Verts", "Lines"))
 
 
 def steps(folder, kind):
@@ -60,9 +67,10 @@ def test_vtk_holds_points_values_and_forces(runs, tmp_path, name):
         for value in wanted.strands[0].values:
             expected = np.concatenate([s.values[value][k] for s in wanted.strands])
             assert np.array_equal(lines[value], expected, equal_nan=True)
-        assert lines["types"].tolist() == [4] * len(wanted.strands)  # polygonal lines
+        assert pieces(found[k][1]) == (len(lines["points"]), 0, len(wanted.strands))
         assert lines["offsets"].tolist() == np.cumsum([s.points.shape[1] for s in wanted.strands]).tolist()
         forces = grid(steps(tmp_path / "out", "forces")[k][1])
+        assert pieces(steps(tmp_path / "out", "forces")[k][1]) == (len(forces["points"]), len(forces["points"]), 0)
         assert np.array_equal(forces["points"], np.concatenate([f.points[k] for f in wanted.forces]))
         assert np.array_equal(forces["force [N]"], np.concatenate([f.vectors[k] for f in wanted.forces]))
         frame = grid(steps(tmp_path / "out", "frames")[k][1])
@@ -86,7 +94,7 @@ def test_vtk_itself_reads_lines_vectors_and_times(runs, tmp_path, name):
     reader.set_active_time_value(reader.time_values[-1])
     grid = reader.read()[0]
     assert grid.n_cells == len(wanted.strands)
-    assert set(grid.celltypes) == {4}  # VTK_POLY_LINE
+    assert grid.n_lines == len(wanted.strands)
     for k, strand in enumerate(wanted.strands):
         assert np.array_equal(grid.get_cell(k).points, strand.points[-1])
         value = next(iter(strand.values))
@@ -105,7 +113,7 @@ def test_vtk_again_leaves_nothing_old(runs, tmp_path):
     vtk.write(runs["stand"], str(tmp_path), Request(frames=20))
     vtk.write(runs["stand"], str(tmp_path), Request(frames=1))
     assert sorted(p.name for p in (tmp_path / "data").iterdir()) == [
-        f"{kind}-00000.vtu" for kind in ("forces", "frames", "lines")
+        f"{kind}-00000.vtp" for kind in ("forces", "frames", "lines")
     ]
     assert (tmp_path / "mine.txt").read_text() == "stays"
 
@@ -237,7 +245,7 @@ def test_ffmpeg_that_fails_is_told_in_a_sentence(runs, tmp_path, monkeypatch):
 def test_missing_library_names_the_extra(runs, tmp_path, monkeypatch):
     import sys
 
-    monkeypatch.setitem(sys.modules, "pyevtk.hl", None)
+    monkeypatch.setitem(sys.modules, "pyevtk.vtk", None)
     with pytest.raises(InputError, match=r"--to vtk needs the package pyevtk; pip install 'evolvent\[export\]'"):
         vtk.write(runs["stand"], str(tmp_path / "x"), Request())
     assert not (tmp_path / "x").exists()
@@ -295,10 +303,12 @@ def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):
     assert red(tmp_path / "b.gif") == 0
 
 
-def test_a_single_sample_has_tables_and_no_animation(runs, tmp_path):
-    one = runs["heliogyro"].isel(time=[0])
-    with pytest.raises(InputError, match="a single sample, which makes no animation"):
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_single_sample_has_tables_and_no_animation(runs, tmp_path, name):
+    one = runs[name].isel(time=[0])
+    with pytest.raises(InputError, match="a single sample, which makes no animation; --to vtk, csv and mat take it"):
         page.write(one, str(tmp_path / "a.html"), Request())
+    assert ": 1 sample, " in vtk.write(one, str(tmp_path / "v"), Request())
     table.write(one, str(tmp_path / "t"), Request())
     matlab.write(one, str(tmp_path / "a.mat"), Request())
     vtk.write(one, str(tmp_path / "v"), Request())

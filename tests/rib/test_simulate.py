@@ -56,6 +56,18 @@ def test_held_turns_lie_on_one_another(book):
         "Wrapped rib", "Turns held on one another: their pressing force", reference="T L/2 R^2 sum (1 - 2 pi k R/L)^2",
         source="closed form", error=abs(float(run.turn_force[-1, 0]) / (held * sum(beyond)) - 1.0), allowed=0.05,
     )  # fmt: skip
+    # place by place the same forces: what pulls there over the radius, and what the turns above press with
+    length, turn = 12.0 / 60, 2.0 * np.pi * 0.6
+    assert length * run.turn_pressure.values.sum(axis=-1) == pytest.approx(run.turn_force.values, rel=1e-9, abs=1e-9)
+    arc = length * (np.arange(60) + 0.5)
+    pressed = sum(0.2 / 0.6**2 * np.maximum(1.0 - (arc + k * turn) / 12.0, 0.0) for k in range(4))
+    for first, last in ((turn + 0.5, 2.0 * turn - 1.0), (2.0 * turn + 1.0, 3.0 * turn - 0.5)):
+        within = (arc > first) & (arc < last)
+        assert run.turn_pressure.values[-1, 0, within] == pytest.approx(pressed[within], rel=0.08)
+    assert np.all(run.turn_pressure.values[-1, 0, arc < turn - 0.5] == 0.0)
+    below = [f for f in cases.system("wrapped-rib").motion(run).forces if f.name == "force of the turn below on rib 1"]
+    size = np.linalg.norm(below[0].vectors, axis=-1).sum(axis=-1)
+    assert size == pytest.approx(run.turn_force.values[:, 0], rel=1e-9, abs=1e-9)
     # at the root the hinge bears what the hub does not
     assert float(run.contact_force[-1, 0]) == pytest.approx(held, rel=0.03)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-3)

@@ -1,10 +1,14 @@
-"""What the guide to the warnings quotes is what the code says."""
+"""What the guide to the warnings quotes is what the code says, and the code on the pages runs."""
 
 import ast
 import pathlib
 import re
 
 import pytest
+
+import evolvent
+from evolvent.exports import table
+from evolvent.exports.request import Request
 
 ROOT = pathlib.Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "guide" / "warnings.md"
@@ -42,3 +46,36 @@ def test_warnings_are_quoted_as_they_are(corpus):
         pieces = [piece.strip(" ;,") for piece in quote.split("...")]
         missing += [(piece, quote) for piece in pieces if len(piece) > 3 and piece not in corpus]
     assert not missing
+
+
+#: Pages with Python, which goes on from block to block.
+PAGES = ("index", "quickstart", "guide/compose", "guide/identification", "guide/sharing", "guide/stepping")
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    """A folder with the results and tables that the pages read."""
+    folder = tmp_path_factory.mktemp("pages")
+    run = evolvent.run("heliogyro", {"solver.duration": "1 s"})
+    evolvent.results.save(run, folder / "run.nc")
+    table.write(run, str(folder / "wind-csv"), Request())
+    return folder
+
+
+@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive:UserWarning")
+def test_the_python_of_the_pages_runs(page, saved, monkeypatch):
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("agg")
+    monkeypatch.chdir(saved)
+    text = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE)
+    assert blocks
+    names: dict = {"__name__": page}
+    for k, block in enumerate(blocks):
+        # a law is compiled from its source, which must be in a file
+        path = saved / f"{page.replace('/', '_')}_{k}.py"
+        path.write_text(block)
+        exec(compile(block, str(path), "exec"), names)
+    plt.close("all")

@@ -90,6 +90,11 @@ BAD = {
     "spring: end nan": ([POINT, parts.Spring(a=(nan, 0.0, 0.0), b="point-1", stiffness=1.0)], "nan"),
     "spring: an undecorated law": ([POINT, parts.Spring(**AT, law=plain)], "@evolvent.spring_law"),
     "spring: a law of another kind": ([POINT, parts.Spring(**AT, law=drag)], "@evolvent.spring_law"),
+    "load: no beam at all": (
+        [body(), parts.FieldTorque(beam="rib", torque=1.0)],
+        "no beam is called 'rib'; there is none",
+    ),
+    "load: unknown body": ([body(), reel(body=3)], "no body is called 3; known: ground, hub"),
     "link: wrong length": ([POINT, parts.Link(**AT, length=2.0)], "'link-1'"),
     "link: no length": ([POINT, parts.Link(a="point-1", b="point-1")], "link-1.length"),
     "link: negative length": ([POINT, parts.Link(**AT, length=-1.0)], "link-1.length is -1.0"),

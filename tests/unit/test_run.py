@@ -497,6 +497,8 @@ def _without(run, key):
         (lambda run: run.assign(body_rate=run.tension), r"'body_rate' is over \('time', 'blade', 'node'\)"),
         (lambda run: run.assign(body_rate=("time", ["x"] * run.sizes["time"])), "'body_rate' holds no numbers"),
         (lambda run: run.assign_coords(time=run.time * np.nan), "'time' is not finite"),
+        (lambda run: run.assign_coords(time=0.0 * run.time), "'time' does not rise from sample to sample"),
+        (lambda run: run.isel(time=slice(None, None, -1)), "'time' does not rise from sample to sample"),
     ],
 )
 def test_damaged_runs_are_refused_in_one_sentence(quick, tmp_path, change, words):

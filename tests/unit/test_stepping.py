@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -108,6 +109,37 @@ def test_refusals() -> None:
         stepper.step(0.0)
     with pytest.raises(InputError, match="beyond the stepper's end"):
         stepper.step(2.0)
+    for name in ("bdy", 3, ["body"]):
+        with pytest.raises(InputError, match="no body is called"):
+            stepper.body(name)
+        with pytest.raises(InputError, match="no body is called"):
+            stepper.wrench(name)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"inputs": None}, "inputs is None; it must be names of bodies"),
+        ({"inputs": 3}, "inputs is 3; it must be names of bodies"),
+        ({"inputs": [["body"]]}, "which is no body; did you mean 'body'"),
+        ({"until": "10 s"}, "until is '10 s'; it must be a finite time in seconds"),
+        ({"start": None}, "start is None; it must be a finite time in seconds"),
+        ({"step": "fast", "method": "rk4"}, "step is 'fast'; it must be a finite time above 0, or None"),
+        ({"tolerance": -1.0, "method": "dopri5"}, "tolerance is -1.0; it must be a finite number above 0"),
+    ],
+)
+def test_what_cannot_be_an_argument_is_told_in_a_sentence(given: dict, told: str) -> None:
+    with pytest.raises(InputError, match=re.escape(told)):
+        Stepper(mass(), **given)
+
+
+def test_a_stepper_takes_a_system() -> None:
+    with pytest.raises(InputError, match=r"system is a str; it must be a System \(Stepper.of_case takes a case\)"):
+        Stepper("heliogyro")
+
+
+def test_one_input_may_be_given_by_its_name_alone() -> None:
+    assert Stepper(mass(), inputs="body", until=1.0).inputs == ("body",)
 
 
 def test_a_step_that_fails_says_why() -> None:

@@ -208,3 +208,33 @@ def test_travelling_string(book: Book) -> None:
         "Threads, reels, tethers", "Travelling string, closed, on an ellipse (80 links): tension",
         reference="rho A v^2", source="closed form", error=pull[-1], allowed=5e-3,
     )  # fmt: skip
+
+
+#: Root and tip of the beam in free flight at 0.5 s and at 1 s, m, by `free_flight.py`.
+FLIGHT = (((0.281194, 0.502518), (0.932654, -0.205217)), ((0.614933, 0.739517), (0.538567, -0.239648)))
+
+
+@pytest.mark.parametrize(("formulation", "n", "allowed"), [("cable_stretch", 40, 3e-3), ("assumed_strain", 80, 2e-3)])
+def test_flexible_beam_in_free_flight(formulation: str, n: int, allowed: float, book: Book) -> None:
+    """Nothing holds the beam of the pendulum; a dead force pulls its root for 0.2 s, and it tumbles and bends."""
+    force, end, mass = np.array([2.0, 4.0]), 0.2, 7200.0 * 0.02**2
+    system = System()
+    part = parts.Beam(length=1.0, section=Rectangle(thickness=0.02, width=0.02), elements=n, formulation=formulation,
+                      material=Material(E=2e7, nu=0.3, density=7200.0))  # fmt: skip
+    system.add(part, "beam")
+    system.add(parts.PointLoad(node=("beam", "root"), force=(*force, 0.0), end=end), "pull")
+    assembly, times = system.assemble(), np.array([0.0, 0.5, 1.0])
+    found = coordinates(assembly, run(assembly, times, step=2.5e-4, spectral_radius=0.9).y, "beam")[1:, :, :2, :2]
+    name = f"Flexible beam in free flight ({formulation}, {n} elements)"
+    book(
+        CHAPTER, f"{name}: ends at 0.5 and 1 s", reference="Reissner's beam, tip at (0.538567, -0.239648) m at last",
+        source="finite volumes, SciPy DOP853", error=np.abs(found[:, [0, -1], 0] - FLIGHT).max(), allowed=allowed,
+        unit="m",
+    )  # fmt: skip
+    places, slopes = found[:, :, 0], found[:, :, 1]
+    middle = 0.5 * (places[:, 1:] + places[:, :-1]).mean(axis=1) + (slopes[:, 0] - slopes[:, -1]) / (12.0 * n**2)
+    exact = np.array([0.5, 0.0]) + force / mass * (end * times[1:, None] - 0.5 * end**2)
+    book(
+        CHAPTER, f"{name}: centre of mass", reference="F/m (T t - T^2/2)", source="closed form",
+        error=np.abs(middle - exact).max(), allowed=1e-10, unit="m",
+    )  # fmt: skip

@@ -16,7 +16,8 @@ import numpy as np
 
 from evolvent import animation, cases, plots
 from evolvent.exports.pictures import pictures
-from evolvent.results import WELL, made_with, unfinished, writing
+from evolvent.exports.request import counted
+from evolvent.results import WELL, made_with, statistics_of, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,7 +107,7 @@ def _head(run: xr.Dataset, title: str) -> str:
     end = float(run.time.values[-1])
     facts = [
         f'<span class="status {"good" if good else "bad"}">{_text(attrs["status"])}</span>',
-        f"{run.sizes['time']} samples to {end:.6g} s",
+        f"{counted(run.sizes['time'], 'sample')} to {end:.6g} s",
         _text(attrs["solver"]),
         _text(_day(attrs["date"]) if "date" in attrs else "date not recorded"),
     ]
@@ -242,7 +243,7 @@ def _count(value: float) -> str:
 
 def _provenance(run: xr.Dataset, date: datetime.datetime) -> str:
     attrs = run.attrs
-    statistics = {k: v for k, v in json.loads(attrs["statistics"]).items() if v is not None}
+    statistics = {k: v for k, v in statistics_of(run).items() if v is not None}
     account = ", ".join(f"{name.replace('_', ' ')} {_count(value)}" for name, value in statistics.items())
     rows = [
         ("run on", _day(attrs["date"]) if "date" in attrs else "not recorded in the file"),

@@ -80,7 +80,14 @@ def size_of(path: str) -> int:
 
 def kept(samples: np.ndarray, count: int) -> str:
     """How many samples a file holds, as words."""
-    return f"{count} samples" if samples.size == count else f"{samples.size} of {count} samples (--frames takes more)"
+    if samples.size == count:
+        return counted(count, "sample")
+    return f"{samples.size} of {count} samples (--frames takes more)"
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things, as words."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def scene_of(run: xr.Dataset) -> Scene:
@@ -93,7 +100,7 @@ def scene_of(run: xr.Dataset) -> Scene:
     """
     scene: Scene | None = cases.system(run.attrs["system"]).scene(run)
     if scene is None:
-        raise InputError("the run holds a single sample, which makes no animation; --to csv and mat take it")
+        raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat take it")
     return scene.labelled(unfinished(run))
 
 

@@ -1,7 +1,7 @@
-"""Time series for ParaView: collections (.pvd) of unstructured grids (.vtu) of lines, forces and axes of bodies.
+"""Time series for ParaView: collections (.pvd) of polygonal data (.vtp) of lines, forces and axes of bodies.
 
 `pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers weigh half a
-gigabyte.
+gigabyte. Polygonal data are what ParaView's filter Tube takes; it does not take unstructured grids.
 """
 
 from __future__ import annotations
@@ -27,11 +27,13 @@ if TYPE_CHECKING:
 
 #: Samples that are written unless more are asked for.
 MOST = 300
-_VERTEX, _POLY_LINE = 1, 4
+_POINTS, _LINES = "Verts", "Lines"
 _FOLDER = "data"
 _TEXT = """\
-lines{suffix}.pvd   {lines}; point data: {values}
-forces{suffix}.pvd  {forces}; point data: force [N], a vector (filter Glyph, scale by it)
+lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness);
+             cell data: line (1, 2, ... in this order)
+forces{suffix}.pvd  {forces}; cell data: kind (1, 2, ... in this order); point data: force [N],
+             a vector (filter Glyph, orient and scale by it; a scale factor of {scale} suits most moments)
 frames{suffix}.pvd  axes of {frames} and its outline; cell data: axis (0 x, 1 y, 2 z, -1 outline);
              point data: quaternion from body to the axes of this file (scalar, and x, y, z as a vector)
 
@@ -49,7 +51,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     InputError
         If the library is missing, the folder cannot be written into, or it would hold far too much.
     """
-    grid, group = _library()
+    file, group = _library()
     count = run.sizes["time"]
     samples = request.samples(count, most=MOST)
     motion: Motion = cases.system(run.attrs["system"]).motion(run).at(samples)
@@ -71,8 +73,9 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
         for kind, make in kinds.items():
             collection = group(os.path.join(path, f"{kind}{suffix}"))
             for k, time in enumerate(motion.time):
-                name = grid(os.path.join(data, f"{kind}-{k:05d}"), **make(motion, k).arguments())
-                collection.addFile(name, float(time))
+                name = os.path.join(data, f"{kind}-{k:05d}.vtp")
+                make(motion, k).write(file, name)
+                collection.addFile(os.path.abspath(name), float(time))
             collection.save()
     except OSError as error:
         raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
@@ -82,6 +85,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
         lines=", ".join(s.name for s in motion.strands),
         values=", ".join(first.values),
         forces=", ".join(f.name for f in motion.forces) or "none",
+        scale=f"{_scale(motion):.2g}",
         frames=", ".join(f.name for f in motion.frames),
         folder=_FOLDER,
         axes="those of the first body" if request.axes == "body" else "inertial",
@@ -94,19 +98,28 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     return f"{names} in {path}: {kept(samples, count)}, {shown_size(size_of(path))}"
 
 
-def _library() -> tuple[Callable[..., str], Any]:
+def _library() -> tuple[Callable[[str], Any], Any]:
+    """What begins a file of polygonal data, named without its ending .vtp, and what collects files."""
     try:
-        from pyevtk.hl import unstructuredGridToVTK
-        from pyevtk.vtk import VtkGroup
+        from pyevtk.vtk import VtkFile, VtkGroup, VtkPolyData
     except ImportError:
         raise InputError("--to vtk needs the package pyevtk; pip install 'evolvent[export]' brings it") from None
-    return unstructuredGridToVTK, VtkGroup
+    return lambda name: VtkFile(name, VtkPolyData), VtkGroup
+
+
+def _scale(motion: Motion) -> float:
+    """Length over force, m/N, that draws the largest force of a usual moment a quarter as long as the lines reach."""
+    if not motion.forces:
+        return 1.0
+    sizes = np.concatenate([np.linalg.norm(f.vectors, axis=-1) for f in motion.forces], axis=1)
+    largest = np.nan_to_num(sizes).max(axis=1)
+    return 0.25 * motion.reach / float(np.median(largest[largest > 0.0])) if np.any(largest > 0.0) else 1.0
 
 
 def _clear(folder: str) -> None:
     """Remove what an earlier export left, and nothing else."""
     for name in os.listdir(folder):
-        if re.fullmatch(r"(lines|forces|frames)(-\d{5,}\.vtu|(-failed|-interrupted)?\.pvd)", name):
+        if re.fullmatch(r"(lines|forces|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name):
             os.unlink(os.path.join(folder, name))
 
 
@@ -114,52 +127,69 @@ def _clear(folder: str) -> None:
 
 
 class Grid:
-    """Points, cells through them in order, and data, as they are put together."""
+    """Points, cells through them in order, and data, as they are put together: lines, or single points."""
 
-    def __init__(self) -> None:
+    def __init__(self, cells: str) -> None:
+        self._cells = cells
         self._points: list[np.ndarray] = []
         self._ends: list[int] = []
-        self._types: list[int] = []
         self._point_data: list[dict[str, Any]] = []
         self._cell_data: list[dict[str, int]] = []
         self._count = 0
 
-    def add(
-        self, points: np.ndarray, point_data: Mapping[str, np.ndarray], cell_data: dict[str, int], *, line: bool = True
-    ) -> None:
+    def add(self, points: np.ndarray, point_data: Mapping[str, np.ndarray], cell_data: dict[str, int]) -> None:
         """One line through points (n, 3), or n single points."""
         n = len(points)
         self._points.append(points)
         self._point_data.append(dict(point_data))
-        cells = [n] if line else [1] * n
-        for size in cells:
+        for size in [n] if self._cells == _LINES else [1] * n:
             self._count += size
             self._ends.append(self._count)
-            self._types.append(_POLY_LINE if line else _VERTEX)
             self._cell_data.append(cell_data)
 
-    def arguments(self) -> dict[str, Any]:
-        """As the library takes it."""
-        x = np.concatenate(self._points)
-        names = list(dict.fromkeys(name for data in self._point_data for name in data))
-        point_data = {}
-        for name in names:
-            like = next(data[name] for data in self._point_data if name in data)
-            pieces = [
-                data.get(name, np.full((len(p), *like.shape[1:]), np.nan))
-                for p, data in zip(self._points, self._point_data, strict=True)
-            ]
-            point_data[name] = _columns(np.concatenate(pieces))
-        return {
-            **dict(zip("xyz", _columns(x), strict=True)),
+    def write(self, begin: Callable[[str], Any], path: str) -> None:
+        """Write the file `path`, which ends in .vtp."""
+        points = _columns(np.concatenate(self._points))
+        cells = {
             "connectivity": np.arange(self._count, dtype=np.int64),
             "offsets": np.array(self._ends, dtype=np.int64),
-            "cell_types": np.array(self._types, dtype=np.uint8),
-            "pointData": point_data,
-            "cellData": {
-                name: np.array([data[name] for data in self._cell_data], dtype=np.int32) for name in self._cell_data[0]
-            },
         }
+        names = list(dict.fromkeys(name for data in self._point_data for name in data))
+        point_data = {name: self._at_points(name) for name in names}
+        cell_data = {
+            name: np.array([data[name] for data in self._cell_data], dtype=np.int32) for name in self._cell_data[0]
+        }
+        file = begin(path.removesuffix(".vtp"))
+        file.openGrid()
+        count = {_POINTS: "nverts", _LINES: "nlines"}[self._cells]
+        file.openPiece(npoints=self._count, **{count: len(self._ends)})
+        for where, data in (("Points", {"points": points}), (self._cells, cells)):
+            file.openElement(where)
+            for name, values in data.items():
+                file.addData(name, values)
+            file.closeElement(where)
+        for where, data in (("Point", point_data), ("Cell", cell_data)):
+            vector, scalar = (
+                next((n for n, v in data.items() if isinstance(v, kind)), None) for kind in (tuple, np.ndarray)
+            )
+            file.openData(where, scalars=scalar, vectors=vector)
+            for name, values in data.items():
+                file.addData(name, values)
+            file.closeData(where)
+        file.closePiece()
+        file.closeGrid()
+        for values in (points, *cells.values(), *point_data.values(), *cell_data.values()):
+            file.appendData(values)
+        file.save()
+
+    def _at_points(self, name: str) -> Any:
+        """Values at all points, NaN where a line has none."""
+        like = next(data[name] for data in self._point_data if name in data)
+        pieces = [
+            data.get(name, np.full((len(p), *like.shape[1:]), np.nan))
+            for p, data in zip(self._points, self._point_data, strict=True)
+        ]
+        return _columns(np.concatenate(pieces))
 
 
 def _columns(values: np.ndarray) -> Any:
@@ -171,22 +201,22 @@ def _columns(values: np.ndarray) -> Any:
 
 
 def _lines(motion: Motion, k: int) -> Grid:
-    made = Grid()
+    made = Grid(_LINES)
     for number, strand in enumerate(motion.strands, 1):
         made.add(strand.points[k], {name: v[k] for name, v in strand.values.items()}, {"line": number})
     return made
 
 
 def _forces(motion: Motion, k: int) -> Grid:
-    made = Grid()
+    made = Grid(_POINTS)
     for number, force in enumerate(motion.forces, 1):
         data = {"force [N]": force.vectors[k], "size [N]": np.linalg.norm(force.vectors[k], axis=1)}
-        made.add(force.points[k], data, {"kind": number}, line=False)
+        made.add(force.points[k], data, {"kind": number})
     return made
 
 
 def _frames(motion: Motion, k: int) -> Grid:
-    made = Grid()
+    made = Grid(_LINES)
     length = 0.25 * motion.reach
     for number, frame in enumerate(motion.frames, 1):
         q, origin = frame.attitude[k : k + 1], frame.origin[k]

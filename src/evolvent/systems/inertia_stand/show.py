@@ -248,8 +248,10 @@ def _balance(run: xr.Dataset) -> Figure:
     return Figure(name="balance", title="Energy account", panels=panels, size=(8.0, 6.0))
 
 
-def scene(run: xr.Dataset) -> Scene:
-    """Springs and the body's outline, its motion enlarged; z is up in the picture."""
+def scene(run: xr.Dataset) -> Scene | None:
+    """Springs and the body's outline, its motion enlarged, z up in the picture; None of a run with a single sample."""
+    if run.sizes["time"] < 2:
+        return None
     case = case_of(run)
     springs = np.array(case.stand.springs)
     centre = np.array(case.body.centre)

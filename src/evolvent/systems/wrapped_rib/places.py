@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def motion(run: xr.Dataset) -> Motion:
-    """Ribs from root to tip, the hub's force on them, and the hub's axes.
+    """Ribs from root to tip, the forces of the hub and of the turns below on them, and the hub's axes.
 
     Notes
     -----
@@ -28,7 +28,8 @@ def motion(run: xr.Dataset) -> Motion:
     for b in range(run.sizes["rib"]):
         values = {"tension [N]": run.tension.values[:, b], "curvature [1/m]": run.curvature.values[:, b]}
         strands.append(Strand(name=f"rib {b + 1}", points=run.position.values[:, b], values=values))
-    if "contact_pressure" in run:
+    pressures = {"contact_pressure": "the hub", "turn_pressure": "the turn below"}
+    if pressures := {name: below for name, below in pressures.items() if name in run}:
         arc, elements = run.arc.values, run.sizes["element"]
         length = arc[-1] / elements
         axis = turned(attitude, np.broadcast_to([0.0, 0.0, 1.0], (count, 1, 3)))
@@ -37,8 +38,9 @@ def motion(run: xr.Dataset) -> Motion:
             out = at - origin[:, None]
             out = out - np.sum(out * axis, axis=-1, keepdims=True) * axis
             out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300)
-            size = length * run.contact_pressure.values[:, b, :, None]
-            forces.append(Forces(name=f"force of the hub on {strand.name}", points=at, vectors=size * out))
+            for name, below in pressures.items():
+                size = length * run[name].values[:, b, :, None]
+                forces.append(Forces(name=f"force of {below} on {strand.name}", points=at, vectors=size * out))
     edge = 0.5 * case.hub.height * np.array([0.0, 0.0, 1.0])
     around = np.linspace(0.0, 2.0 * np.pi, 49)
     ring = case.hub.radius * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)

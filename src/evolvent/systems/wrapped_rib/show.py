@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING
 
@@ -59,7 +58,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 def numbers(run: xr.Dataset) -> list[Number]:
     """The results that a user wants to see at once; of several ribs, those of the first."""
-    from evolvent.results import closing_numbers
+    from evolvent.results import closing_numbers, statistics_of
 
     case = case_of(run)
     time, strip = run.time.values, case.strip
@@ -85,7 +84,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
     if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         found += _momentum_numbers(run, free=case.hub.motion == "free")
     found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
-    penalty = json.loads(run.attrs["statistics"]).get("penalty_stiffness")
+    penalty = statistics_of(run).get("penalty_stiffness")
     if penalty:
         found.append(Number(label="roots held by penalties of", value=f"{penalty:.4g} N/m, in place of joints"))
     return found + closing_numbers(run)

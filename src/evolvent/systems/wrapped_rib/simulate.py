@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -509,7 +508,7 @@ def _results(
             ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers, negative the other way"
         ),
         "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
-        **_turns(case, assembly, solution),
+        **_turns(case, assembly, solution, motion, R),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_resultant": variable((*ribs, "axis"), touched[..., 0:3], "N", "force of the contact on the hub"),
         "contact_moment": variable(
@@ -615,18 +614,45 @@ def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[s
     }
 
 
-def _turns(case: Case, assembly: Assembly, solution: ImplicitSolution) -> dict[str, xr.Variable]:
+def _turns(
+    case: Case, assembly: Assembly, solution: ImplicitSolution, motion: _Motion, R: np.ndarray
+) -> dict[str, xr.Variable]:
     """Contact of the turns with one another, where it is switched on."""
     from evolvent.results import variable
 
     if not case.contact.self:
         return {}
-    touched = solution.cylinders[:, [assembly.index(f"layer-{b + 1}", "cylinders") for b in range(case.rib.count)]]
+    rows = [assembly.index(f"layer-{b + 1}", "cylinders") for b in range(case.rib.count)]
+    touched = solution.cylinders[:, rows]
+    pressure = _turn_forces(case, assembly, solution, motion, R, rows) / case.rib.element_length
     ribs = ("time", "rib")
     return {
         "turn_points": variable(ribs, touched[..., 8], "1", "check points in contact with the turn below"),
         "turn_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the turns below"),
+        "turn_pressure": variable(
+            (*ribs, "element"), pressure, "N m-1", "normal force on the turn below per length of the turn above"
+        ),
     }
+
+
+def _turn_forces(
+    case: Case, assembly: Assembly, solution: ImplicitSolution, motion: _Motion, R: np.ndarray, rows: list[int]
+) -> np.ndarray:
+    """Normal forces (nt, ribs, elements) of the elements on the turns below, N, found anew at every sample."""
+    from evolvent.kernels.layers import add_layers
+
+    model, elements = assembly.model, case.rib.elements
+    flexible, bodies, n_q = model.flexible, model.bodies, int(model.info["nq"][0])
+    hub = assembly.index("hub", "bodies")
+    scratch = np.zeros(int(model.info["nv"][0]))
+    found = np.zeros((solution.t.size, len(rows), elements))
+    for k, y in enumerate(solution.y):
+        bodies["R"][hub], bodies["x"][hub] = R[k], motion.x[k]
+        for b, row in enumerate(rows):
+            add_layers(y, 0.0, n_q, flexible, bodies, row, scratch)
+            checks = slice(int(flexible.cylinders["first"][row]), int(flexible.cylinders["last"][row]))
+            found[k, b] = flexible.checks["force"][checks].reshape(elements, -1).sum(axis=-1)
+    return found
 
 
 def _curvature(motion: _Motion, R: np.ndarray, length: float, xi: np.ndarray) -> np.ndarray:
@@ -782,6 +808,8 @@ def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarra
 
 def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
     """What a user should know after a run, a sentence each."""
+    from evolvent.results import statistics_of
+
     found = []
     most = float(np.abs(strain).max())
     if most > advice.STRAIN_WARNED:
@@ -797,7 +825,7 @@ def _findings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "
             f"contact.stiffness, or auto"
         )
-    pivot = json.loads(run.attrs["statistics"]).get("smallest_pivot", 1.0)
+    pivot = statistics_of(run).get("smallest_pivot", 1.0)
     if pivot < PIVOT_TOLD:
         found.append(
             f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); what "
