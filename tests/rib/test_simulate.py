@@ -68,6 +68,9 @@ def test_held_turns_lie_on_one_another(book):
     below = [f for f in cases.system("wrapped-rib").motion(run).forces if f.name == "force of the turn below on rib 1"]
     size = np.linalg.norm(below[0].vectors, axis=-1).sum(axis=-1)
     assert size == pytest.approx(run.turn_force.values[:, 0], rel=1e-9, abs=1e-9)
+    drawn = np.linalg.norm(cases.system("wrapped-rib").scene(run).arrows.force[-1], axis=-1)
+    on_hub = length * np.abs(run.contact_pressure.values[-1, 0])
+    assert drawn == pytest.approx(np.concatenate([on_hub, length * run.turn_pressure.values[-1, 0]]), rel=1e-9)
     # at the root the hinge bears what the hub does not
     assert float(run.contact_force[-1, 0]) == pytest.approx(held, rel=0.03)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-3)

@@ -557,18 +557,19 @@ def _pieces(values: np.ndarray) -> np.ndarray:
 
 
 def _arrows(run: xr.Dataset, case: Case, points: np.ndarray) -> Arrows | None:
-    """Force of the hub on each element of the ribs, at its middle; None of a run that does not hold it."""
-    if "contact_pressure" not in run:
+    """Forces of the hub and of turns below on each element, at its middle; None of a run that does not hold them."""
+    pressures = [name for name in ("contact_pressure", "turn_pressure") if name in run]
+    if not pressures:
         return None
     per, n = case.output.points, case.rib.elements
     middle = 0.5 * (points[:, :, per // 2 :: per][:, :, :n] + points[:, :, (per + 1) // 2 :: per][:, :, :n])
     out = middle * np.array([1.0, 1.0, 0.0])
     out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300)
-    force = out * (case.rib.element_length * run.contact_pressure.values)[..., None]
-    count = len(points)
+    at, shape = np.concatenate([middle] * len(pressures), axis=1), (len(points), -1, 3)
+    force = [out * (case.rib.element_length * run[name].values)[..., None] for name in pressures]
     return Arrows(
-        label="force of the hub on an element, N",
-        at=middle.reshape(count, -1, 3),
-        force=force.reshape(count, -1, 3),
+        label="force of the hub on an element, N" if len(pressures) == 1 else "force of hub or turn on an element, N",
+        at=at.reshape(shape),
+        force=np.concatenate(force, axis=1).reshape(shape),
         longest=case.hub.radius,
     )
