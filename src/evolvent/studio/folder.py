@@ -34,6 +34,7 @@ class Folder:
         self.root = pathlib.Path(path).resolve()
         if not self.root.is_dir():
             raise InputError(f"{os.fspath(path)!r} is not a folder")
+        self._read: dict[str, tuple[tuple[int, int], Any]] = {}  # name -> (its date and size, what it holds)
 
     @property
     def own(self) -> pathlib.Path:
@@ -98,18 +99,23 @@ class Folder:
 
     def yaml(self) -> dict[str, Mapping[str, Any]]:
         """YAML files that hold a mapping, name -> content."""
-        found: dict[str, Mapping[str, Any]] = {}
+        before, self._read = self._read, {}
         for name in self.files(".yaml", ".yml"):
             path = self.root / name
+            content = None
             try:
-                if path.stat().st_size > _TEXT:
-                    continue
-                content = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
-            except (InputError, OSError, UnicodeDecodeError):
+                status = path.stat()
+                stamp = status.st_mtime_ns, status.st_size
+                if name in before and before[name][0] == stamp:
+                    content = before[name][1]
+                elif status.st_size <= _TEXT:
+                    content = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
+            except OSError:
                 continue
-            if isinstance(content, Mapping):
-                found[name] = content
-        return found
+            except (InputError, UnicodeDecodeError):
+                pass
+            self._read[name] = stamp, content
+        return {name: content for name, (_, content) in self._read.items() if isinstance(content, Mapping)}
 
     def studies(self) -> list[str]:
         """Folders that hold a study."""

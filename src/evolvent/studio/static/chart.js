@@ -16,6 +16,7 @@ export default {
   props: { options: Object, timed: Boolean, equal: Boolean, clickable: Boolean },
   mounted() {
     this.chart = echarts.init(this.$refs.box);
+    this.$el.chart = this.chart;
     this.draw();
     this.sizes = new ResizeObserver(() => { this.chart.resize(); this.fit(); this.move(); });
     this.sizes.observe(this.$refs.box);
