@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -98,7 +99,7 @@ class CasePanel:
 
     def _text(self) -> None:
         text = self._written()
-        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(640px,90vw)"):
+        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
             ui.label("The case as a file, all defaults written out").classes("ev-title")
             ui.code(text, language="yaml").classes("ev-code w-full")
             with ui.row():
@@ -112,22 +113,23 @@ class CasePanel:
             self.studio.draft.source = f"file:{self.studio.folder.name(path)}"
             self.studio.draft.about = path.name
             self.draw()
-            return path.name
+            return self.studio.folder.name(path)
 
         stem = pathlib.PurePosixPath(self.studio.draft.source.partition(":")[2] or "case").stem
         ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
 
 
-def ask_name(page: Page, title: str, name: str, keep: Any) -> None:
-    """Ask for the name of a file, and write it."""
+def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:
+    """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
     with page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
         ui.label(title).classes("ev-title")
         typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
 
         def done() -> None:
-            if page.attempt(lambda: keep(typed.value or "")):
+            written: list[str] = []
+            if page.attempt(lambda: written.append(keep(typed.value or ""))):
                 dialog.close()
-                ui.notify(f"Saved as {typed.value}", type="positive", position="bottom")
+                ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
 
         typed.on("keydown.enter", done)
         with ui.row():

@@ -117,6 +117,10 @@ class Page:
         except EvolventError as error:
             self.tell(str(error))
             return False
+        except OSError as error:  # a full disk, a folder that may not be written to
+            name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
+            self.tell(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            return False
         return True
 
     def tell(self, text: str) -> None:

@@ -39,8 +39,8 @@ def told(job: Job) -> str:
     if job.status == "cancelling":
         return "ending; what was computed is kept"
     if job.status == "running":
-        if job.note and not job.reached:
-            return job.note
+        if not job.reached and job.kind != "identify":
+            return job.note or "starting; where its solver must be compiled anew, this takes a minute or two"
         unit = "cases" if job.kind == "sweep" else "s"
         reached = f"{job.reached:.4g} of {job.end:.4g} {unit}" if job.kind != "identify" else "computing"
         left = job.left
@@ -152,9 +152,11 @@ class RunsPanel:
     def keep(self, ref: str) -> None:
         """Copy a run into the working folder."""
 
-        def copy(name: str) -> None:
-            shutil.copyfile(self.studio.path(ref), self.studio.folder.new(name, ".nc"))
+        def copy(name: str) -> str:
+            path = self.studio.folder.new(name, ".nc")
+            shutil.copyfile(self.studio.path(ref), path)
             self.draw()
+            return self.studio.folder.name(path)
 
         name = self.studio.name(ref).replace(" ", "-")
         ask_name(self.page, "Keep the run in the working folder", f"{name}.nc", copy)
@@ -164,7 +166,7 @@ class RunsPanel:
         with link:
             ui.label(text).style("overflow:hidden;text-overflow:ellipsis")
         if len(text) > 28:
-            link.tooltip(text)
+            link.props["title"] = text
         link.on("click", lambda: self.page.show(view))
 
     def _tick(self, ref: str, *, enabled: bool = True) -> None:

@@ -84,7 +84,8 @@ class Studio:
     def sources(self) -> dict[str, str]:
         """Cases that can be opened, source -> how it is shown."""
         found = {f"case:{name}": name for name in cases.built_in()}
-        return found | {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        found |= {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
 
     def study_sources(self) -> dict[str, str]:
         """Studies that can be run."""
@@ -115,8 +116,10 @@ class Studio:
         if kind == "case":
             content, about = cases.content_of(name), cases.built_in()[name]
         else:
-            path = self.folder.inside(name)
-            content, about = cases.content_of(path), name
+            content, about = cases.parse_yaml(self.folder.text(name), name), name
+            if not isinstance(content, Mapping):
+                raise InputError(f"{name}: it holds no case; a case is a mapping of keys to values")
+            content = cases.content_of(content)
         self._take(Draft(source, about, content))
 
     def take_case(self, content: Mapping[str, Any], about: str) -> None:

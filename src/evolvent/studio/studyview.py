@@ -88,7 +88,7 @@ class StudyPanel:
             source = name
             if kind == "file":
                 path = self.studio.folder.inside(name)
-                raw = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
+                raw = cases.parse_yaml(self.studio.folder.text(name), name)
                 self.studio.folder.check_case(raw, path.parent)
                 source = str(path)
             asked = studies.read(source)
