@@ -52,7 +52,7 @@ class CasePanel:
                 again.on("click", lambda: self._choose(draft.source) if draft.source else None)
             ui.label(draft.about).classes("ev-what")
             system = str(draft.content["system"])
-            FormView(
+            self._form = FormView(
                 cases.system(system).Case,
                 draft.content,
                 self._changed,
@@ -83,6 +83,7 @@ class CasePanel:
 
     def _submit(self) -> None:
         def add() -> None:
+            self._form.flush()
             key = self.studio.submit()
             self.page.show(View("run", (f"job:{key}",)), tab="runs")
 
@@ -90,6 +91,7 @@ class CasePanel:
 
     def _written(self) -> str:
         """The case as YAML, in full where it is right."""
+        self._form.flush()
         try:
             return cases.to_yaml(cases.load(self.studio.draft.content))
         except EvolventError:

@@ -217,7 +217,8 @@ def _flat(series: Sequence[dict[str, Any]], panel: Panel) -> dict[str, float]:
         return {}
     if panel.log:  # whole decades
         low, high = np.floor(np.log10(min(y))), np.ceil(np.log10(max(y)))
-        return {"min": float(10.0**low), "max": float(10.0 ** max(high, low + 1.0))}
+        high = max(high, low + 1.0)
+        return {"min": float(10.0**low), "max": float(10.0**high), "interval": float(np.ceil((high - low) / 6.0))}
     size, middle = max(abs(value) for value in y), 0.5 * (max(y) + min(y))
     if size == 0.0 or max(y) - min(y) > 1e-5 * size:
         return {}

@@ -168,8 +168,15 @@ class FormView:
         with self._banner.parent_slot or ui.element():
             self._timer = ui.timer(_PAUSE, self.check, once=True)
 
+    def flush(self) -> None:
+        """Check now what was typed a moment ago."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self.check()
+
     def check(self) -> None:
         """Check what was typed, and show what is wrong beside it."""
+        self._timer = None
         typed, wrong = form.content_of(self.form, self.texts, self.given)
         for key, value in self._strange.items():
             form.put(typed, key, value)

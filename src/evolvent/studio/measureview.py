@@ -57,6 +57,8 @@ class MeasurePanel:
         self._source: signals.Signals | None = None
         self._form: FormView | None = None
         self._wrong: dict[str, str] = {}
+        self.content: dict[str, Any] = {}
+        self._rows: dict[str, ui.element] = {}
         with ui.element("div").classes("ev-scroll"):
             ui.label(
                 "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
@@ -67,9 +69,14 @@ class MeasurePanel:
                     max_file_size=_LARGEST, on_multi_upload=self._dropped,
                     on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
                 ).props('flat dense data-testid="signals"')  # fmt: skip
+            self._known = ui.select([], label="or a file of the folder")
+            self._known.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
+            self._known.on_value_change(lambda e: self._add([str(e.value)]) if e.value else None)
             self._files = ui.element("div").classes("ev-part")
             ui.label("stand and body").classes("ev-h")
-            self._stand = ui.element("div").classes("ev-part")
+            self._stand = ui.select([])
+            self._stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
+            self._stand.on_value_change(lambda e: self._choose(str(e.value)) if e.value != self._source_of() else None)
             with ui.element("div").classes("ev-drop w-full"):
                 ui.upload(label="or drop a description (YAML)", auto_upload=True, max_file_size=1_000_000,
                           on_upload=self._described).props('flat dense data-testid="stand-upload"')  # fmt: skip
@@ -83,28 +90,21 @@ class MeasurePanel:
     # -------------------------------------------------------------------------------------------- the panel
 
     def draw(self) -> None:
-        """Draw the panel anew."""
+        """Show what is there now; what is the same stays, so that no click on it is lost."""
+        if self._form is not None:
+            self._form.flush()
         self._read()
-        self._files.clear()
-        with self._files:
-            known = self.studio.folder.files(*SIGNALS)
-            if known:
-                chosen = ui.select({n: n for n in known}, label="or a file of the folder", value=None)
-                chosen.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
-                chosen.on_value_change(lambda e: self._add([str(e.value)]))
-            for name in self.state["files"]:
-                with ui.element("div").classes("ev-row"):
-                    shown = ui.label(name.rpartition("/")[2]).classes("ev-link")
-                    shown.props["title"] = name
-                    ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
-        self._stand.clear()
-        with self._stand:
-            options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
-            options |= {f"file:{n}": n for n in self.studio.stands()}
-            value = self.state["stand"] or f"kind:{self.state['kind']}"
-            stand = ui.select(options | ({value: value.partition(":")[2]} if value not in options else {}), value=value)
-            stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
-            stand.on_value_change(lambda e: self._choose(str(e.value)))
+        known = self.studio.folder.files(*SIGNALS)
+        self._known.set_options(known, value=None)
+        self._known.set_visibility(bool(known))
+        self._list()
+        options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
+        options |= {f"file:{n}": n for n in self.studio.stands()}
+        value = self._source_of()
+        self._stand.set_options({value: value.partition(":")[2], **options}, value=value)
+        if self._form is not None and self.content == self.state["content"]:
+            self._form.check()  # the columns may be others
+            return
         self._body.clear()
         with self._body:
             self._form = FormView(
@@ -115,12 +115,29 @@ class MeasurePanel:
                 complete=self._complete,
             )
 
+    def _source_of(self) -> str:
+        """Where the description comes from."""
+        return self.state["stand"] or f"kind:{self.state['kind']}"
+
+    def _list(self) -> None:
+        """List the files that are taken."""
+        for name in [name for name in self._rows if name not in self.state["files"]]:
+            self._rows.pop(name).delete()
+        for name in self.state["files"]:
+            if name in self._rows:
+                continue
+            with self._files, ui.element("div").classes("ev-row") as row:
+                shown = ui.label(name.rpartition("/")[2]).classes("ev-link")
+                shown.props["title"] = name
+                ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
+            self._rows[name] = row
+
     def _choose(self, source: str) -> None:
         kind, _, name = source.partition(":")
         if kind == "kind":
             self._take({"stand": {"kind": name}}, "")
-        else:
-            self.page.attempt(lambda: self._open(name))
+        elif not self.page.attempt(lambda: self._open(name)):
+            self._stand.set_value(self._source_of())
 
     def _open(self, name: str) -> None:
         content = cases.parse_yaml(self.studio.folder.text(name), name)
@@ -132,6 +149,7 @@ class MeasurePanel:
         self._take(dict(content), f"file:{name}")
 
     def _take(self, content: dict[str, Any], stand: str) -> None:
+        self._form = None  # what was typed there is of another stand
         self.state.update(content=content, stand=stand, kind=content["stand"]["kind"], columns={})
         self.draw()
         if self.page.view.kind == "measure" and not self.page.view.refs:
@@ -310,6 +328,8 @@ class MeasurePanel:
 
     def _submit(self) -> None:
         def add() -> None:
+            if self._form is not None:
+                self._form.flush()
             files = [str(self.studio.folder.inside(name)) for name in self.state["files"]]
             given = description.load(self.content)
             title = given.title or given.body.name

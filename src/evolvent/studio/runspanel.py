@@ -60,6 +60,7 @@ class RunsPanel:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
+        self._files: list[str] = []
         self._ticked: list[str] = [r for r in page.view.refs if page.view.kind == "run" and len(page.view.refs) > 1]
         self._bars: dict[str, tuple[ui.element, ui.label]] = {}
         self._body = ui.element("div").classes("ev-scroll").props('data-testid="runs"')
@@ -83,7 +84,7 @@ class RunsPanel:
                 ui.label("saved in the folder").classes("ev-h")
                 ui.element("div").style("flex:1")
                 ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
-            files = self.studio.folder.files(".nc")
+            files = self._files = self.studio.folder.files(".nc")
             if not files:
                 ui.label("none (*.nc)").classes("ev-what")
             for name in files:
@@ -91,6 +92,11 @@ class RunsPanel:
                     self._tick(f"file:{name}")
                     self._link(name, View("run", (f"file:{name}",)))
         self._count()
+
+    def list(self) -> None:
+        """List the runs of the folder anew, where they are others; what is the same stays under the mouse."""
+        if self.studio.folder.files(".nc") != self._files:
+            self.draw()
 
     def follow(self, changed: bool) -> None:
         """Follow the queue: the list where it changed, else the bars."""

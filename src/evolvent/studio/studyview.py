@@ -49,12 +49,13 @@ class StudyPanel:
         """Draw the panel anew."""
         from evolvent import studies
 
+        self._shown = self._found()
+        options, found = self._shown
         self._body.clear()
         with self._body:
             ui.label(
                 "Many cases of one system, over keys that vary. A study is a YAML file; evolvent show prints one."
             ).classes("ev-what")
-            options = self.studio.study_sources()
             self._source = self._source or next(iter(options))
             chosen = ui.select(options, value=self._source, label="study").classes("w-full")
             chosen.props('outlined dense options-dense data-testid="study"')
@@ -64,7 +65,6 @@ class StudyPanel:
             if about:
                 ui.label(about).classes("ev-what")
             ui.label("finished, in the folder").classes("ev-h")
-            found = self.studio.folder.studies()
             for name in found:
                 link = ui.element("button").classes("ev-link").props("type=button")
                 link.props["data-testid"] = f"study-{name}"
@@ -73,6 +73,15 @@ class StudyPanel:
                 link.on("click", lambda n=name: self.page.show(View("study", (f"file:{n}",))))
             if not found:
                 ui.label("none").classes("ev-what")
+
+    def list(self) -> None:
+        """List the studies anew, where they are others; what is the same stays under the mouse."""
+        if self._found() != self._shown:
+            self.draw()
+
+    def _found(self) -> tuple[dict[str, str], Sequence[str]]:
+        """Studies that can be run, and folders of those that are done."""
+        return self.studio.study_sources(), self.studio.folder.studies()
 
     def _choose(self, source: str) -> None:
         self._source = source
