@@ -369,6 +369,24 @@ def test_keys_that_no_field_shows_are_told(page, folder, shots):
     page.locator("text=torn.yaml, line 1").first.wait_for()
 
 
+def test_two_pages_run_what_each_of_them_shows(page, context, server, folder):
+    choose(page, "case", "short.yaml")
+    other = context.new_page()
+    other.goto(server.url)
+    rate = other.locator(part("field-body.rate"))
+    rate.fill("7 rad/s", timeout=WAIT)
+    other.wait_for_timeout(500)
+    page.locator(part("field-blade.length")).fill("90 cm")
+    other.click(part("run"))
+    other.wait_for_selector(part("runs"))
+    page.click(part("run"))  # at once, before the form was checked
+    page.wait_for_selector(part("result"))
+    other.close()
+    last = sorted((folder / ".evolvent-studio").glob("0*/case.yaml"))[-2:]
+    found = [cases.load(path) for path in last]
+    assert sorted((case.blade.length, case.body.rate) for case in found) == [(0.9, 6.0), (1.0, 7.0)]
+
+
 def test_dropped_files_and_what_was_typed_stay(page, folder):
     page.click(part("tab-measure"))
     page.wait_for_selector(part("field-title"))

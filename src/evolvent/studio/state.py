@@ -26,7 +26,7 @@ _KEPT = 8
 
 @dataclasses.dataclass
 class Draft:
-    """The case in the form.
+    """The case in a form; the studio keeps the one that was changed last, for pages to come.
 
     Attributes
     ----------
@@ -131,19 +131,20 @@ class Studio:
         cases.system(str(draft.content.get("system", "")))
         self.draft = draft
 
-    def submit(self) -> str:
-        """Put the case of the form into the queue; returns the job's key.
+    def submit(self, draft: Draft | None = None) -> str:
+        """Put a case, that of the form unless given, into the queue; returns the job's key.
 
         Raises
         ------
         InputError
             If it cannot be run.
         """
-        self.folder.check_case(self.draft.content)
-        content = self._placed(self.draft.content)
+        draft = draft or self.draft
+        self.folder.check_case(draft.content)
+        content = self._placed(draft.content)
         case = cases.load(content)
         cases.system(case.system).plan(case)
-        name = self.draft.source.partition(":")[2] or case.system
+        name = draft.source.partition(":")[2] or case.system
         text = cases.to_yaml(case)
         return self.jobs.add("run", pathlib.PurePosixPath(name).stem, case=text).key
 
