@@ -459,6 +459,13 @@ def test_other_pages_and_other_names_are_refused(server):
             assert refusal(urllib.request.Request(server.url + path, headers=headers)) == code
 
 
+def test_no_other_page_may_show_it_inside_itself(server):
+    for path in ("", "studio/case?ref=file:slow.nc"):
+        with urllib.request.urlopen(server.url + path) as answer:
+            assert answer.headers["X-Frame-Options"] == "SAMEORIGIN"
+            assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+
+
 def test_token_is_needed(browser, folder, tmp_path):
     place = tmp_path / "work"
     place.mkdir()
