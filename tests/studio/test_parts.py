@@ -467,6 +467,16 @@ def test_runs_over_one_another_stand_in_the_same_unit_and_quantity():
     assert charts.factor("angular momentum,\n1e-3 kg m2/s", "angular momentum, 1e-3 kg m2/s") == 1.0
 
 
+def test_scales_are_seen_on_light_and_on_dark_pages():
+    line = Line(x=np.arange(2.0), y=np.arange(2.0), color=0.0)
+    (chart,) = charts.charts(Figure(name="f", title="F", panels=[Panel(x_label="x", y_label="y", lines=[line])]))
+    light, dark = (
+        sum(int(color[i : i + 2], 16) for i in (1, 3, 5))
+        for color in chart.options["series"][0]["lineStyle"]["color"].split("|")
+    )
+    assert light < 200 < dark
+
+
 def test_logarithmic_axes_end_at_decades():
     line = Line(x=np.arange(3.0), y=np.array([0.02, 3.0, 400.0]))
     panel = Panel(x_label="time, s", y_label="y", lines=[line], log=True)

@@ -26,7 +26,8 @@ class Chart:
 
     Attributes
     ----------
-    options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette
+    options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette, ``A|B`` for A on a light
+        and B on a dark page
     timed : bool, whether its x axis is the run's time
     """
 
@@ -166,13 +167,19 @@ def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _color(color: int | float | str) -> str:
+    """A color as the page reads it; one of a scale is ``LIGHT|DARK``, each without what its page does not show."""
     if isinstance(color, float):
-        place = float(np.clip(color, 0.0, 1.0)) * 0.92 * (len(VIRIDIS) - 1)
-        k = min(int(place), len(VIRIDIS) - 2)
-        ends = [[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in VIRIDIS[k : k + 2]]
-        mixed = [round(a + (place - k) * (b - a)) for a, b in zip(*ends, strict=True)]
-        return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
+        place = float(np.clip(color, 0.0, 1.0))
+        return f"{_viridis(0.92 * place)}|{_viridis(0.2 + 0.8 * place)}"
     return f"@{color}" if isinstance(color, int) else "@gray" if color == "gray" else color
+
+
+def _viridis(place: float) -> str:
+    place *= len(VIRIDIS) - 1
+    k = min(int(place), len(VIRIDIS) - 2)
+    ends = [[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in VIRIDIS[k : k + 2]]
+    mixed = [round(a + (place - k) * (b - a)) for a, b in zip(*ends, strict=True)]
+    return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
 
 
 def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool) -> Chart:
