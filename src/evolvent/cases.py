@@ -99,8 +99,35 @@ def json_schema(name: str) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ YAML
 
 
+#: Values of a YAML text, those that aliases repeat counted each time, at most.
+_MOST_VALUES = 1_000_000
+
+
 class _Loader(yaml.SafeLoader):
     """YAML with the numbers and truth values of version 1.2 (``1e4`` is a number, ``on`` is a word)."""
+
+    def get_single_node(self) -> yaml.Node | None:
+        """The text's only document, refused where its aliases would fill the memory."""
+        node: yaml.Node | None = super().get_single_node()
+        if node is not None:
+            _count(node, {})
+        return node
+
+
+def _count(node: yaml.Node, known: dict[int, int]) -> int:
+    """Values of a node, those that aliases repeat counted each time."""
+    if isinstance(node, yaml.ScalarNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = -1
+        inner = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+        known[id(node)] = 1 + sum(_count(part, known) for part in inner)
+        if known[id(node)] > _MOST_VALUES:
+            problem = f"it holds more than {_MOST_VALUES} values, aliases written out"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
+    elif known[id(node)] < 0:
+        raise yaml.constructor.ConstructorError(None, None, "an alias stands inside what it names", node.start_mark)
+    return known[id(node)]
 
 
 _Loader.yaml_implicit_resolvers = {

@@ -14,13 +14,15 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import results, studies
+from evolvent import cases, results, studies
 from evolvent.inertia import Body, Stand, linear_model
 from evolvent.studies import draw
 from studio.serving import LONG, SHORT, serving
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
 WAIT = 120_000
+#: Values that the cases of a study take together.
+LISTED = {"spool.rate": [4.0, 2.0, 3.0], "body.rate": [5.0, 7.0, 6.0]}
 
 
 def refusal(request):
@@ -58,6 +60,12 @@ def folder(tmp_path_factory):
     }
     (place / "feed.yaml").write_text(json.dumps(study))
     studies.sweep(studies.read(place / "feed.yaml"), output=place / "feed")
+    common = {"case": cases.content_of(place / "short.yaml"), "set": study["set"], "keep": ["body_rate"]}
+    for name, own in (
+        ("lines", {"over": {"body.rate": [5.0, 6.0, 7.0]}}),
+        ("listed", {"sample": "list", "over": LISTED, "keep": ["body_rate.last"]}),
+    ):
+        studies.sweep(studies.read({"study": name, **common, **own}), output=place / name)
     body = Body(mass=15190.0, centre=(0.0, 0.0, 0.0), inertia=(3703.0, 43920.0, 43920.0))
     stand = Stand.rectangle(2.0, 0.8696, stiffness=740250.0, length=0.5, damping=200.0)
     modes = linear_model(stand, body).modes()
@@ -109,21 +117,6 @@ def choose(page, select, option):
     page.locator(f".q-field:has({part(select)})").click()
     page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$")).click()
     page.wait_for_timeout(400)
-
-
-def choose_until(page, select, option, holds, value):
-    """Choose an entry until the page shows it: what a page does while it is filled again may undo the first choice."""
-    from playwright.sync_api import TimeoutError as Late
-
-    for _ in range(4):
-        choose(page, select, option)
-        try:
-            page.wait_for_function(holds, arg=value, timeout=15_000)
-        except Late:
-            page.keyboard.press("Escape")
-        else:
-            return
-    raise AssertionError(f"{option!r} was chosen four times and is not shown")
 
 
 def open_runs(page):
@@ -245,13 +238,14 @@ def test_names_are_text_and_nothing_else(page, folder):
     page.reload()
     page.click(part("tab-measure"))
     page.wait_for_selector(part("columns"))
-    page.wait_for_timeout(1500)
     shown = "text => document.querySelector('[data-testid=\"field-title\"]')?.value === text"
-    choose_until(page, "stand", "sly-stand.yaml", shown, sly)
+    choose(page, "stand", "sly-stand.yaml")
+    page.wait_for_function(shown, arg=sly)
     assert page.evaluate("window.hacked") is None
     page.locator(".ev-row:has-text('onclick') >> button:has(i:text('close'))").click()
     page.locator("text=Drop a file of signals on the left").wait_for()
-    choose_until(page, "stand", "new: springs", shown, "")
+    choose(page, "stand", "new: springs")
+    page.wait_for_function(shown, arg="")
 
 
 def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder):
@@ -349,6 +343,111 @@ def test_the_figures_of_a_system_stand_below_its_study(page, folder, shots):
     page.screenshot(path=shots / "study-figures.png")
 
 
+@pytest.mark.parametrize(
+    ("study", "chart", "series", "point", "case", "rates"),
+    [
+        ("lines", 0, 1, 30, 2, {"body.rate": "6.0"}),  # a line of the body's rate over the time for each case
+        ("listed", 0, 0, 1, 2, {"spool.rate": "2.0", "body.rate": "7.0"}),  # points over the one key
+        ("listed", 1, 0, 2, 3, {"spool.rate": "3.0", "body.rate": "6.0"}),  # and over the other
+    ],
+)
+def test_click_on_lines_and_points_opens_the_case(page, shots, study, chart, series, point, case, rates):
+    page.click(part("tab-studies"))
+    page.click(part(f"study-{study}"))
+    page.wait_for_selector(f"{part('study-chart')} canvas")
+    page.wait_for_timeout(500)
+    page.screenshot(path=shots / f"study-{study}.png")
+    box = page.locator(f"{part('study-chart')} .ev-chart").nth(chart)
+    box.scroll_into_view_if_needed()
+    x, y = box.evaluate(
+        "(e, [s, k]) => e.chart.convertToPixel({ seriesIndex: s }, e.chart.getOption().series[s].data[k])",
+        [series, point],
+    )
+    box.click(position={"x": x, "y": y})
+    page.locator(f"text=case {case} of study").first.wait_for()
+    for key, value in rates.items():
+        assert page.locator(part(f"field-{key}")).input_value() == value
+
+
+def test_keys_that_no_field_shows_are_told(page, folder, shots):
+    (folder / "typo.yaml").write_text(SHORT.replace("nodes: 6", "nodes: 6, tip_mas: 5 g"))
+    (folder / "torn.yaml").write_text("system: [heliogyro")
+    page.click("button:has(i:text('refresh')) >> nth=0")
+    page.wait_for_timeout(500)
+    choose(page, "case", "typo.yaml")
+    page.locator(f"{part('form-error')} >> text=did you mean 'blade.tip_mass'").wait_for()
+    assert not page.locator(part("run")).is_enabled()
+    page.screenshot(path=shots / "unknown-key.png")
+    page.click(part("leave-out"))
+    page.wait_for_function("e => !e.disabled && !e.classList.contains('disabled')",
+                           arg=page.locator(part("run")).element_handle())  # fmt: skip
+    choose(page, "case", "torn.yaml (cannot be read)")
+    page.locator("text=torn.yaml, line 1").first.wait_for()
+
+
+def test_two_pages_run_what_each_of_them_shows(page, context, server, folder):
+    choose(page, "case", "short.yaml")
+    other = context.new_page()
+    other.goto(server.url)
+    rate = other.locator(part("field-body.rate"))
+    rate.fill("7 rad/s", timeout=WAIT)
+    other.wait_for_timeout(500)
+    page.locator(part("field-blade.length")).fill("90 cm")
+    other.click(part("run"))
+    other.wait_for_selector(part("runs"))
+    page.click(part("run"))  # at once, before the form was checked
+    page.wait_for_selector(part("result"))
+    other.close()
+    last = sorted((folder / ".evolvent-studio").glob("0*/case.yaml"))[-2:]
+    found = [cases.load(path) for path in last]
+    assert sorted((case.blade.length, case.body.rate) for case in found) == [(0.9, 6.0), (1.0, 7.0)]
+
+
+def test_dropped_files_and_what_was_typed_stay(page, folder):
+    page.click(part("tab-measure"))
+    page.wait_for_selector(part("field-title"))
+    leave = page.locator(".ev-row:has(.ev-link) >> button:has(i:text('close')) >> visible=true")
+    while count := leave.count():  # of tests before
+        leave.first.click()
+        page.wait_for_function(f"document.querySelectorAll('.ev-row .ev-link + button').length < {count}")
+    for name in ("one.csv", "two.csv"):
+        (folder.parent / name).write_text("a,b\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
+    page.locator(part("field-title")).fill("A platform")
+    for _ in range(2):  # the same files once more change nothing
+        page.set_input_files(
+            f"{part('signals')} input[type=file]", [folder.parent / "one.csv", folder.parent / "two.csv"]
+        )
+        page.locator(".ev-row >> text=two.csv").wait_for()
+        page.wait_for_timeout(500)
+    assert page.locator(".ev-row .ev-link >> visible=true").all_inner_texts() == ["one.csv", "two.csv"]
+    open_runs(page)
+    page.click(part("tab-measure"))
+    page.wait_for_timeout(500)
+    assert page.locator(part("field-title")).input_value() == "A platform"
+    page.set_input_files(f"{part('signals')} input[type=file]", folder.parent / "knock.csv")
+    for name in ("one.csv", "two.csv"):
+        page.locator(f".ev-row:has-text('{name}') >> button:has(i:text('close'))").click()
+        page.locator(f".ev-row >> text={name}").wait_for(state="detached")
+    page.locator(f"{part('columns')} >> text=sensor 4").wait_for()  # columns of the file that is left
+    page.locator(".ev-row:has-text('knock.csv') >> button:has(i:text('close'))").click()
+    page.locator("text=Drop a file of signals on the left").wait_for()
+
+
+def test_a_narrow_page_is_one_column(context, server, shots):
+    page = context.new_page()
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(server.url)
+    page.wait_for_selector(part("tab-runs"), timeout=WAIT)
+    open_runs(page)
+    page.locator(".ev-link", has_text="slow.nc").click()
+    page.wait_for_selector(f"{part('charts')} canvas")
+    page.wait_for_timeout(500)
+    page.screenshot(path=shots / "narrow.png", full_page=True)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.locator(f"{part('motion')} canvas").bounding_box()["width"] > 340
+    page.close()
+
+
 def test_case_that_reads_outside_is_refused(page, folder):
     outside = folder.parent / "secret.nc"
     outside.write_bytes((folder / "slow.nc").read_bytes())
@@ -374,6 +473,13 @@ def test_other_pages_and_other_names_are_refused(server):
     for headers, code in (({"Host": "evil.example"}, 421), ({"Origin": "http://evil.example"}, 403)):
         for path in ("", "_nicegui_ws/socket.io/?EIO=4&transport=polling", "studio/run?ref=file:slow.nc"):
             assert refusal(urllib.request.Request(server.url + path, headers=headers)) == code
+
+
+def test_no_other_page_may_show_it_inside_itself(server):
+    for path in ("", "studio/case?ref=file:slow.nc"):
+        with urllib.request.urlopen(server.url + path) as answer:
+            assert answer.headers["X-Frame-Options"] == "SAMEORIGIN"
+            assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
 
 
 def test_token_is_needed(browser, folder, tmp_path):

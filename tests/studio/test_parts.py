@@ -90,7 +90,45 @@ def test_what_is_no_yaml_is_told_beside_its_field():
     assert list(wrong) == ["spool.rate"]
 
 
+def test_what_no_field_shows_is_known():
+    shown = form.describe(cases.system("heliogyro").Case, skip=("system",))
+    content = cases.content_of("heliogyro")
+    assert form.strange(shown, content, ("system",)) == {}
+    content["blade"]["nodez"] = 3
+    content["spool"] = [1, 2]
+    content["colour"] = {"of": "blade"}
+    assert form.strange(shown, content, ("system",)) == {
+        "blade.nodez": 3,
+        "spool": [1, 2],
+        "colour": {"of": "blade"},
+    }
+    typed = {"blade": {"nodes": 4}, "spool": {"rate": 2}}
+    for key, value in form.strange(shown, content, ("system",)).items():
+        form.put(typed, key, value)
+    assert typed == {"blade": {"nodes": 4, "nodez": 3}, "spool": [1, 2], "colour": {"of": "blade"}}
+
+
 # ------------------------------------------------------------------------------------------------ folder, gate
+
+
+def test_yaml_files_are_read_again_only_when_they_changed(tmp_path, monkeypatch):
+    (tmp_path / "a.yaml").write_text("system: heliogyro")
+    (tmp_path / "list.yaml").write_text("[1, 2]")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "large.yaml").write_text("a: 1 # " + "x" * 600_000)
+    read = []
+    parse = cases.parse_yaml
+    monkeypatch.setattr(cases, "parse_yaml", lambda source, name: read.append(name) or parse(source, name))
+    folder = Folder(tmp_path)
+    for _ in range(2):
+        assert folder.yaml() == {"a.yaml": {"system": "heliogyro"}}
+        assert folder.unreadable() == ["binary.yaml", "large.yaml", "list.yaml"]
+    assert read == ["a.yaml", "list.yaml"]
+    (tmp_path / "a.yaml").write_text("system: wrapped-rib")
+    assert folder.yaml() == {"a.yaml": {"system": "wrapped-rib"}}
+    for name, said in (("binary.yaml", "no text in UTF-8"), ("large.yaml", "too large"), ("none.yaml", "no such file")):
+        with pytest.raises(InputError, match=said):
+            folder.text(name)
 
 
 def test_folder_opens_nothing_outside(tmp_path):
@@ -151,6 +189,10 @@ def test_a_name_that_is_taken_is_not_written_over(tmp_path):
         folder.new("../b", ".yaml")
     with pytest.raises(InputError, match="own files"):
         folder.new(".evolvent-studio/b", ".yaml")
+    with pytest.raises(InputError, match="shorter"):
+        folder.new("b" * 300, ".yaml")
+    with pytest.raises(InputError, match="dot"):
+        folder.new(".b", ".yaml")
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "::", "example.org"])
@@ -396,6 +438,52 @@ def test_runs_over_one_another_have_a_color_each():
         ("two: a", "@1", "solid"),
         ("two: b", "@1", "dashed"),
     ]
+
+
+def test_runs_over_one_another_stand_in_the_same_unit_and_quantity():
+    """A system may show one run in J and another in mJ, and leave out a panel that would be empty."""
+
+    def figure(unit, *quantities):
+        panels = [
+            Panel(
+                x_label="time, s", y_label=f"{name}, {unit}", lines=[Line(x=np.arange(2.0), y=np.array([1.0, value]))]
+            )
+            for name, value in quantities
+        ]
+        return Figure(name="energy", title="Energy", panels=panels)
+
+    one = figure("J", ("energy", 2.0), ("taken", 3.0))
+    two = figure("mJ", ("energy", 4.0), ("energy stored", 5.0), ("taken", 6.0))
+    found = {
+        chart.options["yAxis"]["name"]: {s["name"]: s["data"][1][1] for s in chart.options["series"]}
+        for chart in charts.compared([("one", one), ("two", two)])
+    }
+    assert found == {
+        "energy, J": {"one": 2.0, "two": 0.004},
+        "taken, J": {"one": 3.0, "two": 0.006},
+        "energy stored, mJ": {"two": 5.0},
+    }
+    assert charts.factor("speed, m/s", "rate, m/s") is None
+    assert charts.factor("energy, J", "energy, s") is None
+    assert charts.factor("angular momentum,\n1e-3 kg m2/s", "angular momentum, 1e-3 kg m2/s") == 1.0
+
+
+def test_scales_are_seen_on_light_and_on_dark_pages():
+    line = Line(x=np.arange(2.0), y=np.arange(2.0), color=0.0)
+    (chart,) = charts.charts(Figure(name="f", title="F", panels=[Panel(x_label="x", y_label="y", lines=[line])]))
+    light, dark = (
+        sum(int(color[i : i + 2], 16) for i in (1, 3, 5))
+        for color in chart.options["series"][0]["lineStyle"]["color"].split("|")
+    )
+    assert light < 200 < dark
+
+
+def test_logarithmic_axes_end_at_decades():
+    line = Line(x=np.arange(3.0), y=np.array([0.02, 3.0, 400.0]))
+    panel = Panel(x_label="time, s", y_label="y", lines=[line], log=True)
+    (chart,) = charts.charts(Figure(name="f", title="F", panels=[panel]))
+    axis = chart.options["yAxis"]
+    assert (axis["min"], axis["max"], axis["interval"]) == (0.01, 1000.0, 1.0)
 
 
 def test_shapes_of_the_same_size_are_not_drawn_as_round_off():

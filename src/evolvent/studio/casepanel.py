@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -10,7 +12,7 @@ from nicegui import ui
 from evolvent import cases
 from evolvent.errors import EvolventError
 from evolvent.studio.formview import FormView
-from evolvent.studio.state import View
+from evolvent.studio.state import Draft, View
 
 if TYPE_CHECKING:
     from evolvent.studio.page import Page
@@ -35,9 +37,9 @@ class CasePanel:
             self._state = ui.label("").classes("ev-status").style("margin-left:auto")
         self.draw()
 
-    def draw(self) -> None:
-        """Draw the form of the draft."""
-        draft = self.studio.draft
+    def draw(self, draft: Draft | None = None) -> None:
+        """Draw the form of a draft, that of the studio unless given; the page goes on with a copy of its own."""
+        draft = self.draft = dataclasses.replace(draft or self.studio.draft)
         self._body.clear()
         with self._body:
             options = self._options()
@@ -46,12 +48,11 @@ class CasePanel:
                 chosen.props('outlined dense options-dense data-testid="case"').style("flex:1;min-width:0")
                 chosen.on_value_change(lambda e: self._choose(str(e.value)))
                 self._chosen = chosen
-                again = ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
+                again = ui.button(icon="refresh", on_click=self._again).props("flat dense round size=sm color=primary")
                 again.tooltip("look for files again, and read this one again")
-                again.on("click", lambda: self._choose(draft.source) if draft.source else None)
             ui.label(draft.about).classes("ev-what")
             system = str(draft.content["system"])
-            FormView(
+            self._form = FormView(
                 cases.system(system).Case,
                 draft.content,
                 self._changed,
@@ -61,20 +62,28 @@ class CasePanel:
 
     def list(self) -> None:
         """List the cases of the folder anew."""
-        self._chosen.set_options(self._options(), value=self.studio.draft.source)
+        self._chosen.set_options(self._options(), value=self.draft.source)
 
     def _options(self) -> dict[str, str]:
-        draft, options = self.studio.draft, self.studio.sources()
+        draft, options = self.draft, self.studio.sources()
         return options if draft.source in options else {draft.source: draft.about, **options}
 
     def _choose(self, source: str) -> None:
-        if source == self.studio.draft.source and source not in self.studio.sources():
+        if source == self.draft.source and source not in self.studio.sources():
             return
-        self.page.attempt(lambda: self.studio.open_case(source))
-        self.draw()
+        done = self.page.attempt(lambda: self.studio.open_case(source))
+        self.draw(None if done else self.draft)
+
+    def _again(self) -> None:
+        """Look for files again, and read that of the form again."""
+        if self.draft.source in self.studio.sources():
+            self._choose(self.draft.source)
+        else:
+            self.draw(self.draft)
 
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
-        self.studio.draft.content = content
+        self.draft.content = content
+        self.studio.draft = self.draft
         self._wrong = wrong
         self._run.set_enabled(not wrong)
         count = len(wrong)
@@ -82,23 +91,25 @@ class CasePanel:
 
     def _submit(self) -> None:
         def add() -> None:
-            key = self.studio.submit()
+            self._form.flush()
+            key = self.studio.submit(self.draft)
             self.page.show(View("run", (f"job:{key}",)), tab="runs")
 
         self.page.attempt(add)
 
     def _written(self) -> str:
         """The case as YAML, in full where it is right."""
+        self._form.flush()
         try:
-            return cases.to_yaml(cases.load(self.studio.draft.content))
+            return cases.to_yaml(cases.load(self.draft.content))
         except EvolventError:
             import yaml
 
-            return str(yaml.safe_dump(self.studio.draft.content, sort_keys=False, allow_unicode=True))
+            return str(yaml.safe_dump(self.draft.content, sort_keys=False, allow_unicode=True))
 
     def _text(self) -> None:
         text = self._written()
-        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(640px,90vw)"):
+        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
             ui.label("The case as a file, all defaults written out").classes("ev-title")
             ui.code(text, language="yaml").classes("ev-code w-full")
             with ui.row():
@@ -109,25 +120,25 @@ class CasePanel:
         def keep(name: str) -> str:
             path = self.studio.folder.new(name, ".yaml")
             path.write_text(self._written(), encoding="utf-8")
-            self.studio.draft.source = f"file:{self.studio.folder.name(path)}"
-            self.studio.draft.about = path.name
+            self.studio.draft = Draft(f"file:{self.studio.folder.name(path)}", path.name, self.draft.content)
             self.draw()
-            return path.name
+            return self.studio.folder.name(path)
 
-        stem = pathlib.PurePosixPath(self.studio.draft.source.partition(":")[2] or "case").stem
+        stem = pathlib.PurePosixPath(self.draft.source.partition(":")[2] or "case").stem
         ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
 
 
-def ask_name(page: Page, title: str, name: str, keep: Any) -> None:
-    """Ask for the name of a file, and write it."""
+def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:
+    """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
     with page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
         ui.label(title).classes("ev-title")
         typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
 
         def done() -> None:
-            if page.attempt(lambda: keep(typed.value or "")):
+            written: list[str] = []
+            if page.attempt(lambda: written.append(keep(typed.value or ""))):
                 dialog.close()
-                ui.notify(f"Saved as {typed.value}", type="positive", position="bottom")
+                ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
 
         typed.on("keydown.enter", done)
         with ui.row():

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import units
 from evolvent.figures import Figure, Line, Panel
 
 #: Points of a line, at most; of more, the least and largest of every few are drawn.
@@ -25,7 +26,8 @@ class Chart:
 
     Attributes
     ----------
-    options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette
+    options : dict, of ECharts; colors ``@0``, ``@1``, ... stand for the page's palette, ``A|B`` for A on a light
+        and B on a dark page
     timed : bool, whether its x axis is the run's time
     """
 
@@ -40,30 +42,72 @@ def charts(figure: Figure) -> list[Chart]:
 
 
 def compared(figures: Sequence[tuple[str, Figure]]) -> list[Chart]:
-    """The panels of one figure, of several runs over one another; the first run's words are taken.
+    """The panels of one figure, of several runs over one another; the first run's words and units are taken.
+
+    Panels of other quantities than the first run's stand beside it as charts of their own.
 
     Parameters
     ----------
     figures : (name of the run, its figure)
     """
-    found = []
-    first = figures[0][1]
-    last = _x_labels(first)
-    for k, panel in enumerate(first.panels):
-        series: list[dict[str, Any]] = []
-        for run, (name, figure) in enumerate(figures):
-            if k >= len(figure.panels):
-                continue
+    sheets: list[_Sheet] = []
+    for run, (name, figure) in enumerate(figures):
+        for panel, x_label in zip(figure.panels, _x_labels(figure), strict=True):
+            scales = (1.0, 1.0)
+            for sheet in sheets:
+                across, up = factor(x_label, sheet.x_label), factor(panel.y_label, sheet.panel.y_label)
+                if run not in sheet.runs and across is not None and up is not None:
+                    scales = across, up
+                    break
+            else:
+                sheet = _Sheet(panel, x_label)
+                sheets.append(sheet)
+            sheet.runs.append(run)
+            lines = [_times(line, *scales) for line in panel.lines]
             if len(figures) == 1:
-                series += [_series(line, name, None, panel.log) for line in figure.panels[k].lines]
+                sheet.series += [_series(line, name, None, panel.log) for line in lines]
                 continue
-            labels = list(dict.fromkeys(line.label for line in figure.panels[k].lines))
+            labels = list(dict.fromkeys(line.label for line in lines))
             few = len(labels) <= len(_OF_RUNS)  # the color is the run's then, and the dashes tell its lines apart
-            for line in figure.panels[k].lines:
+            for line in lines:
                 style = _OF_RUNS[labels.index(line.label)] if few and line.style.strip() else line.style
-                series.append(_series(dataclasses.replace(line, style=style), name, run, panel.log))
-        found.append(_chart(panel, last[k], series, several=len(figures) > 1))
-    return found
+                sheet.series.append(_series(dataclasses.replace(line, style=style), name, run, panel.log))
+    return [_chart(sheet.panel, sheet.x_label, sheet.series, several=len(figures) > 1) for sheet in sheets]
+
+
+@dataclasses.dataclass
+class _Sheet:
+    """A chart that comes to be: the panel whose words it takes, and the series of runs that have such a panel."""
+
+    panel: Panel
+    x_label: str
+    runs: list[int] = dataclasses.field(default_factory=list)
+    series: list[dict[str, Any]] = dataclasses.field(default_factory=list)
+
+
+def factor(label: str, into: str) -> float | None:
+    """What values of one axis are multiplied by to stand on another, None where they are of another quantity.
+
+    Parameters
+    ----------
+    label, into : str, labels of axes, such as "energy, mJ" and "energy, J"
+    """
+    label, into = (" ".join(text.split()) for text in (label, into))
+    if label == into:
+        return 1.0
+    (quantity, _, unit), (other, _, wanted) = label.rpartition(", "), into.rpartition(", ")
+    if not quantity or quantity != other:
+        return None
+    try:
+        return units.parse(f"1 {unit}", wanted)
+    except units.UnitError:
+        return None
+
+
+def _times(line: Line, across: float, up: float) -> Line:
+    if across == up == 1.0:
+        return line
+    return dataclasses.replace(line, x=across * np.asarray(line.x, float), y=up * np.asarray(line.y, float))
 
 
 def _x_labels(figure: Figure) -> list[str]:
@@ -123,13 +167,19 @@ def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _color(color: int | float | str) -> str:
+    """A color as the page reads it; one of a scale is ``LIGHT|DARK``, each without what its page does not show."""
     if isinstance(color, float):
-        place = float(np.clip(color, 0.0, 1.0)) * 0.92 * (len(VIRIDIS) - 1)
-        k = min(int(place), len(VIRIDIS) - 2)
-        ends = [[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in VIRIDIS[k : k + 2]]
-        mixed = [round(a + (place - k) * (b - a)) for a, b in zip(*ends, strict=True)]
-        return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
+        place = float(np.clip(color, 0.0, 1.0))
+        return f"{_viridis(0.92 * place)}|{_viridis(0.2 + 0.8 * place)}"
     return f"@{color}" if isinstance(color, int) else "@gray" if color == "gray" else color
+
+
+def _viridis(place: float) -> str:
+    place *= len(VIRIDIS) - 1
+    k = min(int(place), len(VIRIDIS) - 2)
+    ends = [[int(text[i : i + 2], 16) for i in (1, 3, 5)] for text in VIRIDIS[k : k + 2]]
+    mixed = [round(a + (place - k) * (b - a)) for a, b in zip(*ends, strict=True)]
+    return f"#{mixed[0]:02x}{mixed[1]:02x}{mixed[2]:02x}"
 
 
 def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several: bool) -> Chart:
@@ -168,10 +218,14 @@ def _counts(series: Sequence[dict[str, Any]]) -> bool:
 
 
 def _flat(series: Sequence[dict[str, Any]], panel: Panel) -> dict[str, float]:
-    """Ends of the y axis where all values are the same but for round-off, which would fill it otherwise."""
+    """Ends of the y axis: whole decades, or where all values are the same but for round-off, wide enough for it."""
     y = [point[1] for s in series for point in s["data"] if point[1] is not None]
-    if not y or panel.log or panel.equal:
+    if not y or panel.equal:
         return {}
+    if panel.log:  # whole decades
+        low, high = np.floor(np.log10(min(y))), np.ceil(np.log10(max(y)))
+        high = max(high, low + 1.0)
+        return {"min": float(10.0**low), "max": float(10.0**high), "interval": float(np.ceil((high - low) / 6.0))}
     size, middle = max(abs(value) for value in y), 0.5 * (max(y) + min(y))
     if size == 0.0 or max(y) - min(y) > 1e-5 * size:
         return {}

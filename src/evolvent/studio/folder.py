@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import pathlib
@@ -16,7 +17,7 @@ from evolvent.errors import InputError
 OWN = ".evolvent-studio"
 #: Files that are listed and entries that are looked at, at most, and levels of folders that are looked into.
 _MOST, _LOOKED, _DEEP = 500, 20_000, 3
-#: Largest YAML file that is looked into for what it holds, bytes.
+#: Largest YAML file that is read, bytes.
 _TEXT = 500_000
 #: Endings of files that hold signals.
 SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
@@ -34,6 +35,7 @@ class Folder:
         self.root = pathlib.Path(path).resolve()
         if not self.root.is_dir():
             raise InputError(f"{os.fspath(path)!r} is not a folder")
+        self._read: dict[str, tuple[tuple[int, int], Any]] = {}  # name -> (its date and size, what it holds)
 
     @property
     def own(self) -> pathlib.Path:
@@ -76,6 +78,10 @@ class Folder:
         path = self.inside(name)
         if path.is_relative_to(self.root / OWN):
             raise InputError(f"{name!r} lies among the studio's own files; give a name of yours")
+        if path.name.startswith("."):
+            raise InputError(f"{name!r} begins with a dot, and such files are not listed; give another name")
+        if len(os.fsencode(path.name)) > 200:
+            raise InputError(f"the name is {len(path.name)} letters long; give a shorter one")
         if path.exists():
             raise InputError(f"{name!r} is there already; give another name")
         if not path.parent.is_dir():
@@ -98,18 +104,48 @@ class Folder:
 
     def yaml(self) -> dict[str, Mapping[str, Any]]:
         """YAML files that hold a mapping, name -> content."""
-        found: dict[str, Mapping[str, Any]] = {}
+        return {name: content for name, content in self._yaml().items() if isinstance(content, Mapping)}
+
+    def unreadable(self) -> list[str]:
+        """YAML files that cannot be read, or hold no mapping; `text` or who reads them says why."""
+        return [name for name, content in self._yaml().items() if not isinstance(content, Mapping)]
+
+    def _yaml(self) -> dict[str, Any]:
+        """YAML files, name -> content, None where it cannot be read; each is read again only when it changed."""
+        before, self._read = self._read, {}
         for name in self.files(".yaml", ".yml"):
             path = self.root / name
             try:
-                if path.stat().st_size > _TEXT:
-                    continue
-                content = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
-            except (InputError, OSError, UnicodeDecodeError):
+                status = path.stat()
+            except OSError:
                 continue
-            if isinstance(content, Mapping):
-                found[name] = content
-        return found
+            stamp = status.st_mtime_ns, status.st_size
+            if name in before and before[name][0] == stamp:
+                self._read[name] = before[name]
+                continue
+            content = None
+            with contextlib.suppress(InputError):
+                content = cases.parse_yaml(self.text(name), name)
+            self._read[name] = stamp, content
+        return {name: content for name, (_, content) in self._read.items()}
+
+    def text(self, name: str) -> str:
+        """What a YAML file holds.
+
+        Raises
+        ------
+        InputError
+            If it lies outside, is too large, or is no text.
+        """
+        path = self.inside(name)
+        try:
+            if path.stat().st_size > _TEXT:
+                raise InputError(f"{name!r} is too large for a YAML file; {_TEXT // 1000} kB are read at most")
+            return path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None
+        except UnicodeDecodeError:
+            raise InputError(f"cannot read {name!r}: it is no text in UTF-8") from None
 
     def studies(self) -> list[str]:
         """Folders that hold a study."""

@@ -281,6 +281,38 @@ def given(form: Group, content: Mapping[str, Any]) -> set[str]:
     return {g.key for g in form.groups() if g.optional and isinstance(_at(content, g.key), Mapping)}
 
 
+def strange(form: Group, content: Mapping[str, Any], skip: tuple[str, ...] = ()) -> dict[str, Any]:
+    """What a case holds that its form has no field for, dotted key -> value.
+
+    Parameters
+    ----------
+    skip : dotted keys that the form leaves out
+    """
+    fields = {field.key for field in form.fields()} | set(skip)
+    groups = {group.key for group in form.groups()}
+
+    def found(inner: Mapping[str, Any], before: str) -> Iterator[tuple[str, Any]]:
+        for name, value in inner.items():
+            key = f"{before}{name}"
+            if key in groups and isinstance(value, Mapping):
+                yield from found(value, f"{key}.")
+            elif key not in fields and (key not in groups or value is not None):
+                yield key, value
+
+    return dict(found(content, ""))
+
+
+def put(content: dict[str, Any], key: str, value: Any) -> None:
+    """Put a value at a dotted key, where no value of another kind stands in its way."""
+    *path, last = key.split(".")
+    for part in path:
+        inner = content.setdefault(part, {})
+        if not isinstance(inner, dict):
+            return
+        content = inner
+    content[last] = value
+
+
 def _at(content: Any, key: str) -> Any:
     for part in key.split("."):
         if not isinstance(content, Mapping) or part not in content:

@@ -40,6 +40,7 @@ class FormView:
         self.form = form.describe(kind, skip=skip)
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
+        self._strange = form.strange(self.form, content, skip)  # it is told, and left out only when one says so
         self._rows: dict[str, ui.element] = {}
         self._errors: dict[str, ui.label] = {}
         self._counts: dict[str, ui.label] = {}
@@ -49,6 +50,12 @@ class FormView:
         own = [part for part in self.form.parts if isinstance(part, Field)]
         self._banner = ui.label("").classes("ev-banner bad").props('data-testid="form-error"')
         self._banner.set_visibility(False)
+        self._leave = ui.element("button").classes("ev-more").props('type=button data-testid="leave-out"')
+        with self._leave:
+            count = len(self._strange)
+            ui.label("Leave this key out" if count == 1 else f"Leave these {count} keys out")
+        self._leave.set_visibility(bool(self._strange))
+        self._leave.on("click", self._leave_out)
         for field in own:
             self._row(field)
         groups = [part for part in self.form.parts if isinstance(part, Group)]
@@ -150,15 +157,29 @@ class FormView:
             expansion.open()
         self._soon()
 
+    def _leave_out(self) -> None:
+        self._strange = {}
+        self._leave.set_visibility(False)
+        self.check()
+
     def _soon(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
         with self._banner.parent_slot or ui.element():
             self._timer = ui.timer(_PAUSE, self.check, once=True)
 
+    def flush(self) -> None:
+        """Check now what was typed a moment ago."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self.check()
+
     def check(self) -> None:
         """Check what was typed, and show what is wrong beside it."""
+        self._timer = None
         typed, wrong = form.content_of(self.form, self.texts, self.given)
+        for key, value in self._strange.items():
+            form.put(typed, key, value)
         content = self._complete(typed)
         found = form.problems(content, wrong, self.kind)
         shown: dict[str, str] = {}

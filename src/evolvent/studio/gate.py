@@ -13,6 +13,9 @@ from evolvent.errors import InputError
 
 #: Cookie that holds the token once it was given.
 COOKIE = "evolvent-studio"
+#: Said with every answer: no page of another address may show it inside itself, or load a part of it.
+_HEADERS = [(b"x-frame-options", b"SAMEORIGIN"), (b"cross-origin-resource-policy", b"same-origin"),
+            (b"referrer-policy", b"same-origin"), (b"x-content-type-options", b"nosniff")]  # fmt: skip
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 
 Scope = MutableMapping[str, Any]
@@ -85,7 +88,13 @@ class Gate:
         if self.token is not None and not self._known(headers):
             await self._ask(scope, receive, send)
             return
-        await self.app(scope, receive, send)
+
+        async def answer(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", ()), *_HEADERS]
+            await send(message)
+
+        await self.app(scope, receive, answer)
 
     def _known(self, headers: dict[str, str]) -> bool:
         found = http.cookies.SimpleCookie()

@@ -6,7 +6,7 @@ import asyncio
 import functools
 import pathlib
 import urllib.parse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,48 +57,56 @@ class MeasurePanel:
         self._source: signals.Signals | None = None
         self._form: FormView | None = None
         self._wrong: dict[str, str] = {}
-        self._body = ui.element("div").classes("ev-scroll")
+        self.content: dict[str, Any] = {}
+        self._rows: dict[str, ui.element] = {}
+        with ui.element("div").classes("ev-scroll"):
+            ui.label(
+                "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
+            ).classes("ev-what")
+            with ui.element("div").classes("ev-drop w-full"):  # it stays: files may still be on their way through it
+                ui.upload(
+                    label="Drop signal files here, or choose", multiple=True, auto_upload=True,
+                    max_file_size=_LARGEST, on_multi_upload=self._dropped,
+                    on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
+                ).props('flat dense data-testid="signals"')  # fmt: skip
+            self._known = ui.select([], label="or a file of the folder")
+            self._known.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
+            self._known.on_value_change(lambda e: self._add([str(e.value)]) if e.value else None)
+            self._files = ui.element("div").classes("ev-part")
+            ui.label("stand and body").classes("ev-h")
+            self._stand = ui.select([])
+            self._stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
+            self._stand.on_value_change(lambda e: self._choose(str(e.value)) if e.value != self._source_of() else None)
+            with ui.element("div").classes("ev-drop w-full"):
+                ui.upload(label="or drop a description (YAML)", auto_upload=True, max_file_size=1_000_000,
+                          on_upload=self._described).props('flat dense data-testid="stand-upload"')  # fmt: skip
+            self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._go = ui.button("Find mass properties", on_click=self._submit)
             self._go.props('unelevated color=primary data-testid="weigh"')
             self._hint = ui.label("").classes("ev-status")
-        self._read()
         self.draw()
 
     # -------------------------------------------------------------------------------------------- the panel
 
     def draw(self) -> None:
-        """Draw the panel anew."""
+        """Show what is there now; what is the same stays, so that no click on it is lost."""
+        if self._form is not None:
+            self._form.flush()
+        self._read()
+        known = self.studio.folder.files(*SIGNALS)
+        self._known.set_options(known, value=None)
+        self._known.set_visibility(bool(known))
+        self._list()
+        options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
+        options |= {f"file:{n}": n for n in self.studio.stands()}
+        value = self._source_of()
+        self._stand.set_options({value: value.partition(":")[2], **options}, value=value)
+        if self._form is not None and self.content == self.state["content"]:
+            self._form.check()  # the columns may be others
+            return
         self._body.clear()
         with self._body:
-            ui.label(
-                "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
-            ).classes("ev-what")
-            with ui.element("div").classes("ev-drop w-full"):
-                ui.upload(
-                    label="Drop signal files here, or choose", multiple=True, auto_upload=True,
-                    max_file_size=_LARGEST, on_upload=self._dropped,
-                    on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
-                ).props('flat dense data-testid="signals"')  # fmt: skip
-            known = self.studio.folder.files(*SIGNALS)
-            if known:
-                chosen = ui.select({n: n for n in known}, label="or a file of the folder", value=None)
-                chosen.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
-                chosen.on_value_change(lambda e: self._add(str(e.value)))
-            for name in self.state["files"]:
-                with ui.element("div").classes("ev-row"):
-                    ui.label(name.rpartition("/")[2]).classes("ev-link").tooltip(name)
-                    ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
-            ui.label("stand and body").classes("ev-h")
-            options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
-            options |= {f"file:{n}": n for n in self.studio.stands()}
-            value = self.state["stand"] or f"kind:{self.state['kind']}"
-            stand = ui.select(options | ({value: value.partition(":")[2]} if value not in options else {}), value=value)
-            stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
-            stand.on_value_change(lambda e: self._choose(str(e.value)))
-            with ui.element("div").classes("ev-drop w-full"):
-                ui.upload(label="or drop a description (YAML)", auto_upload=True, max_file_size=1_000_000,
-                          on_upload=self._described).props('flat dense data-testid="stand-upload"')  # fmt: skip
             self._form = FormView(
                 description.model(self.state["kind"]),
                 self.state["content"],
@@ -107,20 +115,32 @@ class MeasurePanel:
                 complete=self._complete,
             )
 
+    def _source_of(self) -> str:
+        """Where the description comes from."""
+        return self.state["stand"] or f"kind:{self.state['kind']}"
+
+    def _list(self) -> None:
+        """List the files that are taken."""
+        for name in [name for name in self._rows if name not in self.state["files"]]:
+            self._rows.pop(name).delete()
+        for name in self.state["files"]:
+            if name in self._rows:
+                continue
+            with self._files, ui.element("div").classes("ev-row") as row:
+                shown = ui.label(name.rpartition("/")[2]).classes("ev-link")
+                shown.props["title"] = name
+                ui.button(icon="close", on_click=lambda n=name: self._leave(n)).props("flat dense round size=xs")
+            self._rows[name] = row
+
     def _choose(self, source: str) -> None:
         kind, _, name = source.partition(":")
         if kind == "kind":
             self._take({"stand": {"kind": name}}, "")
-        else:
-            self.page.attempt(lambda: self._open(name))
+        elif not self.page.attempt(lambda: self._open(name)):
+            self._stand.set_value(self._source_of())
 
     def _open(self, name: str) -> None:
-        path = self.studio.folder.inside(name)
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
-            raise InputError(f"cannot read {name!r}") from None
-        content = cases.parse_yaml(text, name)
+        content = cases.parse_yaml(self.studio.folder.text(name), name)
         stand = content.get("stand") if isinstance(content, Mapping) else None
         if not isinstance(stand, Mapping) or stand.get("kind") not in description.KINDS:
             raise InputError(
@@ -129,53 +149,65 @@ class MeasurePanel:
         self._take(dict(content), f"file:{name}")
 
     def _take(self, content: dict[str, Any], stand: str) -> None:
+        self._form = None  # what was typed there is of another stand
         self.state.update(content=content, stand=stand, kind=content["stand"]["kind"], columns={})
-        self._map()
         self.draw()
         if self.page.view.kind == "measure" and not self.page.view.refs:
             self.page.draw()
 
     async def _described(self, event: events.UploadEventArguments) -> None:
+        _emptied(event.sender)
         content = await event.file.read()
         self.page.attempt(lambda: self._open(self.studio.folder.keep(event.file.name, content)))
 
     # -------------------------------------------------------------------------------------------- signals
 
-    async def _dropped(self, event: events.UploadEventArguments) -> None:
-        content = await event.file.read()
-        await self._add(self.studio.folder.keep(event.file.name, content))
+    async def _dropped(self, event: events.MultiUploadEventArguments) -> None:
+        _emptied(event.sender)
+        kept: list[str] = []
 
-    async def _add(self, name: str) -> None:
-        try:
-            await asyncio.to_thread(_recording, self.studio.folder.inside(name))
-        except EvolventError as error:
-            self.page.tell(str(error))
+        def keep(name: str, content: bytes) -> None:
+            kept.append(self.studio.folder.keep(name, content))
+
+        for file in event.files:
+            self.page.attempt(functools.partial(keep, file.name, await file.read()))
+        await self._add(kept)
+
+    async def _add(self, names: Sequence[str]) -> None:
+        """Take files as signals; what is wrong with one of them does not keep the others out."""
+        good = []
+        for name in names:
+            try:
+                await asyncio.to_thread(_recording, self.studio.folder.inside(name))
+            except EvolventError as error:
+                self.page.tell(str(error))
+            else:
+                good.append(name)
+        if not good:
             return
-        if name not in self.state["files"]:
-            self.state["files"].append(name)
-        self._read()
-        self._map()
+        self.state["files"] += [name for name in good if name not in self.state["files"]]
         self.draw()
         self.page.show(View("measure"))
 
     def _leave(self, name: str) -> None:
-        self.state["files"].remove(name)
-        self._read()
+        if name in self.state["files"]:  # else another page has left it out
+            self.state["files"].remove(name)
         self.draw()
         self.page.show(View("measure"))
 
     def _read(self) -> None:
         """Read the first file, whose columns stand for those of all."""
         self._source = None
-        if self.state["files"]:
+        while self.state["files"] and self._source is None:
             try:
                 self._source = _recording(self.studio.folder.inside(self.state["files"][0]))
             except InputError:
-                self.state["files"] = []
+                del self.state["files"][0]
+        self._map()
 
     def _map(self) -> None:
         """What each column is: as the description has it, else sensors, and times by their name."""
-        if self._source is None or self.state["columns"]:
+        if self._source is None or set(self.state["columns"]) == set(self._source.names):
             return
         given = self.state["content"].get("signals") or {}
         sensors = {}
@@ -217,8 +249,9 @@ class MeasurePanel:
                     except InputError:
                         sensor[key] = column[key]
             sensors.append(sensor)
+        every = all(column["use"] for column in self.state["columns"].values())
         plain = all(set(s) == {"column"} for s in sensors)
-        if sensors and not (plain and self.state["kind"] != "springs"):
+        if sensors and not (every and plain and self.state["kind"] != "springs"):
             given["sensors"] = sensors
         if given:
             content["signals"] = given
@@ -227,11 +260,15 @@ class MeasurePanel:
         return content
 
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
-        self.content = content
+        self.content = self.state["content"] = content
         self._wrong = wrong
-        ready = not wrong and bool(self.state["files"])
+        columns = self.state["columns"].values()
+        used = not self.state["files"] or any(column["use"] == "sensor" for column in columns)
+        ready = not wrong and used and bool(self.state["files"])
         self._go.set_enabled(ready)
-        hint = "" if ready else "give a signal file" if not self.state["files"] else f"{len(wrong)} to mend"
+        hint = "" if ready else "give a signal file" if not self.state["files"] else "no column is a sensor"
+        if used and self.state["files"] and wrong:
+            hint = f"{len(wrong)} to mend"
         self._hint.set_text(hint)
 
     # -------------------------------------------------------------------------------------------- beside the panel
@@ -291,6 +328,8 @@ class MeasurePanel:
 
     def _submit(self) -> None:
         def add() -> None:
+            if self._form is not None:
+                self._form.flush()
             files = [str(self.studio.folder.inside(name)) for name in self.state["files"]]
             given = description.load(self.content)
             title = given.title or given.body.name
@@ -343,6 +382,12 @@ class MeasurePanel:
                     for text in row:
                         with ui.element("td" if k else "th"):
                             ui.label(str(text))
+
+
+def _emptied(sender: Any) -> None:
+    """Empty what files were dropped on, which would refuse the same file else."""
+    assert isinstance(sender, ui.upload)
+    sender.reset()
 
 
 def _recording(path: pathlib.Path) -> signals.Signals:

@@ -78,8 +78,8 @@ class Page:
     def _turn(self, tab: str) -> None:
         """Another panel is looked at; what it lists of the folder is listed anew."""
         self.studio.tab = tab
-        lists = {"case": self.case.list, "runs": self.runs.draw, "measure": self.measure.draw}
-        lists.get(tab, self.studies.draw)()
+        lists = {"case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw}
+        lists.get(tab, self.studies.list)()
 
     # -------------------------------------------------------------------------------------------- what panels call
 
@@ -117,12 +117,19 @@ class Page:
         except EvolventError as error:
             self.tell(str(error))
             return False
+        except OSError as error:  # a full disk, a folder that may not be written to
+            name = f" {pathlib.Path(error.filename).name!r}" if isinstance(error.filename, str) else ""
+            self.tell(f"the file{name} cannot be read or written: {(error.strerror or str(error)).lower()}")
+            return False
         return True
 
     def tell(self, text: str) -> None:
         """Tell what went wrong."""
+        word = text.partition(" ")[0]
+        if word.isalpha():  # else it is a key, or the name of a file
+            text = text[:1].upper() + text[1:]
         with self.main:
-            ui.notify(text[:1].upper() + text[1:], type="negative", position="bottom", multi_line=True, timeout=8000,
+            ui.notify(text, type="negative", position="bottom", multi_line=True, timeout=8000,
                       close_button="Close", classes="ev-notify")  # fmt: skip
 
     def look(self) -> None:

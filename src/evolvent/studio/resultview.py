@@ -184,21 +184,26 @@ class ResultView:
         for item in loaded:
             _messages(item.run.attrs, name=item.name)
         same = len({item.run.attrs["system"] for item in loaded}) == 1
-        with ui.element("div").classes("ev-pair"):
+        with ui.element("div").classes("ev-pair" if len(loaded) < 3 else "ev-pair one"):
             with ui.element("div").classes("ev-card").props('data-testid="motion"'):
                 MotionElement([item.ref for item in loaded], names)
-            with ui.element("div").classes("ev-card ev-tablebox"):
+            with ui.element("div").classes("ev-card ev-tablebox ev-beside"):
                 _table([["what differs", *names], *_differences(loaded)])
                 _table([["results", *names], *_numbers(loaded)])
         if not same:
-            ui.label("The runs are of different systems; figures that all of them have are shown.").classes("ev-dim")
+            ui.label("The runs are of different systems; figures that two or more of them have are shown.").classes(
+                "ev-dim"
+            )
         figures = []
-        for figure in loaded[0].figures:
-            every = [next((f for f in item.figures if f.name == figure.name), None) for item in loaded]
+        for called in dict.fromkeys(figure.name for item in loaded for figure in item.figures):
+            every = [next((f for f in item.figures if f.name == called), None) for item in loaded]
             beside = [(name, f) for name, f in zip(names, every, strict=True) if f is not None]
             if len(beside) > 1:
-                figures.append((figure.title, beside))
-        self._tabs(figures)
+                figures.append((beside[0][1].title, beside))
+        if figures or same:
+            self._tabs(figures)
+        else:
+            ui.label("They have no figure in common.").classes("ev-dim")
 
 
 def _messages(attrs: dict[str, Any], *, name: str = "") -> None:

@@ -39,8 +39,8 @@ def told(job: Job) -> str:
     if job.status == "cancelling":
         return "ending; what was computed is kept"
     if job.status == "running":
-        if job.note and not job.reached:
-            return job.note
+        if not job.reached and job.kind != "identify":
+            return job.note or "starting; where its solver must be compiled anew, this takes a minute or two"
         unit = "cases" if job.kind == "sweep" else "s"
         reached = f"{job.reached:.4g} of {job.end:.4g} {unit}" if job.kind != "identify" else "computing"
         left = job.left
@@ -60,6 +60,7 @@ class RunsPanel:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
+        self._files: list[str] = []
         self._ticked: list[str] = [r for r in page.view.refs if page.view.kind == "run" and len(page.view.refs) > 1]
         self._bars: dict[str, tuple[ui.element, ui.label]] = {}
         self._body = ui.element("div").classes("ev-scroll").props('data-testid="runs"')
@@ -83,7 +84,7 @@ class RunsPanel:
                 ui.label("saved in the folder").classes("ev-h")
                 ui.element("div").style("flex:1")
                 ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
-            files = self.studio.folder.files(".nc")
+            files = self._files = self.studio.folder.files(".nc")
             if not files:
                 ui.label("none (*.nc)").classes("ev-what")
             for name in files:
@@ -91,6 +92,11 @@ class RunsPanel:
                     self._tick(f"file:{name}")
                     self._link(name, View("run", (f"file:{name}",)))
         self._count()
+
+    def list(self) -> None:
+        """List the runs of the folder anew, where they are others; what is the same stays under the mouse."""
+        if self.studio.folder.files(".nc") != self._files:
+            self.draw()
 
     def follow(self, changed: bool) -> None:
         """Follow the queue: the list where it changed, else the bars."""
@@ -152,9 +158,11 @@ class RunsPanel:
     def keep(self, ref: str) -> None:
         """Copy a run into the working folder."""
 
-        def copy(name: str) -> None:
-            shutil.copyfile(self.studio.path(ref), self.studio.folder.new(name, ".nc"))
+        def copy(name: str) -> str:
+            path = self.studio.folder.new(name, ".nc")
+            shutil.copyfile(self.studio.path(ref), path)
             self.draw()
+            return self.studio.folder.name(path)
 
         name = self.studio.name(ref).replace(" ", "-")
         ask_name(self.page, "Keep the run in the working folder", f"{name}.nc", copy)
@@ -164,7 +172,7 @@ class RunsPanel:
         with link:
             ui.label(text).style("overflow:hidden;text-overflow:ellipsis")
         if len(text) > 28:
-            link.tooltip(text)
+            link.props["title"] = text
         link.on("click", lambda: self.page.show(view))
 
     def _tick(self, ref: str, *, enabled: bool = True) -> None:

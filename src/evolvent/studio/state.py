@@ -26,7 +26,7 @@ _KEPT = 8
 
 @dataclasses.dataclass
 class Draft:
-    """The case in the form.
+    """The case in a form; the studio keeps the one that was changed last, for pages to come.
 
     Attributes
     ----------
@@ -84,7 +84,8 @@ class Studio:
     def sources(self) -> dict[str, str]:
         """Cases that can be opened, source -> how it is shown."""
         found = {f"case:{name}": name for name in cases.built_in()}
-        return found | {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        found |= {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
 
     def study_sources(self) -> dict[str, str]:
         """Studies that can be run."""
@@ -115,8 +116,10 @@ class Studio:
         if kind == "case":
             content, about = cases.content_of(name), cases.built_in()[name]
         else:
-            path = self.folder.inside(name)
-            content, about = cases.content_of(path), name
+            content, about = cases.parse_yaml(self.folder.text(name), name), name
+            if not isinstance(content, Mapping):
+                raise InputError(f"{name}: it holds no case; a case is a mapping of keys to values")
+            content = cases.content_of(content)
         self._take(Draft(source, about, content))
 
     def take_case(self, content: Mapping[str, Any], about: str) -> None:
@@ -128,19 +131,20 @@ class Studio:
         cases.system(str(draft.content.get("system", "")))
         self.draft = draft
 
-    def submit(self) -> str:
-        """Put the case of the form into the queue; returns the job's key.
+    def submit(self, draft: Draft | None = None) -> str:
+        """Put a case, that of the form unless given, into the queue; returns the job's key.
 
         Raises
         ------
         InputError
             If it cannot be run.
         """
-        self.folder.check_case(self.draft.content)
-        content = self._placed(self.draft.content)
+        draft = draft or self.draft
+        self.folder.check_case(draft.content)
+        content = self._placed(draft.content)
         case = cases.load(content)
         cases.system(case.system).plan(case)
-        name = self.draft.source.partition(":")[2] or case.system
+        name = draft.source.partition(":")[2] or case.system
         text = cases.to_yaml(case)
         return self.jobs.add("run", pathlib.PurePosixPath(name).stem, case=text).key
 

@@ -50,12 +50,13 @@ class StudyPanel:
         """Draw the panel anew."""
         from evolvent import studies
 
+        self._shown = self._found()
+        options, found = self._shown
         self._body.clear()
         with self._body:
             ui.label(
                 "Many cases of one system, over keys that vary. A study is a YAML file; evolvent show prints one."
             ).classes("ev-what")
-            options = self.studio.study_sources()
             self._source = self._source or next(iter(options))
             chosen = ui.select(options, value=self._source, label="study").classes("w-full")
             chosen.props('outlined dense options-dense data-testid="study"')
@@ -65,7 +66,6 @@ class StudyPanel:
             if about:
                 ui.label(about).classes("ev-what")
             ui.label("finished, in the folder").classes("ev-h")
-            found = self.studio.folder.studies()
             for name in found:
                 link = ui.element("button").classes("ev-link").props("type=button")
                 link.props["data-testid"] = f"study-{name}"
@@ -74,6 +74,15 @@ class StudyPanel:
                 link.on("click", lambda n=name: self.page.show(View("study", (f"file:{n}",))))
             if not found:
                 ui.label("none").classes("ev-what")
+
+    def list(self) -> None:
+        """List the studies anew, where they are others; what is the same stays under the mouse."""
+        if self._found() != self._shown:
+            self.draw()
+
+    def _found(self) -> tuple[dict[str, str], Sequence[str]]:
+        """Studies that can be run, and folders of those that are done."""
+        return self.studio.study_sources(), self.studio.folder.studies()
 
     def _choose(self, source: str) -> None:
         self._source = source
@@ -89,7 +98,7 @@ class StudyPanel:
             source = name
             if kind == "file":
                 path = self.studio.folder.inside(name)
-                raw = cases.parse_yaml(path.read_text(encoding="utf-8"), name)
+                raw = cases.parse_yaml(self.studio.folder.text(name), name)
                 self.studio.folder.check_case(raw, path.parent)
                 source = str(path)
             asked = studies.read(source)

@@ -70,7 +70,7 @@ def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
     module = cases.system(case.system)
     plan = module.plan(case)
     if plan.solver and not jit.is_warm(plan.solver):
-        told.say(note="compiling for this machine, once; this takes half a minute")
+        told.say(note="compiling for this machine, once; this takes a minute or two")
     told.reached(0.0, plan.duration)
     found = module.run(case, progress=lambda reached: told.reached(reached, plan.duration))
     results.save(found, place / RUN)

@@ -16,6 +16,7 @@ export default {
   props: { options: Object, timed: Boolean, equal: Boolean, clickable: Boolean },
   mounted() {
     this.chart = echarts.init(this.$refs.box);
+    this.$el.chart = this.chart;
     this.draw();
     this.sizes = new ResizeObserver(() => { this.chart.resize(); this.fit(); this.move(); });
     this.sizes.observe(this.$refs.box);
@@ -47,7 +48,8 @@ export default {
       const palette = dark ? DARK : LIGHT;
       const ink = dark ? "#c9ced6" : "#3c434c", faint = dark ? "#33383f" : "#e3e6ea";
       const named = (c) => typeof c === "string" && c[0] === "@"
-        ? (c === "@gray" ? (dark ? "#8a929d" : "#8a929d") : palette[Number(c.slice(1)) % palette.length]) : c;
+        ? (c === "@gray" ? (dark ? "#8a929d" : "#8a929d") : palette[Number(c.slice(1)) % palette.length])
+        : typeof c === "string" && c.includes("|") ? c.split("|")[dark ? 1 : 0] : c;
       const options = JSON.parse(JSON.stringify(this.options));
       for (const s of options.series) {
         for (const part of [s.lineStyle, s.itemStyle]) if (part && part.color) part.color = named(part.color);
