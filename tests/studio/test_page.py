@@ -298,7 +298,7 @@ def test_signal_to_certificate(page, folder, shots):
     assert not page.locator(part("weigh")).is_enabled(), "the stand is not described yet"
     choose(page, "stand", "stand.yaml")
     page.wait_for_function(
-        "e => e.value === '2'", arg=page.locator(part("point-2")).element_handle()
+        "s => document.querySelector(s)?.value === '2'", arg=part("point-2")
     )  # the description names the points
     page.screenshot(path=shots / "columns.png")
     page.locator(part("point-2")).fill("nowhere")
