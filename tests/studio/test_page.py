@@ -448,6 +448,17 @@ def test_a_narrow_page_is_one_column(context, server, shots):
     page.close()
 
 
+def test_a_dropped_case_is_opened(page, folder):
+    other = folder.parent / "other.yaml"
+    other.write_text(SHORT.replace("6 rad/s", "5 rad/s"))
+    page.set_input_files(f"{part('case-upload')} input[type=file]", other)
+    page.wait_for_function("s => document.querySelector(s)?.value === '5 rad/s'", arg=part("field-body.rate"))
+    other.write_text("system: [heliogyro")
+    page.set_input_files(f"{part('case-upload')} input[type=file]", other)
+    page.locator(".ev-notify", has_text="other.yaml").first.wait_for()
+    assert page.locator(part("field-body.rate")).input_value() == "5 rad/s", "what was there stays"
+
+
 def test_case_that_reads_outside_is_refused(page, folder):
     outside = folder.parent / "secret.nc"
     outside.write_bytes((folder / "slow.nc").read_bytes())

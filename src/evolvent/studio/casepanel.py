@@ -7,10 +7,12 @@ import pathlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from nicegui import ui
+from nicegui import events, ui
 
 from evolvent import cases
 from evolvent.errors import EvolventError
+from evolvent.studio.elements import emptied
+from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView
 from evolvent.studio.state import Draft, View
 
@@ -29,7 +31,13 @@ class CasePanel:
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
         self._wrong: dict[str, str] = {}
-        self._body = ui.element("div").classes("ev-scroll")
+        with ui.element("div").classes("ev-scroll"):
+            with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
+                drop = ui.upload(label="drop a case (YAML) here, or choose", auto_upload=True, max_file_size=LARGEST,
+                                 on_upload=self._dropped)  # fmt: skip
+                drop.props('flat dense accept=".yaml,.yml" data-testid="case-upload"')
+                drop.on("rejected", lambda: self.page.tell("a case is a YAML file of at most 500 kB"))
+            self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._run = ui.button("Run", on_click=self._submit).props('unelevated color=primary data-testid="run"')
             ui.button("Save as", on_click=self._save).props('flat color=primary data-testid="save-case"')
@@ -43,7 +51,7 @@ class CasePanel:
         self._body.clear()
         with self._body:
             options = self._options()
-            with ui.element("div").classes("ev-row"):
+            with ui.element("div").classes("ev-row").style("order:-1"):  # above what files are dropped on
                 chosen = ui.select(options, value=draft.source, label="case or YAML file of the folder")
                 chosen.props('outlined dense options-dense data-testid="case"').style("flex:1;min-width:0")
                 chosen.on_value_change(lambda e: self._choose(str(e.value)))
@@ -72,6 +80,13 @@ class CasePanel:
         if source == self.draft.source and source not in self.studio.sources():
             return
         done = self.page.attempt(lambda: self.studio.open_case(source))
+        self.draw(None if done else self.draft)
+
+    async def _dropped(self, event: events.UploadEventArguments) -> None:
+        emptied(event.sender)
+        content = await event.file.read()
+        name = self.studio.folder.keep(event.file.name, content)
+        done = self.page.attempt(lambda: self.studio.open_case(f"file:{name}"))
         self.draw(None if done else self.draft)
 
     def _again(self) -> None:

@@ -49,3 +49,9 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         super().__init__()
         self._props["urls"] = [f"/studio/motion?ref={urllib.parse.quote(ref)}" for ref in refs]
         self._props["labels"] = list(names)
+
+
+def emptied(sender: Any) -> None:
+    """Empty what files were dropped on, which would refuse the same file else."""
+    assert isinstance(sender, ui.upload)
+    sender.reset()

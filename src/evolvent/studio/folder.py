@@ -18,7 +18,7 @@ OWN = ".evolvent-studio"
 #: Files that are listed and entries that are looked at, at most, and levels of folders that are looked into.
 _MOST, _LOOKED, _DEEP = 500, 20_000, 3
 #: Largest YAML file that is read, bytes.
-_TEXT = 500_000
+LARGEST = 500_000
 #: Endings of files that hold signals.
 SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
 
@@ -139,8 +139,8 @@ class Folder:
         """
         path = self.inside(name)
         try:
-            if path.stat().st_size > _TEXT:
-                raise InputError(f"{name!r} is too large for a YAML file; {_TEXT // 1000} kB are read at most")
+            if path.stat().st_size > LARGEST:
+                raise InputError(f"{name!r} is too large for a YAML file; {LARGEST // 1000} kB are read at most")
             return path.read_text(encoding="utf-8")
         except OSError as error:
             raise InputError(f"cannot read {name!r}: {(error.strerror or str(error)).lower()}") from None

@@ -17,7 +17,7 @@ from evolvent import cases, signals
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
-from evolvent.studio.elements import ChartElement
+from evolvent.studio.elements import ChartElement, emptied
 from evolvent.studio.folder import SIGNALS
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
@@ -156,14 +156,14 @@ class MeasurePanel:
             self.page.draw()
 
     async def _described(self, event: events.UploadEventArguments) -> None:
-        _emptied(event.sender)
+        emptied(event.sender)
         content = await event.file.read()
         self.page.attempt(lambda: self._open(self.studio.folder.keep(event.file.name, content)))
 
     # -------------------------------------------------------------------------------------------- signals
 
     async def _dropped(self, event: events.MultiUploadEventArguments) -> None:
-        _emptied(event.sender)
+        emptied(event.sender)
         kept: list[str] = []
 
         def keep(name: str, content: bytes) -> None:
@@ -382,12 +382,6 @@ class MeasurePanel:
                     for text in row:
                         with ui.element("td" if k else "th"):
                             ui.label(str(text))
-
-
-def _emptied(sender: Any) -> None:
-    """Empty what files were dropped on, which would refuse the same file else."""
-    assert isinstance(sender, ui.upload)
-    sender.reset()
 
 
 def _recording(path: pathlib.Path) -> signals.Signals:

@@ -7,8 +7,9 @@ const RUNS_LIGHT = [[0.11, 0.12, 0.14], [0, 0.447, 0.698], [0.835, 0.369, 0], [0
 const RUNS_DARK = [[0.91, 0.92, 0.93], [0.3, 0.65, 0.88], [0.94, 0.5, 0.23], [0.18, 0.77, 0.59], [0.89, 0.6, 0.77]];
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
 
-const viridis = (x, out, k) => {
-  const p = Math.min(Math.max(x, 0), 1) * (VIRIDIS.length - 1), i = Math.min(Math.floor(p), VIRIDIS.length - 2), f = p - i;
+const DARK = 2;  // colours that are left out on dark pages, where they cannot be seen
+const viridis = (x, out, k, first) => {
+  const p = first + Math.min(Math.max(x, 0), 1) * (VIRIDIS.length - 1 - first), i = Math.min(Math.floor(p), VIRIDIS.length - 2), f = p - i;
   for (let c = 0; c < 3; c++) out[k + c] = VIRIDIS[i][c] + f * (VIRIDIS[i + 1][c] - VIRIDIS[i][c]);
 };
 
@@ -125,6 +126,7 @@ class Run {
     }
   }
   paint(dark) {
+    this.first = dark ? DARK : 0;
     const ink = dark ? [0.75, 0.78, 0.82] : [0.2, 0.22, 0.25];
     if (this.outline) this.outline.fill(this.data.body, ink);
     for (const { strokes, marks } of this.turning) strokes.fill(marks, ink);
@@ -165,7 +167,7 @@ class Run {
       for (let i = 0; i < each; i++, at += 3) {
         const j = first + 3 * i, v = value(i);
         for (let c = 0; c < 3; c++) { S[at + c] = now[j + c]; E[at + c] = now[j + 3 + c]; }
-        if (!this.alone || isNaN(v)) T.set(this.ink, at); else viridis((v - scale.low) / span, T, at);
+        if (!this.alone || isNaN(v)) T.set(this.ink, at); else viridis((v - scale.low) / span, T, at, this.first);
       }
     }
     this.strokes.touch();
@@ -187,7 +189,7 @@ class Run {
     for (let i = 0; i < this.coil; i++, at += 3) {
       const to = point(i + 1);
       from.toArray(S, at); to.toArray(E, at);
-      if (!this.alone || isNaN(v)) T.set(this.ink, at); else viridis((v - scale.low) / span, T, at);
+      if (!this.alone || isNaN(v)) T.set(this.ink, at); else viridis((v - scale.low) / span, T, at, this.first);
       from = to;
     }
     return at;
@@ -314,7 +316,7 @@ export default {
       const length = 0.25 * raw.reach, axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((a) => [[0, 0, 0], a.map((x) => x * length)]);
       raw.floor.add(new Strokes(3, 1.2).fill(axes, axis).mesh);
       const css = `rgb(${axis.map((x) => Math.round(255 * x)).join(",")})`;
-      rings.forEach((path, i) => raw.floor.add(this.label(`${+((i + 1) * ring).toPrecision(3)} m`, path[0], css)));
+      rings.forEach((path, i) => raw.floor.add(this.label(`${+((i + 1) * ring).toPrecision(3)} m`, path[94], css)));
       ["x", "y", "z"].forEach((name, i) => raw.floor.add(this.label(name, axes[i][1], css)));
       raw.scene.add(raw.floor);
       for (const motion of raw.motions) motion.paint(dark);
