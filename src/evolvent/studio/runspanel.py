@@ -60,10 +60,18 @@ class RunsPanel:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
-        self._files: list[str] = []
+        self._files: list[str] | None = None
         self._ticked: list[str] = [r for r in page.view.refs if page.view.kind == "run" and len(page.view.refs) > 1]
+        self._rows: dict[str, tuple[ui.element, tuple[object, ...]]] = {}  # of jobs: where, and what it shows
         self._bars: dict[str, tuple[ui.element, ui.label]] = {}
-        self._body = ui.element("div").classes("ev-scroll").props('data-testid="runs"')
+        with ui.element("div").classes("ev-scroll").props('data-testid="runs"'):
+            self._none = ui.label("No runs yet. What you run stands here, and stays after a reload.").classes("ev-what")
+            self._jobs = ui.element("div").classes("ev-part")
+            with ui.element("div").classes("ev-row"):
+                ui.label("saved in the folder").classes("ev-h")
+                ui.element("div").style("flex:1")
+                ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
+            self._saved = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._compare = ui.button("Compare", on_click=self._show_ticked)
             self._compare.props('unelevated color=primary data-testid="compare"')
@@ -71,32 +79,45 @@ class RunsPanel:
         self.draw()
 
     def draw(self) -> None:
-        """Draw the list anew."""
+        """Show what is there now; what is the same stays, so that no click on it is lost."""
         jobs = self.studio.jobs.listed()
-        self._bars = {}
-        self._body.clear()
-        with self._body:
-            if not jobs:
-                ui.label("No runs yet. What you run stands here, and stays after a reload.").classes("ev-what")
-            for job in jobs:
+        self._none.set_visibility(not jobs)
+        for key in set(self._rows) - {job.key for job in jobs}:
+            self._rows.pop(key)[0].delete()
+            self._bars.pop(key, None)
+        for place, job in enumerate(jobs):
+            ref = f"job:{job.key}"
+            held = self.studio.jobs.result(job.key) is not None
+            shown = job.status, job.title, told(job) if not job.open else "", held, ref in self.page.view.refs
+            row, before = self._rows.get(job.key, (None, None))
+            if shown == before:
+                continue
+            if row is None:
+                with self._jobs:
+                    row = ui.element("div").classes("ev-part")
+                row.move(target_index=place)
+            self._rows[job.key] = row, shown
+            self._bars.pop(job.key, None)
+            row.clear()
+            with row:
                 self._job(job)
-            with ui.element("div").classes("ev-row"):
-                ui.label("saved in the folder").classes("ev-h")
-                ui.element("div").style("flex:1")
-                ui.button(icon="refresh", on_click=self.draw).props("flat dense round size=sm color=primary")
-            files = self._files = self.studio.folder.files(".nc")
+        self.list()
+        self._count()
+
+    def list(self) -> None:
+        """List the runs of the folder anew, where they are others."""
+        files = self.studio.folder.files(".nc")
+        if files == self._files:
+            return
+        self._files = files
+        self._saved.clear()
+        with self._saved:
             if not files:
                 ui.label("none (*.nc)").classes("ev-what")
             for name in files:
                 with ui.element("div").classes("ev-row"):
                     self._tick(f"file:{name}")
                     self._link(name, View("run", (f"file:{name}",)))
-        self._count()
-
-    def list(self) -> None:
-        """List the runs of the folder anew, where they are others; what is the same stays under the mouse."""
-        if self.studio.folder.files(".nc") != self._files:
-            self.draw()
 
     def follow(self, changed: bool) -> None:
         """Follow the queue: the list where it changed, else the bars."""
