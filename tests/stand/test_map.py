@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent import cases
+from evolvent import cases, studies
 from evolvent.studies import read
 from evolvent.systems import inertia_stand
 
@@ -50,3 +50,12 @@ def test_the_built_in_study_has_999_cases():
     study = read("inertia-stand-map")
     assert study.count == 999
     assert set(study.dims) == {"body.offset_x", "body.offset_z"}
+
+
+@pytest.mark.parametrize(
+    ("keep", "drawn"), [(["static_tilt"], []), (["mode_frequency"], []), (["mode_amplitude"], ["amplitudes"])]
+)
+def test_what_a_study_does_not_keep_is_not_drawn(keep, drawn):
+    over = {"body.offset_x": [-0.4, 0.4], "body.offset_z": [-0.2, 0.2]}
+    study = studies.sweep({"study": "corners", "case": "inertia-stand", "over": over, "keep": keep})
+    assert list(cases.system("inertia-stand").study_figures(study)) == drawn

@@ -386,11 +386,15 @@ def test_keys_that_no_field_shows_are_told(page, folder, shots):
 
 
 def test_two_pages_run_what_each_of_them_shows(page, context, server, folder):
+    length = "s => document.querySelector(s)?.value === '1 m'"
     choose(page, "case", "short.yaml")
+    page.wait_for_function(length, arg=part("field-blade.length"))
     other = context.new_page()
+    other.set_default_timeout(WAIT)
     other.goto(server.url)
-    rate = other.locator(part("field-body.rate"))
-    rate.fill("7 rad/s", timeout=WAIT)
+    other.wait_for_function(length, arg=part("field-blade.length"))
+    other.wait_for_timeout(400)
+    other.locator(part("field-body.rate")).fill("7 rad/s")
     other.wait_for_timeout(500)
     page.locator(part("field-blade.length")).fill("90 cm")
     other.click(part("run"))
@@ -414,9 +418,10 @@ def test_dropped_files_and_what_was_typed_stay(page, folder):
         (folder.parent / name).write_text("a,b\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
     page.locator(part("field-title")).fill("A platform")
     for _ in range(2):  # the same files once more change nothing
-        page.set_input_files(
-            f"{part('signals')} input[type=file]", [folder.parent / "one.csv", folder.parent / "two.csv"]
-        )
+        with page.expect_response(lambda r: r.request.method == "POST" and "upload" in r.url):
+            page.set_input_files(
+                f"{part('signals')} input[type=file]", [folder.parent / "one.csv", folder.parent / "two.csv"]
+            )
         page.locator(".ev-row >> text=two.csv").wait_for()
         page.wait_for_timeout(500)
     assert page.locator(".ev-row .ev-link >> visible=true").all_inner_texts() == ["one.csv", "two.csv"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import socket
 import struct
 import subprocess
@@ -189,7 +191,7 @@ def test_a_name_that_is_taken_is_not_written_over(tmp_path):
         folder.new("../b", ".yaml")
     with pytest.raises(InputError, match="own files"):
         folder.new(".evolvent-studio/b", ".yaml")
-    with pytest.raises(InputError, match="shorter"):
+    with pytest.raises(InputError, match="at most 200"):
         folder.new("b" * 300, ".yaml")
     with pytest.raises(InputError, match="dot"):
         folder.new(".b", ".yaml")
@@ -357,6 +359,18 @@ def test_a_process_that_dies_is_told(tmp_path):
         assert "died" in job.message
     finally:
         jobs.stop()
+
+
+def test_names_that_no_page_can_show_are_left_out_and_long_ones_are_cut(tmp_path):
+    folder = Folder(tmp_path)
+    (tmp_path / "fine.yaml").write_text("a: 1")
+    with contextlib.suppress(OSError):  # not every file system takes such a name
+        (tmp_path / os.fsdecode(b"bad\xff.yaml")).write_text("a: 1")
+    assert folder.files(".yaml") == ["fine.yaml"]
+    kept = folder.keep("\u5c4b" * 120 + ".yaml", b"a: 1")
+    assert (tmp_path / kept).read_bytes() == b"a: 1"
+    with pytest.raises(InputError, match="takes 305 bytes; at most 200 are taken"):
+        folder.new("x" * 300, ".yaml")
 
 
 # ------------------------------------------------------------------------------------------------ pictures

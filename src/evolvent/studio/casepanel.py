@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from evolvent import cases
 from evolvent.errors import EvolventError
-from evolvent.studio.elements import emptied
+from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView
 from evolvent.studio.state import Draft, View
@@ -33,10 +33,10 @@ class CasePanel:
         self._wrong: dict[str, str] = {}
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
-                drop = ui.upload(label="drop a case (YAML) here, or choose", auto_upload=True, max_file_size=LARGEST,
-                                 on_upload=self._dropped)  # fmt: skip
-                drop.props('flat dense accept=".yaml,.yml" data-testid="case-upload"')
-                drop.on("rejected", lambda: self.page.tell("a case is a YAML file of at most 500 kB"))
+                upload(
+                    label="drop a case (YAML) here, or choose", max_file_size=LARGEST, on_upload=self._dropped,
+                    on_rejected=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
+                ).props('flat dense accept=".yaml,.yml" data-testid="case-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._run = ui.button("Run", on_click=self._submit).props('unelevated color=primary data-testid="run"')
@@ -83,10 +83,10 @@ class CasePanel:
         self.draw(None if done else self.draft)
 
     async def _dropped(self, event: events.UploadEventArguments) -> None:
-        emptied(event.sender)
         content = await event.file.read()
-        name = self.studio.folder.keep(event.file.name, content)
-        done = self.page.attempt(lambda: self.studio.open_case(f"file:{name}"))
+        done = self.page.attempt(
+            lambda: self.studio.open_case(f"file:{self.studio.folder.keep(event.file.name, content)}")
+        )
         self.draw(None if done else self.draft)
 
     def _again(self) -> None:
@@ -124,7 +124,7 @@ class CasePanel:
 
     def _text(self) -> None:
         text = self._written()
-        with self.page.main, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
+        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("width:900px;max-width:94vw"):
             ui.label("The case as a file, all defaults written out").classes("ev-title")
             ui.code(text, language="yaml").classes("ev-code w-full")
             with ui.row():
@@ -145,7 +145,7 @@ class CasePanel:
 
 def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:
     """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
-    with page.main, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
+    with page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
         ui.label(title).classes("ev-title")
         typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
 

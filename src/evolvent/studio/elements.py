@@ -51,7 +51,8 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self._props["labels"] = list(names)
 
 
-def emptied(sender: Any) -> None:
-    """Empty what files were dropped on, which would refuse the same file else."""
-    assert isinstance(sender, ui.upload)
-    sender.reset()
+def upload(**options: Any) -> ui.upload:
+    """What files are dropped on; it forgets them once they are here, for it would refuse the same file else."""
+    drop = ui.upload(auto_upload=True, **options)
+    drop.on("uploaded", lambda: drop.run_method("removeUploadedFiles"), args=[])
+    return drop

@@ -81,7 +81,7 @@ class Folder:
         if path.name.startswith("."):
             raise InputError(f"{name!r} begins with a dot, and such files are not listed; give another name")
         if len(os.fsencode(path.name)) > 200:
-            raise InputError(f"the name is {len(path.name)} letters long; give a shorter one")
+            raise InputError(f"the name takes {len(os.fsencode(path.name))} bytes; at most 200 are taken")
         if path.exists():
             raise InputError(f"{name!r} is there already; give another name")
         if not path.parent.is_dir():
@@ -96,8 +96,10 @@ class Folder:
         """Files with these endings, the studio's own not among them."""
         found = []
         for path in itertools.islice(self._walk(self.root, _DEEP), _LOOKED):
-            if path.name.lower().endswith(endings) and path.is_file():
-                found.append(self.name(path))
+            name = self.name(path)
+            plain = name.encode("utf-8", "ignore").decode() == name  # else no page can show it
+            if path.name.lower().endswith(endings) and plain and path.is_file():
+                found.append(name)
             if len(found) >= _MOST:
                 break
         return sorted(found)
@@ -169,7 +171,8 @@ class Folder:
 
     def keep(self, name: str, content: bytes) -> str:
         """Keep a file that was dropped on the page; returns its name from the working folder on."""
-        plain = re.sub(r"[^\w.\- ]", "_", os.path.basename(name.replace("\\", "/")))[-100:].lstrip(".") or "file"
+        plain = re.sub(r"[^\w.\- ]", "_", os.path.basename(name.replace("\\", "/"))).lstrip(".")
+        plain = os.fsencode(plain)[-200:].decode("utf-8", "ignore") or "file"
         place = self.own / "uploads"
         if place.is_symlink():
             raise InputError(f"'{OWN}/uploads' is a link; it must be a folder")

@@ -13,7 +13,7 @@ from evolvent.errors import InputError
 
 #: Cookie that holds the token once it was given.
 COOKIE = "evolvent-studio"
-#: Said with every answer: no page of another address may show it inside itself, or load a part of it.
+#: Said with what the studio answers: no page of another address may show it inside itself, or load a part of it.
 _HEADERS = [(b"x-frame-options", b"SAMEORIGIN"), (b"cross-origin-resource-policy", b"same-origin"),
             (b"referrer-policy", b"same-origin"), (b"x-content-type-options", b"nosniff")]  # fmt: skip
 _LOCAL = ("localhost", "127.0.0.1", "::1")

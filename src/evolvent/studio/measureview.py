@@ -17,8 +17,8 @@ from evolvent import cases, signals
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
-from evolvent.studio.elements import ChartElement, emptied
-from evolvent.studio.folder import SIGNALS
+from evolvent.studio.elements import ChartElement, upload
+from evolvent.studio.folder import LARGEST, SIGNALS
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
 from evolvent.studio.runspanel import STATUS, told
@@ -59,13 +59,14 @@ class MeasurePanel:
         self._wrong: dict[str, str] = {}
         self.content: dict[str, Any] = {}
         self._rows: dict[str, ui.element] = {}
+        self._shown = ""  # where the description in the form comes from
         with ui.element("div").classes("ev-scroll"):
             ui.label(
                 "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
             ).classes("ev-what")
             with ui.element("div").classes("ev-drop w-full"):  # it stays: files may still be on their way through it
-                ui.upload(
-                    label="Drop signal files here, or choose", multiple=True, auto_upload=True,
+                upload(
+                    label="Drop signal files here, or choose", multiple=True,
                     max_file_size=_LARGEST, on_multi_upload=self._dropped,
                     on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
                 ).props('flat dense data-testid="signals"')  # fmt: skip
@@ -78,8 +79,10 @@ class MeasurePanel:
             self._stand.props('outlined dense options-dense label="description" data-testid="stand"').classes("w-full")
             self._stand.on_value_change(lambda e: self._choose(str(e.value)) if e.value != self._source_of() else None)
             with ui.element("div").classes("ev-drop w-full"):
-                ui.upload(label="or drop a description (YAML)", auto_upload=True, max_file_size=1_000_000,
-                          on_upload=self._described).props('flat dense data-testid="stand-upload"')  # fmt: skip
+                upload(
+                    label="or drop a description (YAML)", max_file_size=LARGEST, on_upload=self._described,
+                    on_rejected=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
+                ).props('flat dense data-testid="stand-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._go = ui.button("Find mass properties", on_click=self._submit)
@@ -106,6 +109,7 @@ class MeasurePanel:
             self._form.check()  # the columns may be others
             return
         self._body.clear()
+        self._shown = self._source_of()
         with self._body:
             self._form = FormView(
                 description.model(self.state["kind"]),
@@ -156,14 +160,12 @@ class MeasurePanel:
             self.page.draw()
 
     async def _described(self, event: events.UploadEventArguments) -> None:
-        emptied(event.sender)
         content = await event.file.read()
         self.page.attempt(lambda: self._open(self.studio.folder.keep(event.file.name, content)))
 
     # -------------------------------------------------------------------------------------------- signals
 
     async def _dropped(self, event: events.MultiUploadEventArguments) -> None:
-        emptied(event.sender)
         kept: list[str] = []
 
         def keep(name: str, content: bytes) -> None:
@@ -184,6 +186,7 @@ class MeasurePanel:
             else:
                 good.append(name)
         if not good:
+            self._known.set_value(None)
             return
         self.state["files"] += [name for name in good if name not in self.state["files"]]
         self.draw()
@@ -260,6 +263,10 @@ class MeasurePanel:
         return content
 
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
+        if self._source_of() != self._shown:  # another page has chosen another description; this form is of none
+            self._form = None
+            self.draw()
+            return
         self.content = self.state["content"] = content
         self._wrong = wrong
         columns = self.state["columns"].values()

@@ -39,6 +39,7 @@ class Page:
             with ui.element("div").classes("ev-side"):
                 self._side()
             self.main = ui.element("div").classes("ev-main").props('data-testid="main"')
+        self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         ui.timer(_LOOK, self.look)
         ui.timer(0.01, self.draw, once=True)

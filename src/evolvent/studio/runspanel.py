@@ -85,6 +85,7 @@ class RunsPanel:
         for key in set(self._rows) - {job.key for job in jobs}:
             self._rows.pop(key)[0].delete()
             self._bars.pop(key, None)
+            self._set(f"job:{key}", False)
         for place, job in enumerate(jobs):
             ref = f"job:{job.key}"
             held = self.studio.jobs.result(job.key) is not None
@@ -110,6 +111,9 @@ class RunsPanel:
         if files == self._files:
             return
         self._files = files
+        gone = [ref for ref in self._ticked if ref.startswith("file:") and ref.removeprefix("file:") not in files]
+        for ref in gone:
+            self._set(ref, False)
         self._saved.clear()
         with self._saved:
             if not files:

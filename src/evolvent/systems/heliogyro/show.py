@@ -366,7 +366,7 @@ def scene(run: xr.Dataset) -> Scene | None:
                 centre=(L0 * c, L0 * s, 0.0),
                 size=(radius, radius, radius),
                 axis=(-s, c, 0.0),
-                turned=run.spool_angle.values[:, blade],
+                turned=run.spool_angle.values[:, blade] if "spool_angle" in run else None,
             )
         )
     return Scene(

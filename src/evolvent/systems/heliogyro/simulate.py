@@ -280,7 +280,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     found |= dict.fromkeys(("energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released"), time)
     found |= dict.fromkeys(("spool_work", "load_work", "drive_work"), time)
     found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
-    found |= dict.fromkeys(("let_go", "spool_angle", "deployed_length", "hub_tension"), blade)
+    found |= dict.fromkeys(("let_go", "deployed_length", "hub_tension"), blade)
     found |= dict.fromkeys(("tension", "lag_angle", "signed_lag", "released"), node)
     found |= {"position": node | {"axis": 3}, "velocity": node | {"axis": 3}}
     if case.body.motion != "driven":

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import xarray as xr
     from matplotlib.figure import Figure
 
@@ -24,16 +26,19 @@ def study_figures(study: xr.Dataset) -> dict[str, Figure]:
     ----------
     study : as `evolvent.studies.open` returns it
     """
-    if any(key not in study.dims for key in KEYS) or study.mode_frequency.ndim != 3:
+    if any(key not in study.dims for key in KEYS):
         return {}
     ordered = study.transpose(*KEYS, ...)
-    found = {
-        "energies": _energies(ordered),
-        "amplitudes": _amplitudes(ordered),
-        "least_energy": _least(ordered),
-        "frequencies": _frequencies(ordered),
-        "inertia_error": _errors(ordered),
+    drawn: dict[str, tuple[Callable[[xr.Dataset], Figure], set[str]]] = {
+        "energies": (_energies, {"linear_frequency", "linear_energy", "mode_energy"}),
+        "amplitudes": (_amplitudes, {"mode_amplitude"}),
+        "least_energy": (_least, {"least_energy", "least_energy_best"}),
+        "frequencies": (_frequencies, {"mode_frequency", "mode_frequency_linear"}),
+        "inertia_error": (_errors, {"inertia_identified", "inertia_true"}),
     }
+    over = set(KEYS)
+    held = {str(name) for name, values in ordered.data_vars.items() if over <= set(values.dims)}
+    found = {name: draw(ordered) for name, (draw, needs) in drawn.items() if needs <= held}
     return found
 
 
