@@ -258,13 +258,9 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     if not figures and scene is None:
         click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
         return
-    from evolvent import animation, plots, results  # what draws takes longer to load than most runs take
+    from evolvent.exports import drawings  # what draws takes longer to load than most runs take
 
-    label = results.unfinished(found)
-    paths = plots.draw(figures, folder, label=label)
-    if scene is not None:
-        scene = scene.labelled(label)
-        paths.append(animation.write(scene, os.path.join(folder, f"{scene.name}.html")))
+    paths = drawings.write(found, figures, scene, folder)
     if not quiet:
         _say(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
 

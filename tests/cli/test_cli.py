@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import evolvent
-from evolvent import cases, cli, results
+from evolvent import cases, results
 
 QUICK = [
     "--set",
@@ -24,21 +24,6 @@ QUICK = [
     "solver.duration=2 s",
 ]
 FIGURES = {"body_rate.png", "tip_lag.png", "shape.png", "tension.png", "balances.png", "deployment.html"}
-
-
-@pytest.fixture
-def call(monkeypatch, capsys, tmp_path):
-    """Call the command line in an empty folder; returns (code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["evolvent", *words])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capsys.readouterr()
-        return ended.value.code, out, err
-
-    return run
 
 
 def test_list_show_schema(call):

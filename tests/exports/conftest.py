@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-
 import pytest
 
 import evolvent
 import evolvent.solvers.drive as drive
-from evolvent import cli, results
+from evolvent import results
 
 SHORT = {
     "heliogyro": (
@@ -54,18 +52,3 @@ def files(runs, failed, tmp_path_factory):
         paths[name] = str(folder / f"{name}.nc")
         results.save(run, paths[name])
     return paths
-
-
-@pytest.fixture
-def call(monkeypatch, capsys, tmp_path):
-    """Call the command line in an empty folder; returns (code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        monkeypatch.setattr(sys, "argv", ["evolvent", *words])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capsys.readouterr()
-        return ended.value.code, out, err
-
-    return run

@@ -30,7 +30,6 @@ class CasePanel:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
-        self._wrong: dict[str, str] = {}
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
@@ -99,7 +98,6 @@ class CasePanel:
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
         self.draft.content = content
         self.studio.draft = self.draft
-        self._wrong = wrong
         self._run.set_enabled(not wrong)
         count = len(wrong)
         self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")

@@ -56,7 +56,6 @@ class MeasurePanel:
         self.state = state
         self._source: signals.Signals | None = None
         self._form: FormView | None = None
-        self._wrong: dict[str, str] = {}
         self.content: dict[str, Any] = {}
         self._rows: dict[str, ui.element] = {}
         self._shown = ""  # where the description in the form comes from
@@ -268,7 +267,6 @@ class MeasurePanel:
             self.draw()
             return
         self.content = self.state["content"] = content
-        self._wrong = wrong
         columns = self.state["columns"].values()
         used = not self.state["files"] or any(column["use"] == "sensor" for column in columns)
         ready = not wrong and used and bool(self.state["files"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import pathlib
 import re
 import tempfile
@@ -72,17 +71,12 @@ def _plain(name: str) -> str:
 
 def _drawn(studio: Studio, ref: str) -> bytes:
     """Figures and animation of a run, zipped."""
-    from evolvent import animation, plots
-    from evolvent.results import unfinished
+    from evolvent.exports import drawings
 
     found = studio.load(ref)
-    label = unfinished(found.run)
-    module = cases.system(found.run.attrs["system"])
+    scene = cases.system(found.run.attrs["system"]).scene(found.run)
     with tempfile.TemporaryDirectory(prefix="evolvent-figures-") as folder:
-        paths = plots.draw(found.figures, folder, label=label)
-        scene = module.scene(found.run)
-        if scene is not None:
-            paths.append(animation.write(scene.labelled(label), os.path.join(folder, f"{scene.name}.html")))
+        paths = drawings.write(found.run, found.figures, scene, folder)
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in paths:

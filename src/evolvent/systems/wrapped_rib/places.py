@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.motion import Forces, Frame, Motion, Strand, about_z, turned
-from evolvent.systems.wrapped_rib.show import case_of
+from evolvent.systems.wrapped_rib.show import case_of, element_forces
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,23 +24,20 @@ def motion(run: xr.Dataset) -> Motion:
     count = time.size
     origin = run.hub_position.values if "hub_position" in run else np.zeros((count, 3))
     attitude = run.hub_quaternion.values if "hub_quaternion" in run else about_z(run.hub_angle.values)
-    strands, forces = [], []
+    strands = []
     for b in range(run.sizes["rib"]):
         values = {"tension [N]": run.tension.values[:, b], "curvature [1/m]": run.curvature.values[:, b]}
         strands.append(Strand(name=f"rib {b + 1}", points=run.position.values[:, b], values=values))
-    pressures = {"contact_pressure": "the hub", "turn_pressure": "the turn below"}
-    if pressures := {name: below for name, below in pressures.items() if name in run}:
-        arc, elements = run.arc.values, run.sizes["element"]
-        length = arc[-1] / elements
-        axis = turned(attitude, np.broadcast_to([0.0, 0.0, 1.0], (count, 1, 3)))
-        for b, strand in enumerate(strands):
-            at = _along(strand.points, arc, length * (np.arange(elements) + 0.5))
-            out = at - origin[:, None]
-            out = out - np.sum(out * axis, axis=-1, keepdims=True) * axis
-            out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300)
-            for name, below in pressures.items():
-                size = length * run[name].values[:, b, :, None]
-                forces.append(Forces(name=f"force of {below} on {strand.name}", points=at, vectors=size * out))
+    middles = case.rib.element_length * (np.arange(case.rib.elements) + 0.5)
+    at = np.stack([_along(strand.points, run.arc.values, middles) for strand in strands], axis=1)
+    axis = turned(attitude, np.broadcast_to([0.0, 0.0, 1.0], (count, 1, 3)))[:, None]
+    away = at - origin[:, None, None]
+    pushes = element_forces(run, away - np.sum(away * axis, axis=-1, keepdims=True) * axis)
+    forces = [
+        Forces(name=f"force of {below} on {strand.name}", points=at[:, b], vectors=force[:, b])
+        for b, strand in enumerate(strands)
+        for below, force in pushes.items()
+    ]
     edge = 0.5 * case.hub.height * np.array([0.0, 0.0, 1.0])
     around = np.linspace(0.0, 2.0 * np.pi, 49)
     ring = case.hub.radius * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)

@@ -556,19 +556,29 @@ def _pieces(values: np.ndarray) -> np.ndarray:
     return mean
 
 
+def element_forces(run: xr.Dataset, away: np.ndarray) -> dict[str, np.ndarray]:
+    """Forces on each element, what pushes -> (nt, ribs, ne, 3) N: its pressures times its length, along `away`.
+
+    Parameters
+    ----------
+    away : (nt, ribs, ne, 3) float, from the hub's axis to the middle of each element
+    """
+    out = away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-300)
+    length = case_of(run).rib.element_length
+    below = {"contact_pressure": "the hub", "turn_pressure": "the turn below"}
+    return {what: length * run[name].values[..., None] * out for name, what in below.items() if name in run}
+
+
 def _arrows(run: xr.Dataset, case: Case, points: np.ndarray) -> Arrows | None:
     """Forces of the hub and of turns below on each element, at its middle; None of a run that does not hold them."""
-    pressures = [name for name in ("contact_pressure", "turn_pressure") if name in run]
-    if not pressures:
-        return None
     per, n = case.output.points, case.rib.elements
     middle = 0.5 * (points[:, :, per // 2 :: per][:, :, :n] + points[:, :, (per + 1) // 2 :: per][:, :, :n])
-    out = middle * np.array([1.0, 1.0, 0.0])
-    out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-300)
-    at, shape = np.concatenate([middle] * len(pressures), axis=1), (len(points), -1, 3)
-    force = [out * (case.rib.element_length * run[name].values)[..., None] for name in pressures]
+    force = list(element_forces(run, middle * np.array([1.0, 1.0, 0.0])).values())
+    if not force:
+        return None
+    at, shape = np.concatenate([middle] * len(force), axis=1), (len(points), -1, 3)
     return Arrows(
-        label="force of the hub on an element, N" if len(pressures) == 1 else "force of hub or turn on an element, N",
+        label="force of the hub on an element, N" if len(force) == 1 else "force of hub or turn on an element, N",
         at=at.reshape(shape),
         force=np.concatenate(force, axis=1).reshape(shape),
         longest=case.hub.radius,
