@@ -25,7 +25,7 @@ import numpy as np
 
 from evolvent import parts, spring_law
 from evolvent.builder import Assembly
-from evolvent.flow import observe
+from evolvent.flow.observations import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.drive import choose_step
 from evolvent.system import System

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from evolvent import System, force_law, parts
-from evolvent.flow import observe
+from evolvent.flow.observations import observe
 from evolvent.solvers import solve
 
 

@@ -54,7 +54,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not several or on_worker or session.config.option.collectonly:
         return
     from evolvent import parts
-    from evolvent.flow import observe
+    from evolvent.flow.observations import observe
     from evolvent.solvers import solve
     from evolvent.system import System
 

@@ -11,7 +11,9 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.builder import Assembly
-from evolvent.flow import Observations, bind_rates, observe
+from evolvent.flow.needs import load_explicit
+from evolvent.flow.observations import Observations, observe
+from evolvent.flow.rhs import rhs
 from evolvent.solvers import Solution, solve
 from evolvent.system import System
 
@@ -95,7 +97,7 @@ class Run(NamedTuple):
 
 def accounts(assembly: Assembly, y: Array) -> Array:
     """The accounts of states (see `evolvent.model`)."""
-    return y[..., int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0]) :]
+    return y[..., int(assembly.model.info.nq + assembly.model.info.nv) :]
 
 
 def run(assembly: Assembly, samples: Any, method: str = "dopri5", **options: Any) -> Run:
@@ -140,7 +142,7 @@ def heliogyro(
 def derivative(assembly: Assembly, s: Array | None = None) -> Callable[[float, Array], Array]:
     """The right-hand side as SciPy wants it."""
     switches = assembly.s.copy() if s is None else s
-    rhs = bind_rates(assembly.model)[0][0]
+    load_explicit(assembly.model)
 
     def f(t: float, y: Array) -> Array:
         dy = np.empty_like(y)
@@ -155,7 +157,7 @@ def rotating_accelerations(assembly: Assembly, omega: float) -> Callable[[Array,
 
     The function takes q and q' in that frame; a = v' - 2 W x q' - W x (W x q), v = q' + W x q.
     """
-    n = int(assembly.model.info["nq"][0])
+    n = int(assembly.model.info.nq)
     f = derivative(assembly)
     W = np.array([0.0, 0.0, omega])
 

@@ -13,7 +13,9 @@ from evolvent import model as mdl
 from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
+from evolvent.flow.needs import load_preparation, load_weight
 from evolvent.kernels import ancf, flexible, joints, loads, rigid, springs, thread
+from evolvent.pointer import zeros_record
 
 Array = np.ndarray
 
@@ -190,11 +192,10 @@ class Builder:
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         y = np.array(self.q + self.v + [0.0] * accounts)
-        info = mdl.zeros("info", 1)
-        n_events = 2 * n_threads + len(self.rows["events"])
-        for name, value in zip(info.dtype.names or (), (n_q, n_v, y.size, s.size, n_events, bandwidth), strict=False):
-            info[name] = value
-        info["gravity"] = self.gravity
+        info = zeros_record(
+            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, ne=2 * n_threads + len(self.rows["events"]),
+            bandwidth=bandwidth, gravity=self.gravity,
+        )  # fmt: skip
         model = mdl.Model(
             info=info,
             breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
@@ -210,6 +211,7 @@ class Builder:
             **families,
         )
         if np.any(self.gravity):
+            load_weight(model)
             add_weight(self.gravity, n_q, model, model.flexible.G)
         assembly = Assembly(model, y, s, dict(self.names), dict(self.laws))
         _check_constraints(assembly)
@@ -377,13 +379,14 @@ def _check_constraints(assembly: Assembly) -> None:
         return
     by_index = {index: name for name, (family, index) in assembly.names.items() if family == "links"}
     guides = {index: name for name, (family, index) in assembly.names.items() if family == "guides"}
+    load_preparation(model)
     prepare(0.0, y, s, model)
     for k in range(model.guides.size):
         rate = joints.guide_geometry(model.guides, model.bodies, k)[1]
         if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
             raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
     for k in range(model.links.size):
-        geometry = joints.link_geometry(y, model.links, model.markers, model.points, model.bodies, k)
+        geometry = joints.link_geometry(y, model, k)
         length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
         if abs(gap) > 1e-6 * length:
             raise InputError(

@@ -8,24 +8,30 @@ plain Python (coverage, debugging).
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
+import inspect
 import math
 import os
 import pathlib
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from types import FunctionType
 from typing import Any
 
 import numba
-from numba import config, f8, njit, types
+import numpy as np
+from numba import config, f8, i8, njit, types
 from numba.core import cgutils
-from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning
-from numba.extending import intrinsic
+from numba.core.dispatcher import _FunctionCompiler
+from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning, TypingError
+from numba.core.targetconfig import TargetConfig
+from numba.extending import _Intrinsic, intrinsic
 
 from evolvent.errors import InputError
+from evolvent.pointer import has_addresses, load_attribute
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
@@ -34,14 +40,22 @@ _PACKAGE = pathlib.Path(__file__).parent
 
 
 #: Modules and packages that may hold compiled functions or constants that these use.
-_COMPILED = ("jit", "model", "kernels", "flow", "solvers")
+_COMPILED = ("jit", "pointer", "model", "kernels", "flow", "solvers")
+
+
+def _sources() -> list[pathlib.Path]:
+    """Files of the modules that may hold compiled functions."""
+    found = sorted(_PACKAGE.rglob("*.py"))
+    return [path for path in found if path.relative_to(_PACKAGE).with_suffix("").parts[0] in _COMPILED]
+
+
+def _module_name(path: pathlib.Path) -> str:
+    return ".".join(("evolvent", *path.relative_to(_PACKAGE).with_suffix("").parts))
 
 
 def _source_hash() -> str:
     digest = hashlib.sha256()
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        if path.relative_to(_PACKAGE).with_suffix("").parts[0] not in _COMPILED:
-            continue
+    for path in _sources():
         digest.update(path.relative_to(_PACKAGE).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
@@ -68,22 +82,54 @@ def _find_cache_dir() -> pathlib.Path:
 
 CACHE_DIR = _find_cache_dir()
 
+#: Types of arguments: a number, a vector, a matrix, integers.
+REAL, VECTOR, MATRIX, INTEGERS = f8, f8[::1], f8[:, ::1], i8[::1]
 
-def _compile(signature: Any, function: Callable, *, inline: bool = False) -> Any:
-    # without numba's reference counts: they cost more than the arithmetic of a small model; arrays are then borrowed
-    # from the caller, and a kernel that tried to allocate one would not compile
-    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": inline}
-    args = () if signature is None else (signature,)
+
+def _njit(function: Callable, *signature: Any, cache: bool = True, **options: Any) -> Any:
+    """Compile without numba's reference counts, which cost more than the arithmetic of a small model.
+
+    Arrays are borrowed from the caller; a kernel that tried to allocate one would not compile.
+    """
+    options = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True} | options
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
-        return njit(*args, cache=True, **options)(function)
-    except (RuntimeError, ImportError) as error:
-        # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
-        if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
-            raise
-        return njit(*args, **options)(function)
+        return njit(*signature, cache=cache, **options)(function)
     finally:
         config.CACHE_DIR = previous
+
+
+@contextlib.contextmanager
+def _fast_flags() -> Iterator[None]:
+    """Let numba hash and compare its compiler flags quickly while it compiles for this package.
+
+    Notes
+    -----
+    numba 0.68 does so for every operator that it types, by building a dictionary option by option: a fifth of the time
+    of compilation. These functions return the same.
+    """
+    own = {name: getattr(TargetConfig, name) for name in ("__hash__", "values")}
+    defaults: dict[Any, dict[str, Any]] = {}
+
+    def values(flags: Any) -> dict[str, Any]:
+        kind = type(flags)
+        if kind not in defaults:
+            defaults[kind] = {name: option.default for name, option in kind.options.items()}
+        return defaults[kind] | flags._values
+
+    hashes: dict[Any, int] = {}
+
+    def hash_of(flags: Any) -> int:
+        kind = type(flags)
+        if kind not in hashes:
+            hashes[kind] = own["__hash__"](flags)  # of the names of the options alone
+        return hashes[kind]
+
+    TargetConfig.values, TargetConfig.__hash__ = values, hash_of
+    try:
+        yield
+    finally:
+        TargetConfig.values, TargetConfig.__hash__ = own["values"], own["__hash__"]
 
 
 def _check_followed(function: Callable) -> None:
@@ -92,28 +138,175 @@ def _check_followed(function: Callable) -> None:
         raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
 
 
+class _IntoCallers(_FunctionCompiler):
+    """Compiler of functions that are linked into their callers: typed and lowered, without code of their own."""
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.no_compile = True
+        return flags
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        found = super()._compile_core(args, return_type)
+        unused: list[Any] = []
+        key = unused.append  # any built-in function of its own, by which numba finds what was compiled
+        self.targetdescr.target_context.insert_user_function(key, found.fndesc, [found.library])
+        return found._replace(entry_point=key)
+
+
+class Kernel:
+    """A function that compiled code links in; called from Python it is compiled on its own.
+
+    Attributes
+    ----------
+    py_func : the plain function
+    """
+
+    def __init__(self, function: Callable, *, inline: bool) -> None:
+        self.py_func = function
+        inside = _njit(function, cache=False, forceinline=inline, no_cpython_wrapper=True)
+        old = inside._compiler
+        inside._compiler = _IntoCallers(function, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
+        self._inside = inside
+        self._numba_type_ = types.Dispatcher(inside)
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
+        _unloaded()
+        with _fast_flags():
+            return self._called(*arguments)
+
+    @functools.cached_property
+    def _called(self) -> Any:
+        return _njit(self.py_func)
+
+
 def kernel(function: Callable) -> Any:
-    """Compile `function` when it is first called, once per argument types, and keep it on disk."""
+    """Compile `function` into its compiled callers, as a function of its own there."""
     _check_followed(function)
-    return _compile(None, function)
+    return function if config.DISABLE_JIT else Kernel(function, inline=False)
 
 
 def inlined(function: Callable) -> Any:
-    """As `kernel`, and always inlined into the compiled caller.
-
-    Arrays of a model fill some 150 machine words when they are passed on; inlining what is small or called from one
-    place took the right-hand side of a 20-node thread from 650 to 270 ns.
-    """
+    """As `kernel`, and always inlined into the compiled caller, which is for what is small or called from one place."""
     _check_followed(function)
-    return _compile(None, function, inline=True)
+    return function if config.DISABLE_JIT else Kernel(function, inline=True)
+
+
+# ------------------------------------------------------------------------------------------------ calls by address
+
+#: Functions of one module that may be called by address.
+_SLOTS = 64
+_MODULES = [_module_name(path) for path in _sources()]
+#: Address of every function made by `indirect`, once it is loaded; a struct that such functions take refers to it.
+ADDRESSES = np.zeros(_SLOTS * len(_MODULES), dtype=np.int64)
+_counts: dict[str, int] = {}
+_BY_SLOT: dict[int, Any] = {}
+
+
+class Indirect(_Intrinsic):
+    """A function with a signature of its own that compiled code calls by its address.
+
+    It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
+    needs. The address is taken from the table `addresses` of the first struct among the arguments.
+
+    Attributes
+    ----------
+    py_func : the plain function
+    slot : int, its place in `ADDRESSES`
+    """
+
+    def __init__(self, function: Callable, signature: Any) -> None:
+
+        def define(typing_context: Any, *arguments: Any) -> Any:
+            return self._define(arguments)
+
+        own = inspect.signature(function)
+        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+        super().__init__(function.__name__, define)
+        functools.update_wrapper(self, function)
+        self.py_func, self.signature = function, signature
+        module = function.__module__
+        place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
+        number = _counts[module] = _counts.get(module, -1) + 1
+        if number >= _SLOTS:
+            raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
+        self.slot = place + number
+        _BY_SLOT[self.slot] = self
+        self._register()
+
+    def _define(self, arguments: tuple[Any, ...]) -> Any:
+        signature = self.signature
+        if len(arguments) != len(signature.args):
+            raise TypingError(f"{self._name} takes {len(signature.args)} arguments, not {len(arguments)}")
+        holder = next(k for k, kind in enumerate(signature.args) if has_addresses(kind))
+        kind, slot = signature.args[holder], self.slot
+
+        def codegen(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            called = context.call_conv.get_function_type(signature.return_type, signature.args).as_pointer()
+            table = load_attribute(context, builder, kind, values[holder], "addresses")
+            place = builder.gep(table.data, [cgutils.intp_t(slot)])
+            address = builder.load(place)
+            pointer = builder.inttoptr(address, called)
+            status, result = context.call_conv.call_function(
+                builder, pointer, signature.return_type, signature.args, values
+            )
+            with cgutils.if_unlikely(builder, status.is_error):
+                context.call_conv.return_status_propagate(builder, status)
+            return result
+
+        return signature, codegen
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """Numba's dispatcher, with nothing compiled yet."""
+        return _njit(self.py_func)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it can be called."""
+        return bool(ADDRESSES[self.slot] != _unloaded())
+
+    def load(self) -> None:
+        """Compile it, or load it from the cache folder, and enter its address."""
+        if not self.is_loaded:
+            with _fast_flags():
+                self.dispatcher.compile(self.signature)
+            ADDRESSES[self.slot] = _pointer(self.dispatcher, self.signature)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102
+        self.load()
+        return self.dispatcher(*arguments)
 
 
 @functools.cache
-def bind(function: Any, signature: Any) -> Any:
-    """Compile `function` for one explicit `signature`, so that a 1-tuple of it is typed as a function pointer."""
+def _unloaded() -> int:
+    """Address of a function that says what is wrong, in the place of all that are not loaded."""
+
+    def fail() -> None:
+        raise RuntimeError("a compiled function was called that was not loaded for this model")
+
+    address = _pointer(_njit(fail, types.void()), types.void())
+    ADDRESSES[ADDRESSES == 0] = address
+    return address
+
+
+def indirect(signature: Any) -> Callable[[Callable], Any]:
+    """Compile a function for `signature`, to be called by address; see `Indirect`."""
+
+    def decorate(function: Callable) -> Any:
+        _check_followed(function)
+        return function if config.DISABLE_JIT else Indirect(function, signature)
+
+    return decorate
+
+
+def load(functions: Iterable[Any]) -> None:
+    """Load functions made by `indirect`."""
     if config.DISABLE_JIT:
-        return function
-    return _compile(signature, function.py_func)
+        return
+    for function in functions:
+        function.load()
 
 
 # ------------------------------------------------------------------------------------------------ user laws
@@ -139,13 +332,23 @@ FORMS = {
 }
 
 
+def _compile_law(signature: Any, function: Callable) -> Any:
+    try:
+        return _njit(function, signature)
+    except (RuntimeError, ImportError) as error:
+        # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
+        if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
+            raise
+        return _njit(function, signature, cache=False)
+
+
 def _law(kind: str, function: Callable) -> Any:
     if not isinstance(function, FunctionType):
         raise InputError(f"@evolvent.{kind}_law stands before a function, not before {function!r}")
     if config.DISABLE_JIT:
         return function
     try:
-        return _compile(LAWS[kind], function)
+        return _compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
         raise InputError(
             f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
@@ -274,14 +477,19 @@ FUNCTIONS = {
 }
 
 
-@functools.cache
-def address(function: Any, kind: str) -> int:
-    """Address of one of the package's functions, compiled for the signature of its kind."""
-    compiled = bind(function, FUNCTIONS[kind])
+def slot(function: Any) -> int:
+    """Place in `ADDRESSES` of a function made by `indirect`, which is entered there once it is loaded."""
     if config.DISABLE_JIT:
-        _plain_laws.append(compiled)
-        return len(_plain_laws) - 1
-    return _pointer(compiled, FUNCTIONS[kind])
+        if function not in _plain_laws:
+            _plain_laws.append(function)
+        ADDRESSES[:] = np.arange(ADDRESSES.size)
+        return _plain_laws.index(function)
+    return int(function.slot)
+
+
+def at_slots(slots: np.ndarray) -> list[Any]:
+    """Functions made by `indirect` at places that `slot` gave."""
+    return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
 
 
 cell_force_at = _make_lookup(FUNCTIONS["cell_force"])

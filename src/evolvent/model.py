@@ -7,10 +7,11 @@ the model, so that nothing is allocated in a time loop; two threads of execution
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import config
+
+from evolvent.jit import ADDRESSES
+from evolvent.pointer import Struct, array, record, shared, struct
 
 Array = np.ndarray
 
@@ -117,7 +118,7 @@ def zeros(name: str, size: int) -> Array:
     return family.view(np.recarray) if config.DISABLE_JIT else family
 
 
-class Flexible(NamedTuple):
+class Flexible(Struct):
     """Beams, what holds and touches them, and the pools of constants that their elements share.
 
     Attributes
@@ -140,42 +141,42 @@ class Flexible(NamedTuple):
     J : (2, 3, 6) float, scratch
     """
 
-    beams: Array
-    cells: Array
-    joints: Array
-    hinges: Array
-    cylinders: Array
-    checks: Array
-    pushes: Array
-    H24: Array
-    h24: Array
-    U24: Array
-    H12: Array
-    h12: Array
-    U12: Array
-    M24: Array
-    M12: Array
-    bend24: Array
-    bend12: Array
-    B12: Array
-    B0: Array
-    G: Array
-    masses: Array
-    switches: Array
-    strands: Array
-    angles: Array
-    place: Array
-    F: Array
-    P: Array
-    work: Array
-    e: Array
-    f: Array
-    K24: Array
-    K12: Array
-    J: Array
+    beams: Array = array(1, RECORDS["beams"])
+    cells: Array = array(1, RECORDS["cells"])
+    joints: Array = array(1, RECORDS["joints"])
+    hinges: Array = array(1, RECORDS["hinges"])
+    cylinders: Array = array(1, RECORDS["cylinders"])
+    checks: Array = array(1, RECORDS["checks"])
+    pushes: Array = array(1, RECORDS["pushes"])
+    H24: Array = array(3)
+    h24: Array = array(2)
+    U24: Array = array(1)
+    H12: Array = array(3)
+    h12: Array = array(2)
+    U12: Array = array(1)
+    M24: Array = array(3)
+    M12: Array = array(3)
+    bend24: Array = array(3)
+    bend12: Array = array(2)
+    B12: Array = array(3)
+    B0: Array = array(2)
+    G: Array = array(1)
+    masses: Array = array(2)
+    switches: Array = array(1, np.int64)
+    strands: Array = array(2)
+    angles: Array = array(1)
+    place: Array = array(1, np.int64)
+    F: Array = array(1)
+    P: Array = array(1)
+    work: Array = array(1)
+    e: Array = array(2)
+    f: Array = array(1)
+    K24: Array = array(2)
+    K12: Array = array(2)
+    J: Array = array(3)
 
 
-class Model(NamedTuple):
+class Model(Struct):
     """A whole assembled system: families of records (see `RECORDS`) and plain arrays, of one type for every system.
 
     Attributes
@@ -186,26 +187,32 @@ class Model(NamedTuple):
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     flexible : Flexible
+    addresses : of functions that compiled code calls by address (`evolvent.jit.Indirect`)
     """
 
-    info: Array
-    breaks: Array
-    parameters: Array
-    bodies: Array
-    points: Array
-    markers: Array
-    springs: Array
-    links: Array
-    guides: Array
-    threads: Array
-    nodes: Array
-    loads: Array
-    events: Array
-    rows: Array
-    pairs: Array
-    A: Array
-    la: Array
-    scratch: Array
-    dy: Array
-    sums: Array
-    flexible: Flexible
+    info: np.record = record(RECORDS["info"])
+    breaks: Array = array(1)
+    parameters: Array = array(1)
+    bodies: Array = array(1, RECORDS["bodies"])
+    points: Array = array(1, RECORDS["points"])
+    markers: Array = array(1, RECORDS["markers"])
+    springs: Array = array(1, RECORDS["springs"])
+    links: Array = array(1, RECORDS["links"])
+    guides: Array = array(1, RECORDS["guides"])
+    threads: Array = array(1, RECORDS["threads"])
+    nodes: Array = array(1, RECORDS["nodes"])
+    loads: Array = array(1, RECORDS["loads"])
+    events: Array = array(1, RECORDS["events"])
+    rows: Array = array(1, RECORDS["rows"])
+    pairs: Array = array(2, np.int64)
+    A: Array = array(2)
+    la: Array = array(1)
+    scratch: Array = array(2)
+    dy: Array = array(2)
+    sums: Array = array(2)
+    flexible: Flexible = struct(Flexible)
+    addresses: Array = shared(ADDRESSES)
+
+
+#: The type of a model in signatures of compiled functions.
+MODEL = Model._numba_type_

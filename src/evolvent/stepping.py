@@ -11,7 +11,8 @@ import numpy as np
 from evolvent import cases
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, RunFailed, nearest
-from evolvent.flow import bind_rates
+from evolvent.flow.needs import load_explicit
+from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
@@ -176,7 +177,7 @@ class Stepper:
         if row["motion"] == rigid.FREE:  # whose record holds the gyroscopic torque as well
             found[3:] += np.cross(row["w"], row["R"] @ (row["inertia"] @ (row["R"].T @ row["w"])))
             if self.method != IMPLICIT:
-                found[:3] -= row["mass"] * self.assembly.model.info["gravity"][0]
+                found[:3] -= row["mass"] * self.assembly.model.info.gravity
         return found[:3], found[3:]
 
     @property
@@ -240,7 +241,7 @@ class Stepper:
         run = self._run
         if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
             raise RunFailed(reason_of_outrun(self.time), self)
-        code = alpha.begin(run.calls, run.model, run.matrix, run.options, run.march)
+        code = alpha.begin(run.model, run.matrix, run.options, run.march)
         if code != alpha.DONE:
             raise RunFailed(reason(code, run.march, self._fixed, run.options, self.assembly), self)
 
@@ -251,13 +252,13 @@ class Stepper:
         march.tally[alpha.SAMPLE] = 1
         if self._changed:  # loads that jump
             h = float(march.clock[alpha.STEP])
-            code = alpha.anew(run.calls, self.time, h, run.model, run.matrix, run.options, march)
+            code = alpha.anew(self.time, h, run.model, run.matrix, run.options, march)
             if code != alpha.DONE:
                 raise RunFailed(reason(code, march, self._fixed, run.options, self.assembly), self)
         while True:
-            code = alpha.advance(run.calls, run.model, run.matrix, run.options, march, 1000)
+            code = alpha.advance(run.model, run.matrix, run.options, march, 1000)
             if code == alpha.AT_STOP and run.releases is not None:
-                if run.releases.resume(run.calls, march) < 0:
+                if run.releases.resume(march) < 0:
                     raise RunFailed(reason_of_outrun(float(march.clock[alpha.TIME])), self)
             elif code != alpha.BUDGET:
                 break
@@ -266,7 +267,7 @@ class Stepper:
 
     def _solve(self, end: float) -> None:
         model = self.assembly.model
-        accounts = int(model.info["nq"][0]) + int(model.info["nv"][0])
+        accounts = int(model.info.nq) + int(model.info.nv)
         kept = self._y[accounts:].copy()
         self._y[accounts:] = 0.0
         now = dataclasses.replace(self.assembly, y=self._y, s=self._s)
@@ -284,7 +285,8 @@ class Stepper:
         self._held = {body: self._input(body) for body in self.inputs}
         if self.method != IMPLICIT:
             model, dy = self.assembly.model, np.zeros_like(self._y)
-            bind_rates(model)[0][0](self.time, self._y, self._s, model, dy)
+            load_explicit(model)
+            rhs(self.time, self._y, self._s, model, dy)
 
 
 def _time(name: str, value: Any) -> float:

@@ -97,7 +97,7 @@ def at_steps(assembly: Assembly, method: str, steps: int) -> np.ndarray:
 
 def coordinates(assembly: Assembly) -> int:
     """Number of coordinates and velocities, without the accounts."""
-    return int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0])
+    return int(assembly.model.info.nq + assembly.model.info.nv)
 
 
 @pytest.mark.parametrize("method", ORDERS)

@@ -54,7 +54,7 @@ def pendulum(stiffness: float = 2e3, **joint: Any) -> Assembly:
 
 def place(assembly: Assembly, y: np.ndarray) -> np.ndarray:
     """Coordinates of a state."""
-    return y[: int(assembly.model.info["nq"][0])]
+    return y[: int(assembly.model.info.nq)]
 
 
 @pytest.mark.parametrize("system", [thrown(stiffness_damping=2e-3), pendulum(damping=5.0)])

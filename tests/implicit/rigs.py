@@ -8,7 +8,8 @@ import numpy as np
 
 from evolvent import elements
 from evolvent.builder import Assembly
-from evolvent.flow import bind_equations, implicit
+from evolvent.flow import implicit, powers
+from evolvent.flow.needs import load_implicit
 from evolvent.kernels import blocks, touch
 from evolvent.solvers import alpha
 from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
@@ -36,15 +37,14 @@ class Equations(NamedTuple):
     def residual(self, dq: Array, la: Array) -> Array:
         """(nv + nj,) in the order of the velocities, then of the joints."""
         model = self.assembly.model
-        n_q, n_v, n_j = int(model.info["nq"][0]), dq.size, la.size
+        n_q, n_v, n_j = int(model.info.nq), dq.size, la.size
         matrix = matrix_of(model)
-        r, powers = np.zeros(matrix.B.shape[0] + matrix.counts[blocks.BORDER]), np.zeros(implicit.N_POWERS)
+        r, power = np.zeros(matrix.B.shape[0] + matrix.counts[blocks.BORDER]), np.zeros(powers.N_POWERS)
         y = self.y.copy()
         y[n_q : n_q + n_v] += self.c_rate * dq
         alpha.displace(self.y, dq, model, y)
-        bind_equations(model, matrix).residual[0](
-            self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, powers
-        )
+        load_implicit(model)
+        implicit.residual(self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, power)
         return np.concatenate([r[model.flexible.place], r[r.size - n_j :]])
 
     def tangent(self, la: Array) -> Array:
@@ -53,7 +53,7 @@ class Equations(NamedTuple):
         matrix = matrix_of(model)
         n_v = model.flexible.place.size
         self.residual(np.zeros(n_v), la)
-        bind_equations(model, matrix).tangent[0](self.t, self.y, la, self.c_mass, self.c_rate, 1.0, model, matrix)
+        implicit.tangent(self.t, self.y, la, self.c_mass, self.c_rate, 1.0, model, matrix)
         whole = dense(matrix)
         where = np.concatenate([model.flexible.place, np.arange(whole.shape[0] - la.size, whole.shape[0])])
         return whole[np.ix_(where, where)]
@@ -98,7 +98,7 @@ def start_step(assembly: Assembly, y: Array) -> None:
     model.flexible.checks["drag"] = 0.0
     Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
     model.flexible.cylinders["share"] = 1.0
-    touch.settle_contacts(y, model.flexible, model.bodies)
+    touch.settle_contacts(y, model)
 
 
 def run(assembly: Assembly, samples: Any, **options: Any) -> ImplicitSolution:
@@ -127,6 +127,6 @@ def momenta(assembly: Assembly, solution: ImplicitSolution) -> Array:
 
     out = np.zeros((solution.t.size, 6))
     for k, (t, y) in enumerate(zip(solution.t, solution.y, strict=True)):
-        rigid.kinematics(t, y, assembly.model.bodies)
+        rigid.kinematics(t, y, assembly.model)
         implicit.momenta(y, assembly.model, out[k])
     return out

@@ -8,9 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from evolvent import jit
 from evolvent.kernels import blocks
 
 Array = np.ndarray
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _load() -> None:
+    jit.load(blocks.functions())
 
 
 def dense(matrix: blocks.Bordered) -> Array:

@@ -8,7 +8,8 @@ import pytest
 from evolvent import System, parts
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow import implicit
+from evolvent.flow import implicit, powers
+from evolvent.flow.needs import load_implicit
 from evolvent.solvers import alpha as at
 from evolvent.solvers.modes import matrices
 from evolvent.solvers.static import Work
@@ -70,10 +71,11 @@ def test_power_of_a_chosen_element(formulation: str, rng: np.random.Generator) -
     assembly = system(formulation, [2])
     equations = disturbed(assembly, rng)
     expected = ALPHA * twice_kinetic(rates_of(assembly, equations.y), 2)
-    model, n_q, n_v = assembly.model, int(assembly.model.info["nq"][0]), int(assembly.model.info["nv"][0])
-    powers, r = np.zeros(implicit.N_POWERS), np.zeros(4 * n_v)
-    implicit.residual(0.0, equations.y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, model, r, powers)
-    assert powers[implicit.MASS_DAMPING] == pytest.approx(expected, rel=1e-10)
+    model, n_q, n_v = assembly.model, int(assembly.model.info.nq), int(assembly.model.info.nv)
+    load_implicit(model)
+    power, r = np.zeros(powers.N_POWERS), np.zeros(4 * n_v)
+    implicit.residual(0.0, equations.y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, model, r, power)
+    assert power[powers.MASS_DAMPING] == pytest.approx(expected, rel=1e-10)
     dy = derivative(assembly)(0.0, equations.y)
     booked = accounts(assembly, dy)
     assert booked[mdl.N_ACCOUNTS + mdl.BY_MASS] == pytest.approx(expected, rel=1e-10)

@@ -9,12 +9,13 @@ import pytest
 
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
+from evolvent.flow import implicit
 from evolvent.kernels import blocks
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.solvers import alpha
 from evolvent.solvers.implicit import matrix_of
 from evolvent.solvers.static import sparse_of
-from implicit.rigs import RUBBER, Equations, bind_equations, run, start_step
+from implicit.rigs import RUBBER, Equations, run, start_step
 
 Array = np.ndarray
 RADIUS, THICK, LENGTH, N, TURNS = 0.6, 0.002, 9.0, 60, 2.43
@@ -96,7 +97,7 @@ def test_turns_side_by_side_do_not_touch() -> None:
 
 def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> Array:
     """The start a little disturbed, with the hub turned a little."""
-    n_q = int(assembly.model.info["nq"][0])
+    n_q = int(assembly.model.info.nq)
     y = assembly.y.copy()
     beams = assembly.model.flexible.beams
     for row in beams:
@@ -115,7 +116,7 @@ def test_forces_are_the_slope_of_the_energy(rng: np.random.Generator) -> None:
     y = assembly.y
     beam = assembly.model.flexible.beams[0]
     force, _ = layer_forces(assembly, y)
-    at, n_q = int(beam["iv"]), int(assembly.model.info["nq"][0])
+    at, n_q = int(beam["iv"]), int(assembly.model.info.nq)
     for _ in range(5):
         d = np.zeros_like(y)
         d[beam["iq"] : beam["iq"] + 6 * beam["nodes"]] = 1e-7 * rng.standard_normal(6 * beam["nodes"])
@@ -132,7 +133,7 @@ def test_momenta_are_kept(friction: float, rng: np.random.Generator) -> None:
     y = moved(assembly, rng)
     force, _ = layer_forces(assembly, y, 1e-3 if friction else 0.0)
     model = assembly.model
-    n_q, total, torque, size = int(model.info["nq"][0]), np.zeros(3), np.zeros(3), 0.0
+    n_q, total, torque, size = int(model.info.nq), np.zeros(3), np.zeros(3), 0.0
     for row in model.flexible.beams:
         f = force[row["iv"] - n_q :][: 6 * row["nodes"]].reshape(-1, 3)
         total += f[::2].sum(axis=0)
@@ -154,7 +155,7 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
     y, model = moved(assembly, rng, 1e-6), assembly.model
     n_v, step = model.flexible.place.size, 1e-3
     beam = model.flexible.beams[0]
-    first = int(beam["iv"]) - int(model.info["nq"][0])
+    first = int(beam["iv"]) - int(model.info.nq)
     own = slice(first, first + 6 * (N + 1))
     found, exact = [], []
     for stiffness in (STIFFNESS, 0.0):
@@ -162,8 +163,7 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 50.0, step)
         matrix = matrix_of(model)
         equations.residual(np.zeros(n_v), np.zeros(0))
-        calls = bind_equations(model, matrix)
-        calls.tangent[0](0.0, y, np.zeros(0), 0.0, 50.0, 1.0, model, matrix)
+        implicit.tangent(0.0, y, np.zeros(0), 0.0, 50.0, 1.0, model, matrix)
         assert (matrix.counts[blocks.INNER] > 0) == (stiffness > 0.0)
         found.append(sparse_of(matrix, model.flexible.place).toarray()[own, own])
         columns = []

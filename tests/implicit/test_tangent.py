@@ -47,7 +47,7 @@ def beam(formulation: str = "cable", **fields: object) -> parts.Beam:
 def disturbed(assembly: Assembly, rng: np.random.Generator, size: float = 0.02) -> Equations:
     """Equations at a state and rates a little off those of the start."""
     model = assembly.model
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     y = assembly.y.copy()
     y[:n_q] += size * rng.standard_normal(n_q)
     y[n_q : n_q + n_v] += 5.0 * size * rng.standard_normal(n_v)
@@ -252,7 +252,7 @@ def pressed(
     )  # fmt: skip
     assembly = system.assemble()
     model = assembly.model
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     y = assembly.y.copy()
     y[model.flexible.beams[0]["iq"] + 2 : n_q : 3 * (2 if formulation == "cable" else 4)] -= 0.06
     if fields.get("rest", 0.0):

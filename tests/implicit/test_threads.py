@@ -11,8 +11,10 @@ import evolvent
 from book import Book
 from evolvent import InputError, parts
 from evolvent.builder import Assembly
-from evolvent.flow import bind_equations, observe
-from evolvent.flow.implicit import N_POWERS
+from evolvent.flow import implicit as equations
+from evolvent.flow.needs import load_implicit
+from evolvent.flow.observations import observe
+from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import blocks
 from evolvent.solvers import alpha
 from evolvent.solvers.drive import choose_step
@@ -55,25 +57,25 @@ def test_tangent(motion: str, rng: np.random.Generator) -> None:
     assembly = craft() if motion == "free" else heliogyro(segments="springs", out=2.9, nodes=6, stiffness=1e3)
     model, y, s = assembly.model, assembly.y.copy(), assembly.s
     model.flexible.switches[:] = s
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     out = 3 * int(s[0])
     y[int(model.threads["iq"][0]) :][:out] += 0.01 * rng.standard_normal(out)
     a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
     matrix = matrix_of(model)
     n, border = matrix.B.shape[0], int(matrix.counts[blocks.BORDER])
     r = np.zeros(n + border)
-    calls = bind_equations(model, matrix)
+    load_implicit(model)
     mass, rate = 10.0, 3.0
 
     def residual(d: np.ndarray) -> np.ndarray:
         moved = y.copy()
         alpha.displace(y, d, model, moved)
         moved[n_q : n_q + n_v] = y[n_q : n_q + n_v] + rate * d
-        calls.residual[0](0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
+        equations.residual(0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
         return r.copy()
 
     residual(np.zeros(n_v))
-    calls.tangent[0](0.0, y, la, mass, rate, 1.0, model, matrix)
+    equations.tangent(0.0, y, la, mass, rate, 1.0, model, matrix)
     found = np.zeros((n + border, n + border))
     for i in range(n // 3):
         for j in range(max(i - 1, 0), min(i + 2, n // 3)):

@@ -85,7 +85,7 @@ def test_tension_is_gone_after_separation() -> None:
     assembly = hub(feed, lets_go=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
-    from evolvent.flow import observe
+    from evolvent.flow.observations import observe
 
     tension = observe(assembly.model, found.t, found.y, found.s).tension
     assert tension[0, -1] > 0.0

@@ -235,7 +235,7 @@ def test_a_bar_stretches_under_its_turn(book):
     r = solved(solve_static(a, rotating=(0.0, 0.0, rate)))
     assert_allclose(nodes(a, r)[-1, 0, 0] - 1.0, 1000.0 * rate**2 / (3.0 * 7e5), rtol=1e-3)
     # velocities are those of the turn
-    n_q = int(a.model.info["nq"][0])
+    n_q = int(a.model.info.nq)
     assert_allclose(r.y[-1, n_q + 48 : n_q + 51], [0.0, rate * nodes(a, r)[-1, 0, 0], 0.0], atol=1e-12)
     book(
         "Statics of beams", "Bar that turns, small strain (cable, 8 elements)", reference="rho W^2 L^3/3 E",

@@ -307,7 +307,7 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from evolvent import jit, parts
-from evolvent.flow import bind_rates
+from evolvent.flow.rhs import rhs
 from evolvent.solvers import explicit, solve
 from evolvent.system import System
 from my_law import pull
@@ -327,10 +327,9 @@ def hits(function):
     return sum(function.stats.cache_hits.values())
 
 
-rhs = bind_rates(assembly.model)[0][0]
 print(json.dumps({
-    "x": found.y[-1, 0], "law": [hits(pull), misses(pull)], "rhs": [hits(rhs), misses(rhs)],
-    "loop": [hits(explicit.fixed_step), misses(explicit.fixed_step)],
+    "x": found.y[-1, 0], "law": [hits(pull), misses(pull)], "rhs": [hits(rhs.dispatcher), misses(rhs.dispatcher)],
+    "loop": [hits(explicit.fixed_step.dispatcher), misses(explicit.fixed_step.dispatcher)],
 }))
 """
 
@@ -359,7 +358,7 @@ TINY = """
 import json
 import numpy as np
 from evolvent import event_law, feed_law, force_law, parts, spring_law
-from evolvent.flow import observe
+from evolvent.flow.observations import observe
 from evolvent.solvers import solve
 from evolvent.system import System
 

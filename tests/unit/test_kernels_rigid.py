@@ -8,9 +8,14 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from evolvent import model as mdl
+from evolvent.builder import Builder
 from evolvent.kernels import rigid
 
 INERTIA = np.array([[0.5, 0.02, -0.01], [0.02, 0.7, 0.03], [-0.01, 0.03, 0.9]])
+
+
+def kinematics(t, y, bodies):
+    rigid.kinematics(t, y, Builder(np.zeros(3)).build().model._replace(bodies=bodies))
 
 
 def skew(a):
@@ -46,7 +51,7 @@ def rotation_of(y):
 def test_kinematics_of_a_free_body(rng):
     bodies, y = free_body(rng)
     bodies["F"] = 9.0
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     R = rotation_of(y)
     assert_allclose(bodies["R"][0], R, atol=1e-14)
     assert_allclose(bodies["x"][0], y[:3])
@@ -62,7 +67,7 @@ def test_kinematics_of_a_free_body(rng):
 
 def test_kinematics_of_a_spinning_body(rng):
     bodies, y = spinning_body(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     axis = bodies["axis"][0]
     R = bodies["R0"][0] @ turned(y[0] * axis)
     assert_allclose(bodies["R"][0], R, atol=1e-14)
@@ -74,7 +79,7 @@ def test_kinematics_of_a_spinning_body(rng):
 def test_kinematics_of_a_driven_body(rng):
     bodies, _ = spinning_body(rng)
     bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.7
-    rigid.kinematics(2.0, np.zeros(0), bodies)
+    kinematics(2.0, np.zeros(0), bodies)
     R = bodies["R0"][0] @ turned(3.4 * bodies["axis"][0])
     assert_allclose(bodies["R"][0], R, atol=1e-13)
     assert_allclose(bodies["w"][0], 1.7 * (R @ bodies["axis"][0]), atol=1e-13)
@@ -85,7 +90,7 @@ def test_velocity_and_centripetal_acceleration_of_a_point_are_derivatives(rng):
     s, h = rng.normal(size=3), 1e-5
 
     def place(time):
-        rigid.kinematics(0.0, np.array([y[0] + y[1] * time, y[1]]), bodies)
+        kinematics(0.0, np.array([y[0] + y[1] * time, y[1]]), bodies)
         found = np.array(rigid.point_kinematics(bodies, 0, *s))
         return bodies["x"][0] + found[:3], found[3:], found[:3]
 
@@ -112,7 +117,7 @@ def ring(rng):
 def test_ring_on_a_free_body_is_many_point_masses_that_go_round(rng):
     """Newton-Euler with 12 point masses spaced evenly, each with its Coriolis and own acceleration."""
     bodies, y = free_body(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     M, F, w = bodies["M"][0].copy(), bodies["F"][0].copy(), bodies["w"][0].copy()
     given, _ = ring(rng)
     m, r, centre, n, rate, acceleration = given[0], given[1], np.array(given[2:5]), np.array(given[5:8]), *given[8:]
@@ -132,7 +137,7 @@ def test_ring_on_a_free_body_is_many_point_masses_that_go_round(rng):
 
 def test_ring_on_a_spinning_body_adds_to_its_inertia(rng):
     bodies, y = spinning_body(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     n = bodies["R"][0] @ bodies["axis"][0]
     given, inertia = ring(rng)
     rigid.add_ring(bodies, 0, *given)
@@ -144,7 +149,7 @@ def test_ring_on_a_spinning_body_adds_to_its_inertia(rng):
 def test_ring_leaves_the_mass_of_a_driven_body_alone(rng):
     bodies, _ = spinning_body(rng)
     bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.0
-    rigid.kinematics(0.0, np.zeros(0), bodies)
+    kinematics(0.0, np.zeros(0), bodies)
     rigid.add_ring(bodies, 0, *ring(rng)[0])
     assert bodies["F"].any()
     assert not bodies["M"].any()
@@ -152,7 +157,7 @@ def test_ring_leaves_the_mass_of_a_driven_body_alone(rng):
 
 def test_respond_solves_with_the_mass_matrix(rng):
     bodies, y = free_body(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     rigid.add_ring(bodies, 0, *ring(rng)[0])
     rigid.factorise(bodies)
     F, a = rng.normal(size=6), np.empty(6)
@@ -162,7 +167,7 @@ def test_respond_solves_with_the_mass_matrix(rng):
 
 def test_respond_of_a_spinning_body_is_about_its_axis(rng):
     bodies, y = spinning_body(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     n = bodies["R"][0] @ bodies["axis"][0]
     F, a = rng.normal(size=6), np.ones(6)
     rigid.respond(bodies, 0, F, a)
@@ -181,7 +186,7 @@ def test_a_free_body_left_alone_keeps_momentum_and_energy(rng):
     """The rates that are written are those of Euler's equations: d(I w)/dt = 0 in inertial axes."""
     bodies, y = free_body(rng)
     y[3:7] /= np.linalg.norm(y[3:7])
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     rigid.factorise(bodies)
     rigid.respond(bodies, 0, bodies["F"][0], bodies["a"][0])
     dy = np.zeros(13)
@@ -201,14 +206,14 @@ def test_a_free_body_left_alone_keeps_momentum_and_energy(rng):
 @pytest.mark.parametrize("make", [free_body, spinning_body])
 def test_kick_changes_the_velocities_by_the_twist(rng, make):
     bodies, y = make(rng)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     v, w = bodies["v"][0].copy(), bodies["w"][0].copy()
     jump = rng.normal(size=6)
     if make is spinning_body:
         n = bodies["R"][0] @ bodies["axis"][0]
         jump = np.concatenate([np.zeros(3), n * (n @ jump[3:])])
     rigid.kick(y, bodies, 0, jump)
-    rigid.kinematics(0.0, y, bodies)
+    kinematics(0.0, y, bodies)
     assert_allclose(bodies["v"][0], v + jump[:3], atol=1e-13)
     assert_allclose(bodies["w"][0], w + jump[3:], atol=1e-13)
 
@@ -216,7 +221,7 @@ def test_kick_changes_the_velocities_by_the_twist(rng, make):
 def test_the_drive_of_a_driven_body_delivers_the_power_taken_from_it(rng):
     bodies, _ = spinning_body(rng)
     bodies["motion"], bodies["rate"] = rigid.DRIVEN, 1.3
-    rigid.kinematics(0.4, np.zeros(0), bodies)
+    kinematics(0.4, np.zeros(0), bodies)
     bodies["F"][0] = rng.normal(size=6)
     power = rigid.write_rates(np.zeros(0), bodies, 0, np.zeros(0))
     assert_allclose(power, -bodies["F"][0, 3:] @ bodies["w"][0], atol=1e-14)

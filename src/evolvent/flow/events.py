@@ -1,9 +1,12 @@
 """Events: nodes leave and reach their spools, threads are let go, a user's events."""
 
 import numpy as np
+from numba import types, void
 
 from evolvent.flow.impulse import impulse, prepare, strike
-from evolvent.jit import event_law_at, inlined, kernel
+from evolvent.flow.inventory import inventory
+from evolvent.flow.rhs import rhs
+from evolvent.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
 from evolvent.kernels import joints, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
@@ -14,6 +17,7 @@ from evolvent.model import (
     JUMP_ANGULAR,
     JUMP_LINEAR,
     KINETIC,
+    MODEL,
     P_ALL,
     RELEASE,
 )
@@ -24,7 +28,7 @@ OVERRUN = 1e-6
 DUE = -1e-10
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def event_values(t, y, s, model, g):
     """Values of all events; an event fires where its value is not negative.
 
@@ -61,12 +65,11 @@ def is_release(s, threads, g, k):
     return k < 2 * threads.size and k % 2 == 0 and s[p] < threads[p].n and g[k] >= DUE
 
 
-@kernel
-def apply_event(t, y, s, model, k, g, rhs1, inventory1):
+@indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL, types.int64, VECTOR))
+def apply_event(t, y, s, model, k, g):
     """Carry out event k on the state; returns 1 if the run is to stop there, -1 if a feed has outrun its thread.
 
-    All releases that are due by g, the values of the events, are carried out with the first of them. rhs1 and
-    inventory1 are 1-tuples of these functions: called through pointers they are compiled once, not here again.
+    All releases that are due by g, the values of the events, are carried out with the first of them.
     """
     n = model.threads.size
     if k >= 2 * n:
@@ -74,39 +77,39 @@ def apply_event(t, y, s, model, k, g, rhs1, inventory1):
     p = k // 2
     if (s[p] == 0 and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
         return -1
-    book_event(t, y, s, model, -1.0, inventory1)
+    add_to_balance(t, y, s, model, -1.0)
     if k % 2 == 1:
         capture_node(t, y, s, model, p)
     elif s[p] < model.threads[p].n:
-        release_nodes(t, y, s, model, g, rhs1)
+        release_nodes(t, y, s, model, g)
     else:
         let_go(t, y, s, model, p)
-    book_event(t, y, s, model, 1.0, inventory1)
+    add_to_balance(t, y, s, model, 1.0)
     return 0
 
 
-@kernel
-def book_event(t, y, s, model, sign, inventory1):
+@inlined
+def add_to_balance(t, y, s, model, sign):
     """Add the energy and momenta of the state, times `sign`, to the accounts of what events bring in."""
-    account = model.info[0].nq + model.info[0].nv
+    account = model.info.nq + model.info.nv
     out = model.sums[0]
-    inventory1[0](t, y, s, model, out)
+    inventory(t, y, s, model, out)
     y[account + RELEASE] += sign * (out[KINETIC] + out[ELASTIC])
     for c in range(3):
         y[account + JUMP_ANGULAR + c] += sign * (out[H_BODY + c] + out[H_RELEASED + c] + out[H_CARRIED + c])
         y[account + JUMP_LINEAR + c] += sign * out[P_ALL + c]
 
 
-@kernel
-def release_nodes(t, y, s, model, g, rhs1):
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def release_nodes(t, y, s, model, g):
     """The next nodes leave their spools at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set.
 
     Where wound thread is carried the body takes up what the node's momentum differs from its share of evenly wound
     thread. All impulses come first, while the threads still end at Q with whole segments, then all nodes join them.
     """
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    rigid.kinematics(t, y, bodies)
-    thread.reels(t, y, s, threads, bodies, model.parameters)
+    rigid.kinematics(t, y, model)
+    thread.reels(t, y, s, model)
     carried = fixed = False
     for p in range(threads.size):
         if is_release(s, threads, g, 2 * p):
@@ -125,18 +128,18 @@ def release_nodes(t, y, s, model, g, rhs1):
                     couple[c] = -couple[c]
                 strike(model, p, -fx, -fy, -fz, couple)
         impulse(y, s, model)
-        rigid.kinematics(t, y, bodies)
-        thread.reels(t, y, s, threads, bodies, model.parameters)
+        rigid.kinematics(t, y, model)
+        thread.reels(t, y, s, model)
     for p in range(threads.size):
         threads[p].leaving = 0.0
         if is_release(s, threads, g, 2 * p):
             place_node(y, s, threads, nodes, p)
             join_node(y, s, threads, nodes, p)
     if fixed:
-        start_links(t, y, s, model, rhs1)
+        start_links(t, y, s, model)
 
 
-@kernel
+@inlined
 def place_node(y, s, threads, nodes, p):
     """Position and velocity with which the next node of thread p leaves, into its x and v."""
     i = s[p]
@@ -163,7 +166,7 @@ def place_node(y, s, threads, nodes, p):
         x[c] = Q[c] + out * x[c]
 
 
-@kernel
+@inlined
 def join_node(y, s, threads, nodes, p):
     """The next node of thread p, placed by `place_node`, becomes its boundary node."""
     i = s[p]
@@ -178,8 +181,8 @@ def join_node(y, s, threads, nodes, p):
     s[p] += 1
 
 
-@kernel
-def start_links(t, y, s, model, rhs1):
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def start_links(t, y, s, model):
     """Put the boundary links that have no length yet onto their regular solution: their turning u and its rate g.
 
     All of them, since a release on one thread changes the acceleration of the body that carries the others.
@@ -191,7 +194,7 @@ def start_links(t, y, s, model, rhs1):
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
     now, later = model.dy[0], model.dy[1]
-    rhs1[0](t, y, s, model, now)
+    rhs(t, y, s, model, now)
     for p in range(threads.size):
         if is_short(threads, s, p):
             thread.regular_rate(y, threads, nodes, bodies, p, s[p] - 1)
@@ -199,7 +202,7 @@ def start_links(t, y, s, model, rhs1):
         for p in range(threads.size):
             if not is_short(threads, s, p):
                 continue
-            rhs1[0](t, y, s, model, now)
+            rhs(t, y, s, model, now)
             b1, b2 = threads[p].b[1], threads[p].b[2]
             if threads[p].feed == thread.FREE_SPOOL:
                 b2 = threads[p].radius * now[threads[p].spool_v]
@@ -207,11 +210,11 @@ def start_links(t, y, s, model, rhs1):
             short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))
             for k in range(y.size):
                 later[k] = y[k] + short * now[k]
-            rhs1[0](t + short, later, s, model, now)
+            rhs(t + short, later, s, model, now)
             v = threads[p].iv + 3 * (s[p] - 1)
             for c in range(3):
                 threads[p].start[c] = (now[v + c] + 2.0 * threads[p].start[c]) / 3.0
-            rhs1[0](t, y, s, model, now)
+            rhs(t, y, s, model, now)
 
 
 @inlined
@@ -226,17 +229,17 @@ def is_short(threads, s, p):
     )
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
 def capture_node(t, y, s, model, p):
     """The boundary node goes back onto the spool; where wound thread is carried its momentum goes to the body."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     i = s[p] - 1
     k = threads[p].node + i
-    rigid.kinematics(t, y, bodies)
-    thread.reels(t, y, s, threads, bodies, model.parameters)
+    rigid.kinematics(t, y, model)
+    thread.reels(t, y, s, model)
     inextensible = threads[p].kind == thread.INEXTENSIBLE
     if inextensible:
-        thread.chain_points(y, s, threads, nodes, p)
+        thread.chain_points(y, s, model, p)
     else:
         thread.spring_points(y, s, threads, nodes, p)
     couple = model.scratch[0]
@@ -275,14 +278,14 @@ def capture_node(t, y, s, model, p):
     impulse(y, s, model)
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
 def let_go(t, y, s, model, p):
     """The thread's end leaves the spool: the last node flies free (separation)."""
-    bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    rigid.kinematics(t, y, bodies)
-    thread.reels(t, y, s, threads, bodies, model.parameters)
+    threads, nodes = model.threads, model.nodes
+    rigid.kinematics(t, y, model)
+    thread.reels(t, y, s, model)
     if threads[p].kind == thread.INEXTENSIBLE:
-        thread.chain_points(y, s, threads, nodes, p)
+        thread.chain_points(y, s, model, p)
         last = threads[p].n - 1
         k = threads[p].node + last
         for c in range(3):

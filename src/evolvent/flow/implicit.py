@@ -6,18 +6,29 @@ compliance, gap + (damping rate - la)/stiffness = 0, so that it couples whatever
 
 import math
 
+from numba import void
+
+from evolvent.flow.implicit_thread import add_thread_energies, add_thread_residual, add_thread_tangent
 from evolvent.flow.inventory import add_momentum
-from evolvent.jit import inlined, kernel
+from evolvent.flow.powers import (
+    COUPLED_ENERGY,
+    DRIVEN,
+    JOINTS,
+    MARKER_LOADS,
+    MASS_DAMPING,
+    N_POWERS,
+    SPRINGS,
+    STIFFNESS_DAMPING,
+)
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import blocks, couplings, flexible, loads, rigid, springs, touch
-from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_product, add_turning, side_columns
+from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels.couplings import ON_BODY, add_entry
 from evolvent.kernels.rotations import cross, turn_back
-
-#: What `residual` writes into `powers`: powers dissipated (W), power of loads at markers (W), energies of hinges and
-#: penalties (J), the power of what turns driven bodies and that of spools (W).
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, N_POWERS = range(9)
+from evolvent.model import MODEL
 
 
-@kernel
+@indirect(void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR, VECTOR))
 def residual(t, y, a, la, step, factor, model, r, powers):
     """r = M a + F and the constraints' gaps, in the order of the unknowns.
 
@@ -29,7 +40,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
-    info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
+    info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
     F, P, weight, joints = f.F, f.P, f.G, f.joints
     first = r.size - joints.size
@@ -38,38 +49,38 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         P[i] = factor * weight[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
-    rigid.kinematics(t, y, bodies)
+    rigid.kinematics(t, y, model)
     for i in range(points.size):
         for c in range(3):
             points[i].f[c] = 0.0
     if f.cells.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_cells(y, a, n_q, f, F)
-        flexible.add_pushes(t, y, n_q, f, factor, P)
-        touch.add_contacts(y, step, n_q, f, bodies, F)
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_cells(y, a, model, F)
+        if f.pushes.size > 0:
+            flexible.add_pushes(t, y, factor, model, P)
+        if f.cylinders.size > 0:
+            touch.add_contacts(y, step, model, F)
     if model.springs.size > 0:
-        lost, given = springs.spring_forces(t, y, model.springs, model.markers, points, bodies, model.parameters)
+        lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
-        powers[MARKER_LOADS] += loads.concentrated_loads(
-            t, y, model.loads, model.markers, points, bodies, model.parameters
-        )
+        powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
     if f.hinges.size > 0:
-        energy, lost = couplings.add_hinges(y, n_q, f, bodies, F)
+        energy, lost = couplings.add_hinges(y, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
     for k in range(joints.size):
-        couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
+        couplings.joint_geometry(t, y, k, model)
         if not couplings.holds(t, joints, k):
             r[first + k] = la[k]
         elif joints[k].stiffness > 0.0:
             gap, rate = joints[k].gap, joints[k].rate
-            couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
+            couplings.add_joint_force(k, la[k], model, F)
             powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
             powers[JOINTS] += joints[k].damping * rate * rate
             r[first + k] = gap + (joints[k].damping * rate - la[k]) / joints[k].stiffness
         else:
-            couplings.add_joint_force(k, la[k], n_q, f, bodies, F)
+            couplings.add_joint_force(k, la[k], model, F)
             r[first + k] = joints[k].gap
     for i in range(points.size):
         at = points[i].iv - n_q
@@ -94,13 +105,16 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     place = f.place
     for i in range(n_v):
         r[place[i]] = F[i] - P[i]
+    if model.threads.size > 0:
+        add_thread_residual(t, y, a, step, model, r, powers)
 
 
 @kernel
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
     bodies, points = model.bodies, model.points
-    flexible.add_gravity(gravity, n_q, model.flexible, P)
+    if model.flexible.cells.size > 0:
+        flexible.add_gravity(gravity, model, P)
     for i in range(points.size):
         for c in range(3):
             P[points[i].iv - n_q + c] += points[i].mass * gravity[c]
@@ -110,7 +124,7 @@ def add_weight(gravity, n_q, model, P):
                 P[bodies[b].iv - n_q + c] += bodies[b].mass * gravity[c]
 
 
-@kernel
+@indirect(void(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, BORDERED))
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, bordered by `scale` times the constraints; after `residual` only.
 
@@ -120,18 +134,19 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     force h^2/length), how the direction of friction follows that of the normal (beside the
     bristle's stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
     """
-    info, bodies, points, f = model.info[0], model.bodies, model.points, model.flexible
+    info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
     n_q = info.nq
     joints, place = f.joints, f.place
     blocks.clear(matrix)
     if f.cells.size > 0:
-        flexible.add_cell_tangents(y, n_q, f, c_mass, c_rate, matrix)
-        touch.add_contact_tangents(y, n_q, f, bodies, c_rate, matrix)
+        flexible.add_cell_tangents(y, c_mass, c_rate, model, matrix)
+        if f.cylinders.size > 0:
+            touch.add_contact_tangents(y, c_rate, model, matrix)
         _pad(f, matrix)
     if model.springs.size > 0:
-        _spring_tangents(t, y, n_q, model, c_rate, matrix)
+        springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
-        couplings.add_hinge_tangents(y, n_q, f, bodies, c_rate, matrix)
+        couplings.add_hinge_tangents(y, c_rate, model, matrix)
     first = matrix.A.shape[0] * matrix.A.shape[1] + matrix.counts[blocks.BORDER] - joints.size
     for k in range(joints.size):
         row = first + k
@@ -142,7 +157,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         if stiffness > 0.0:
             add_entry(matrix, row, row, -scale * scale / stiffness)
             damped = 1.0 + c_rate * joints[k].damping / stiffness
-        couplings.add_joint_tangent(k, la[k], row, scale, damped, n_q, f, bodies, matrix)
+        couplings.add_joint_tangent(k, la[k], row, scale, damped, model, matrix)
     for i in range(points.size):
         at = place[points[i].iv - n_q]
         for c in range(3):
@@ -168,6 +183,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
                 add_entry(matrix, at + 3, at + 3 + c, c_mass * J[0, c] + c_rate * (x + hx))
                 add_entry(matrix, at + 4, at + 3 + c, c_mass * J[1, c] + c_rate * (yy + hy))
                 add_entry(matrix, at + 5, at + 3 + c, c_mass * J[2, c] + c_rate * (z + hz))
+    if model.threads.size > 0:
+        add_thread_tangent(y, c_mass, c_rate, model, matrix)
 
 
 @inlined
@@ -181,73 +198,7 @@ def _pad(f, matrix):
                 matrix.A[b, r, m + r] = 1.0
 
 
-@kernel
-def _spring_tangents(t, y, n_q, model, c_rate, matrix):
-    """Tangents of all springs; those of users' laws by central differences."""
-    bodies, points, f = model.bodies, model.points, model.flexible
-    place, Ja, Jb = f.place, f.J[0], f.J[1]
-    for k in range(model.springs.size):
-        ma, mb = model.springs[k].a, model.springs[k].b
-        a = springs.marker_kinematics(y, model.markers, points, bodies, ma)
-        b = springs.marker_kinematics(y, model.markers, points, bodies, mb)
-        dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if length == 0.0:
-            continue
-        nx, ny, nz = dx / length, dy / length, dz / length
-        rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
-        extension = length - model.springs[k].length
-        elastic, damped = springs.spring_tension(model.springs, k, extension, rate, t, model.parameters)
-        tension = elastic + damped
-        along = model.springs[k].stiffness + c_rate * model.springs[k].damping
-        if model.springs[k].law != 0:
-            d, e = 1e-6 * length, 1e-6 * (abs(rate) + length * c_rate)
-            more, _ = springs.spring_tension(model.springs, k, extension + d, rate, t, model.parameters)
-            less, _ = springs.spring_tension(model.springs, k, extension - d, rate, t, model.parameters)
-            faster, _ = springs.spring_tension(model.springs, k, extension, rate + e, t, model.parameters)
-            slower, _ = springs.spring_tension(model.springs, k, extension, rate - e, t, model.parameters)
-            along = (more - less) / (2.0 * d) + c_rate * (faster - slower) / (2.0 * e)
-        across = tension / length
-        p = along - across
-        K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz
-        K01, K02, K12 = p * nx * ny, p * nx * nz, p * ny * nz
-        sideways = model.springs[k].lateral_stiffness + c_rate * model.springs[k].lateral_damping
-        if sideways != 0.0:
-            u = model.springs[k].axis
-            K00 += sideways * (1.0 - u[0] * u[0])
-            K11 += sideways * (1.0 - u[1] * u[1])
-            K22 += sideways * (1.0 - u[2] * u[2])
-            K01 -= sideways * u[0] * u[1]
-            K02 -= sideways * u[0] * u[2]
-            K12 -= sideways * u[1] * u[2]
-        ra, na = _marker_columns(model, ma, n_q, place, Ja)
-        rb, nb = _marker_columns(model, mb, n_q, place, Jb)
-        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, ra, na, Ja, 1.0)
-        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, rb, nb, Jb, 1.0)
-        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, rb, nb, Jb, -1.0)
-        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, ra, na, Ja, -1.0)
-        for side in range(2):
-            marker, sign = (ma, -1.0) if side == 0 else (mb, 1.0)
-            if model.markers[marker].kind == springs.ON_BODY:
-                s = sign * tension
-                add_turning(
-                    matrix, bodies, place, n_q, model.markers[marker].index, model.markers[marker].local,
-                    s * nx, s * ny, s * nz,
-                )  # fmt: skip
-
-
-@inlined
-def _marker_columns(model, marker, n_q, place, J):
-    """Columns of a marker: its first unknown and their number."""
-    index = model.markers[marker].index
-    if model.markers[marker].kind == springs.ON_POINT:
-        return side_columns(
-            model.bodies, place, n_q, ON_COORDINATES, -1, model.points[index].iv, model.markers[marker].local, True, J
-        )
-    return side_columns(model.bodies, place, n_q, ON_BODY, index, -1, model.markers[marker].local, True, J)
-
-
-@kernel
+@indirect(void(REAL, VECTOR, MODEL, VECTOR))
 def energies(t, y, model, out):
     """out : (3,) = kinetic and elastic energy of everything, and the part of bending in cables, J.
 
@@ -256,7 +207,8 @@ def energies(t, y, model, out):
     bodies, points, f = model.bodies, model.points, model.flexible
     for i in range(3):
         out[i] = 0.0
-    flexible.beam_energies(y, f, out)
+    if f.cells.size > 0:
+        flexible.beam_energies(y, model, out)
     for b in range(bodies.size):
         v = bodies[b].iv
         if bodies[b].motion == rigid.SPIN:
@@ -270,19 +222,23 @@ def energies(t, y, model, out):
     for i in range(points.size):
         v = points[i].iv
         out[0] += 0.5 * points[i].mass * (y[v] * y[v] + y[v + 1] * y[v + 1] + y[v + 2] * y[v + 2])
-    out[1] += springs.springs_energy(y, model.springs, model.markers, points, bodies)
+    if model.springs.size > 0:
+        out[1] += springs.springs_energy(y, model)
     for k in range(f.cylinders.size):
         out[1] += f.cylinders[k].energy
+    if model.threads.size > 0:
+        add_thread_energies(y, model, out)
 
 
-@kernel
+@indirect(void(VECTOR, MODEL, VECTOR))
 def momenta(y, model, out):
     """out : (6,) = linear momentum (kg m/s) and angular momentum about the inertial origin (kg m2/s)."""
     bodies, points = model.bodies, model.points
     for i in range(6):
         out[i] = 0.0
     P, H = out[:3], out[3:]
-    flexible.beam_momenta(y, model.flexible, P, H)
+    if model.flexible.cells.size > 0:
+        flexible.beam_momenta(y, model, P, H)
     for i in range(points.size):
         q, v, m = points[i].iq, points[i].iv, points[i].mass
         add_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
@@ -342,7 +298,7 @@ def is_isolated(t, model):
 @kernel
 def load_torque(y, P, model):
     """Torque of the loads P about the inertial origin, N m: (x, y, z)."""
-    bodies, points, f, n_q = model.bodies, model.points, model.flexible, model.info[0].nq
+    bodies, points, f, n_q = model.bodies, model.points, model.flexible, model.info.nq
     tx = ty = tz = 0.0
     for k in range(f.beams.size):
         at = f.beams[k].iv - n_q
@@ -362,7 +318,7 @@ def load_torque(y, P, model):
     return tx, ty, tz
 
 
-@kernel
+@indirect(void(VECTOR, REAL, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR))
 def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
     """Add to the velocities in `out` those of a turn at (wx, wy, wz) about the point (cx, cy, cz), rad/s and m."""
     bodies, points, f = model.bodies, model.points, model.flexible
@@ -393,7 +349,7 @@ def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
             out[p + 5] += z
 
 
-@kernel
+@indirect(void(REAL, REAL, VECTOR, VECTOR, MODEL, VECTOR, VECTOR))
 def keep_momentum(t, h, y, P, model, spare, kept):
     """Give an isolated system at the end of a step the angular momentum that its loads have left it.
 
@@ -409,7 +365,7 @@ def keep_momentum(t, h, y, P, model, spare, kept):
     rest is taken back by a turn of the whole about its centre of mass, I w = H0 + h (T0 + T1)/2 - H1, which no joint or
     contact between its parts feels, and which is of third order in a step. Not where something is held from outside.
     """
-    n_q, n_v = model.info[0].nq, model.info[0].nv
+    n_q, n_v = model.info.nq, model.info.nv
     if not is_isolated(t, model):
         kept[0] = math.nan
         return

@@ -6,21 +6,23 @@ what wound thread adds to a body's mass and forces is as in `evolvent.flow.rhs`.
 
 import math
 
-from evolvent.flow.implicit import MARKER_LOADS, SPOOLS, SPRINGS, energies, residual, tangent
+from numba import types, void
+
 from evolvent.flow.inventory import thread_inventory
-from evolvent.jit import inlined, kernel
+from evolvent.flow.powers import MARKER_LOADS, SPOOLS, SPRINGS
+from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid, thread
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_product, add_turning, side_columns
 from evolvent.kernels.rotations import turn, turn_back
-from evolvent.model import ELASTIC, KINETIC
+from evolvent.model import ELASTIC, KINETIC, MODEL
 
 
-@kernel
-def residual_with_threads(t, y, a, la, step, factor, model, r, powers):
-    """As `implicit.residual`."""
-    residual(t, y, a, la, step, factor, model, r, powers)
+@indirect(void(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR, VECTOR))
+def add_thread_residual(t, y, a, step, model, r, powers):
+    """Add threads to a residual (`implicit.residual`) that has everything else."""
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, place, gravity = model.info[0].nq, f.switches, f.place, model.info[0].gravity
+    n_q, s, place, gravity = model.info.nq, f.switches, f.place, model.info.gravity
     for b in range(bodies.size):  # forces and masses of threads alone
         bodies[b].J = 0.0
         for i in range(6):
@@ -28,17 +30,15 @@ def residual_with_threads(t, y, a, la, step, factor, model, r, powers):
             bodies[b].F[i] = 0.0
             for j in range(6):
                 bodies[b].M[i, j] = 0.0
-    thread.reels(t, y, s, threads, bodies, model.parameters)
-    powers[MARKER_LOADS] += thread.carry_wound(s, threads, nodes, bodies, gravity)
+    thread.reels(t, y, s, model)
+    powers[MARKER_LOADS] += thread.carry_wound(s, model)
     loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
     dy = model.dy[0]
     for p in range(threads.size):
         if loaded:
             thread.spring_points(y, s, threads, nodes, p)
-            powers[MARKER_LOADS] += thread.node_loads(
-                t, s, threads, nodes, bodies, model.loads, gravity, model.parameters, model.scratch, p
-            )
-        lost, given = thread.spring_thread(y, s, threads, nodes, bodies, p, loaded, dy)
+            powers[MARKER_LOADS] += thread.node_loads(t, s, model, p)
+        lost, given = thread.spring_thread(y, s, model, p, loaded, dy)
         powers[SPRINGS] += lost
         powers[SPOOLS] += given
         v = threads[p].iv
@@ -51,13 +51,16 @@ def residual_with_threads(t, y, a, la, step, factor, model, r, powers):
         f.strands[nodes.size, 0] = t
     for b in range(bodies.size):
         _add_body_rows(a, n_q, bodies, place, b, r)
-    powers[SPOOLS] += thread.carry_power(s, threads, nodes, bodies)
+    powers[SPOOLS] += thread.carry_power(s, model)
     for b in range(bodies.size):
         for i in range(6):
             bodies[b].F[i] += bodies[b].L[0, i]
 
 
-@kernel
+_I = types.int64
+
+
+@inlined
 def _note_segments(t, y, step, model, p):
     """Fill `Flexible.strands` of thread p.
 
@@ -120,12 +123,11 @@ def _add_body_rows(a, n_q, bodies, place, b, r):
         r[place[at + 5]] += z
 
 
-@kernel
-def tangent_with_threads(t, y, la, c_mass, c_rate, scale, model, matrix):
-    """As `implicit.tangent`; how the wound mass's own inertial forces change is left out."""
-    tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
+@indirect(void(VECTOR, REAL, REAL, MODEL, BORDERED))
+def add_thread_tangent(y, c_mass, c_rate, model, matrix):
+    """Add threads to a tangent; how the inertial forces of wound mass change is left out."""
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, place = model.info[0].nq, f.switches, f.place
+    n_q, s, place = model.info.nq, f.switches, f.place
     m = matrix.A.shape[1]
     for p in range(threads.size):
         q, v = threads[p].iq, threads[p].iv
@@ -167,13 +169,13 @@ def tangent_with_threads(t, y, la, c_mass, c_rate, scale, model, matrix):
                     add_entry(matrix, at + 3 + i, at + 3 + j, c_mass * corner)
 
 
-@kernel
+@indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, BORDERED))
 def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
     """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
 
     Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body bears all copies.
     """
-    bodies, threads, f = model.bodies, model.threads, model.flexible
+    threads, f = model.threads, model.flexible
     place, Ja, Jb = f.place, f.J[0], f.J[1]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     if length > thread.TINY:
@@ -189,14 +191,14 @@ def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q,
     K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
     K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
     local = threads[p].departure
-    a, n = side_columns(bodies, place, n_q, ON_COORDINATES, -1, outer, local, True, Ja)
-    b, m = side_columns(bodies, place, n_q, ON_BODY, body, -1, local, True, Jb)
+    a, n = side_columns(model, ON_COORDINATES, -1, outer, local, True, Ja)
+    b, m = side_columns(model, ON_BODY, body, -1, local, True, Jb)
     add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
     add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
     add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -copies)
     add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, copies)
     T = -copies * tension
-    add_turning(matrix, bodies, place, n_q, body, local, T * ex, T * ey, T * ez)
+    add_turning(matrix, model, body, local, T * ex, T * ey, T * ez)
 
 
 @inlined
@@ -214,10 +216,9 @@ def _add_link(matrix, outer, inner, ex, ey, ez, k, across):
             B[i, 2 * m + j] -= value
 
 
-@kernel
-def energies_with_threads(t, y, model, out):
-    """As `implicit.energies`, after a residual of the same state."""
-    energies(t, y, model, out)
+@indirect(void(VECTOR, MODEL, VECTOR))
+def add_thread_energies(y, model, out):
+    """Add threads to energies (`implicit.energies`), after a residual of the same state."""
     sums = model.sums[0]
     for i in range(sums.size):
         sums[i] = 0.0

@@ -1,20 +1,24 @@
 """Impulses: what jumps when a force acts for no time, all constraints answering."""
 
-from evolvent.jit import kernel
+from numba import types, void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, kernel
 from evolvent.kernels import joints, rigid, thread
 from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def prepare(t, y, s, model):
     """Kinematics, masses and factors for an impulse; forces and rows' right-hand sides are cleared.
 
     A node that is leaving its spool is at Q and moves with it; it no longer belongs to the thread wound.
     """
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    rigid.kinematics(t, y, bodies)
-    thread.reels(t, y, s, threads, bodies, model.parameters)
-    thread.carry_wound(s, threads, nodes, bodies, model.info[0].gravity)
+    rigid.kinematics(t, y, model)
+    if threads.size > 0:
+        thread.reels(t, y, s, model)
+        thread.carry_wound(s, model)
     for p in range(threads.size):
         if threads[p].leaving > 0.0:
             d = threads[p].d
@@ -46,7 +50,7 @@ def strike(model, p, fx, fy, fz, couple):
         F[3 + c] += k * couple[c]
 
 
-@kernel
+@indirect(void(VECTOR, INTEGERS, MODEL))
 def impulse(y, s, model):
     """Let every constraint answer the impulses in the bodies' wrenches and the points' forces; velocities jump.
 
@@ -67,7 +71,7 @@ def impulse(y, s, model):
             kick_chain(y, s, model, k)
 
 
-@kernel
+@indirect(void(VECTOR, INTEGERS, MODEL, types.int64))
 def kick_chain(y, s, model, p):
     """Jumps of the tangents' rates of an inextensible thread from the impulsive tensions T."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes

@@ -1,14 +1,16 @@
 """Energy and momentum of a state."""
 
 import numpy as np
+from numba import types, void
 
-from evolvent.jit import kernel
+from evolvent.flow.penalties import add_flexible_inventory
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid, springs, thread
 from evolvent.kernels.rotations import cross, turn
-from evolvent.model import ELASTIC, H_BODY, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, N_INVENTORY, P_ALL
+from evolvent.model import ELASTIC, H_BODY, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
 
-@kernel
+@inlined
 def add_momentum(out, at, mass, x, y, z, vx, vy, vz):
     """Angular momentum of a point mass about the inertial origin into out[at : at + 3]."""
     hx, hy, hz = cross(x, y, z, mass * vx, mass * vy, mass * vz)
@@ -17,7 +19,7 @@ def add_momentum(out, at, mass, x, y, z, vx, vy, vz):
     out[at + 2] += hz
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def inventory(t, y, s, model, out):
     """Energies and momenta of a state.
 
@@ -32,8 +34,9 @@ def inventory(t, y, s, model, out):
     bodies, points, threads = model.bodies, model.points, model.threads
     for i in range(out.size):
         out[i] = 0.0
-    rigid.kinematics(t, y, bodies)
-    thread.reels(t, y, s, threads, bodies, model.parameters)
+    rigid.kinematics(t, y, model)
+    if threads.size > 0:
+        thread.reels(t, y, s, model)
     for b in range(bodies.size):
         wx, wy, wz = bodies[b].w[0], bodies[b].w[1], bodies[b].w[2]
         if bodies[b].motion == rigid.SPIN:
@@ -60,12 +63,15 @@ def inventory(t, y, s, model, out):
         add_momentum(out, H_BODY, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
         for c in range(3):
             out[P_ALL + c] += m * y[v + c]
-    out[ELASTIC] += springs.springs_energy(y, model.springs, model.markers, points, bodies)
+    if model.springs.size > 0:
+        out[ELASTIC] += springs.springs_energy(y, model)
     for p in range(threads.size):
         thread_inventory(y, s, model, p, out)
+    if model.flexible.beams.size > 0 or model.flexible.joints.size > 0:
+        add_flexible_inventory(t, y, model, out)
 
 
-@kernel
+@indirect(void(VECTOR, INTEGERS, MODEL, types.int64, VECTOR))
 def thread_inventory(y, s, model, p, out):
     """Add thread p, released and wound, to `out` (see `inventory`)."""
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
@@ -74,7 +80,7 @@ def thread_inventory(y, s, model, p, out):
     if threads[p].kind == thread.SPRINGS:
         thread.spring_points(y, s, threads, nodes, p)
     else:
-        thread.chain_points(y, s, threads, nodes, p)
+        thread.chain_points(y, s, model, p)
     part = model.sums[1]  # momenta of this thread, then summed over its copies
     for i in range(N_INVENTORY):
         part[i] = 0.0
@@ -116,7 +122,7 @@ def thread_inventory(y, s, model, p, out):
         out[at + 2] += axial * nz
 
 
-@kernel
+@inlined
 def wound_inventory(s, model, p, out):
     """Add the wound part of thread p, a ring about the spool's axis (see `thread.carry_wound`), to `out`."""
     threads, bodies = model.threads, model.bodies

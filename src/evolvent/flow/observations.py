@@ -5,11 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import types, void
 
-from evolvent.jit import kernel
+from evolvent import jit
+from evolvent.flow import needs
+from evolvent.flow.inventory import inventory
+from evolvent.flow.rhs import rhs
+from evolvent.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.kernels import thread
 from evolvent.kernels.rotations import cross
-from evolvent.model import N_INVENTORY, Model
+from evolvent.model import MODEL, N_INVENTORY, Model
 
 
 class Observations(NamedTuple):
@@ -36,16 +41,21 @@ class Observations(NamedTuple):
     inventory: np.ndarray
 
 
-@kernel
-def fill_observations(rhs1, inventory1, times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums):
-    """Fill `Observations`, all but the first six arguments, from the states Y, S at `times`."""
+_3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
+
+
+@indirect(
+    void(VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D, MATRIX)
+)
+def fill_observations(times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums):
+    """Fill `Observations`, all but the first four arguments, from the states Y, S at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
-        rhs1[0](times[n], Y[n], S[n], model, model.dy[0])
+        rhs(times[n], Y[n], S[n], model, model.dy[0])
         for p in range(threads.size):
             for i in range(S[n, p]):
                 tension[n, threads[p].node + i] = nodes[threads[p].node + i].tension
-        inventory1[0](times[n], Y[n], S[n], model, sums[n])
+        inventory(times[n], Y[n], S[n], model, sums[n])
         for p in range(threads.size):
             first, b = threads[p].node, threads[p].body
             spool[n, p, 0] = threads[p].phi
@@ -86,3 +96,25 @@ def empty_observations(model: Model, n_t: int) -> Observations:
         np.zeros((n_t, n_b, 3)),
         np.zeros((n_t, N_INVENTORY)),
     )
+
+
+def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observations:
+    """Evaluate all quantities at the samples of a run.
+
+    Parameters
+    ----------
+    model : Model
+    t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
+    """
+    out = empty_observations(model, t.size)
+    jit.load((*needs.explicit(model), fill_observations))
+    fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
+    return out
+
+
+def state_sums(model: Model, t: float, y: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Energies and momenta of one state: (N_INVENTORY,) float, see `evolvent.flow.inventory`."""
+    out = np.empty(N_INVENTORY)
+    needs.load_explicit(model)
+    inventory(t, y, s, model, out)
+    return out

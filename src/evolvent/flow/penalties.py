@@ -3,9 +3,9 @@
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
 
-from evolvent.flow.inventory import inventory
-from evolvent.flow.projection import project
-from evolvent.jit import kernel
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import couplings, flexible, rigid, touch
 from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.model import (
@@ -17,13 +17,14 @@ from evolvent.model import (
     H_BODY,
     IMPULSE,
     KINETIC,
+    MODEL,
     N_ACCOUNTS,
     P_ALL,
     RELEASE,
 )
 
 
-@kernel
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL, VECTOR))
 def add_flexible_forces(t, y, model, dy):
     """Forces of beams, contacts, hinges and penalties: onto bodies and points, and into F and P of `Flexible`.
 
@@ -35,7 +36,7 @@ def add_flexible_forces(t, y, model, dy):
     -------
     dissipated, given : float, W, powers taken by damping and given by loads
     """
-    n_q, n_v, f, bodies, points = model.info[0].nq, model.info[0].nv, model.flexible, model.bodies, model.points
+    n_q, n_v, f, points = model.info.nq, model.info.nv, model.flexible, model.points
     F, P = f.F, f.P
     for i in range(n_v):
         F[i] = 0.0
@@ -43,26 +44,28 @@ def add_flexible_forces(t, y, model, dy):
     by_mass = by_stiffness = by_contact = by_couplings = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.cells.size > 0:
-        by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], n_q, f, F)
+        by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], model, F)
         for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
             at = f.beams[k].iv - n_q
             for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
                 P[i] = f.G[i]
-        flexible.add_pushes(t, y, n_q, f, 1.0, P)
+        if f.pushes.size > 0:
+            flexible.add_pushes(t, y, 1.0, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
-        touch.add_contacts(y, -1.0, n_q, f, bodies, F)
+        if f.cylinders.size > 0:
+            touch.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             by_contact += f.cylinders[k].power
             dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.hinges.size > 0:
-        _, by_couplings = couplings.add_hinges(y, n_q, f, bodies, F)
+        _, by_couplings = couplings.add_hinges(y, model, F)
     for k in range(f.joints.size):
         if is_held(t, f.joints, k):
-            couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
+            couplings.joint_geometry(t, y, k, model)
             gap, rate = f.joints[k].gap, f.joints[k].rate
             stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
-            couplings.add_joint_force(k, stiffness * gap + damping * rate, n_q, f, bodies, F)
+            couplings.add_joint_force(k, stiffness * gap + damping * rate, model, F)
             by_couplings += damping * rate * rate
     if f.joints.size > 0:
         for i in range(points.size):
@@ -76,16 +79,16 @@ def add_flexible_forces(t, y, model, dy):
     return by_mass + by_stiffness + by_contact + by_couplings, given
 
 
-@kernel
+@inlined
 def is_held(t, joints, k):
     """Whether penalty k still acts; a step that starts when it lets go does without it."""
     return t < joints[k].until
 
 
-@kernel
+@indirect(void(VECTOR, MODEL, VECTOR))
 def flexible_rates(y, model, dy):
     """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
-    n_q, f = model.info[0].nq, model.flexible
+    n_q, f = model.info.nq, model.flexible
     row = 0
     for k in range(f.beams.size):
         iq, iv = f.beams[k].iq, f.beams[k].iv
@@ -102,42 +105,39 @@ def flexible_rates(y, model, dy):
         row += n
 
 
-@kernel
-def whole_inventory(t, y, s, model, out):
-    """As `inventory`, with beams, contacts, hinges and penalties (the beams' momenta are those of bodies)."""
-    inventory(t, y, s, model, out)
-    n_q, f, bodies = model.info[0].nq, model.flexible, model.bodies
-    F = f.F
+@indirect(void(REAL, VECTOR, MODEL, VECTOR))
+def add_flexible_inventory(t, y, model, out):
+    """Add beams, contacts, hinges and penalties to an inventory (the beams' momenta are those of bodies)."""
+    f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0
     if f.cells.size > 0:
         part = model.sums[1]
         for i in range(3):
             part[i] = 0.0
-        flexible.beam_energies(y, f, part)
+        flexible.beam_energies(y, model, part)
         out[KINETIC] += part[0]
         out[ELASTIC] += part[1]
-        flexible.beam_momenta(y, f, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
-        touch.add_contacts(y, -1.0, n_q, f, bodies, F)
+        flexible.beam_momenta(y, model, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
+        if f.cylinders.size > 0:
+            touch.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
     if f.hinges.size > 0:
-        energy, _ = couplings.add_hinges(y, n_q, f, bodies, F)
+        energy, _ = couplings.add_hinges(y, model, F)
         out[ELASTIC] += energy
     for k in range(f.joints.size):
         if is_held(t, f.joints, k):
-            couplings.joint_geometry(t, y, k, f, bodies, model.parameters)
+            couplings.joint_geometry(t, y, k, model)
             out[ELASTIC] += 0.5 * f.joints[k].stiffness * f.joints[k].gap * f.joints[k].gap
 
 
-@kernel
-def whole_project(t, y, s, model):
-    """As `project`; and the strain of penalties that let go at t leaves the account."""
-    joints, account = model.flexible.joints, model.info[0].nq + model.info[0].nv + RELEASE
-    changed = project(t, y, s, model)
+@indirect(void(REAL, VECTOR, MODEL))
+def release_penalties(t, y, model):
+    """Take the strain energy of penalties that are released at t out of the energy balance."""
+    joints, account = model.flexible.joints, model.info.nq + model.info.nv + RELEASE
     for k in range(joints.size):
         if t == joints[k].until:
-            rigid.kinematics(t, y, model.bodies)
-            couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+            rigid.kinematics(t, y, model)
+            couplings.joint_geometry(t, y, k, model)
             y[account] -= 0.5 * joints[k].stiffness * joints[k].gap * joints[k].gap
-    return changed

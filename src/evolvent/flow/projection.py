@@ -1,12 +1,15 @@
 """Back onto the constraints after a step."""
 
 import numpy as np
+from numba import types, void
 
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.jit import kernel
+from evolvent.flow.penalties import release_penalties
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import joints, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
+from evolvent.model import MODEL
 
 
 @kernel
@@ -22,7 +25,7 @@ def is_corrected(model):
     return found
 
 
-@kernel
+@indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
 def project(t, y, s, model):
     """Bring the state back onto its constraints; returns 1 if that changed it more than round-off of a rate.
 
@@ -49,13 +52,16 @@ def project(t, y, s, model):
             for c in range(3):
                 y[v + c] -= along * y[q + c]
                 y[q + c] *= scale
-    if model.links.size == 0 and model.guides.size == 0:
-        return 0
-    project_links(t, y, s, model)
-    return 1
+    changed = 0
+    if model.links.size > 0 or model.guides.size > 0:
+        project_links(t, y, s, model)
+        changed = 1
+    if model.flexible.joints.size > 0:
+        release_penalties(t, y, model)
+    return changed
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def project_links(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with links or guides."""
     rows, points, bodies = model.rows, model.points, model.bodies
@@ -66,11 +72,11 @@ def project_links(t, y, s, model):
             model.la[r] = 0.0
             if rows[r].kind == joints.LINK:
                 k = rows[r].index
-                geometry = joints.link_geometry(y, model.links, model.markers, points, bodies, k)
+                geometry = joints.link_geometry(y, model, k)
                 model.la[r] = geometry[0] - model.links[k].length
             elif rows[r].kind == joints.GUIDE:
                 model.la[r] = -joints.guide_geometry(model.guides, bodies, rows[r].index)[0]
-        banded_ldl_solve(model.A, n, model.info[0].bandwidth, model.la)
+        banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
         for r in range(n):
             if rows[r].kind == joints.THREAD:
                 continue
@@ -89,13 +95,13 @@ def project_links(t, y, s, model):
     for r in range(n):
         if rows[r].kind == joints.LINK:
             k = rows[r].index
-            rows[r].rx = joints.link_geometry(y, model.links, model.markers, points, bodies, k)[1]
+            rows[r].rx = joints.link_geometry(y, model, k)[1]
         elif rows[r].kind == joints.GUIDE:
             rows[r].rx = -joints.guide_geometry(model.guides, bodies, rows[r].index)[1]
     impulse(y, s, model)
 
 
-@kernel
+@inlined
 def shift_body(y, bodies, b):
     """Move body b by the small displacement twist bodies[b].a."""
     q, a = bodies[b].iq, bodies[b].a

@@ -2,29 +2,29 @@
 
 import math
 
+from numba import void
+
 from evolvent.flow.penalties import add_flexible_forces, flexible_rates
-from evolvent.jit import inlined, kernel
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import joints, loads, rigid, springs, thread
-from evolvent.model import DISSIPATED, DRIVE, LOAD, SPOOL
+from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
-@kernel
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def rhs(t, y, s, model, dy):
     """State derivative dy : (ny,) at time t of the state y, s; leaves tensions in the nodes and in la.
 
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
+    flexible = model.flexible.beams.size > 0 or model.flexible.joints.size > 0
+    if flexible:
+        lost, given = add_flexible_forces(t, y, model, dy)
+        dissipated += lost
+        load_power += given
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
-
-
-@kernel
-def flexible_rhs(t, y, s, model, dy):
-    """As `rhs`, of a model with beams or penalties (a function of its own: threads alone need not compile those)."""
-    dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
-    lost, given = add_flexible_forces(t, y, model, dy)
-    accelerate(y, s, model, dissipated + lost, load_power + given, spool_power, loaded, dy)
-    flexible_rates(y, model, dy)
+    if flexible:
+        flexible_rates(y, model, dy)
 
 
 @inlined
@@ -33,12 +33,12 @@ def apply_forces(t, y, s, model, dy):
 
     Returns the powers dissipated, of loads and of spools (W), and whether threads' nodes bear loads.
     """
-    bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
-    info = model.info[0]
+    bodies, points, threads = model.bodies, model.points, model.threads
+    info = model.info
     info.step = math.inf
     for i in range(y.size):
         dy[i] = 0.0
-    rigid.kinematics(t, y, bodies)
+    rigid.kinematics(t, y, model)
     for i in range(points.size):
         for c in range(3):
             points[i].f[c] = 0.0
@@ -47,25 +47,25 @@ def apply_forces(t, y, s, model, dy):
     load_power = 0.0
     if falls:
         load_power += loads.weight(y, bodies, points, gravity)
-    dissipated, law_power = springs.spring_forces(t, y, model.springs, model.markers, points, bodies, model.parameters)
-    load_power += law_power
-    load_power += loads.concentrated_loads(t, y, model.loads, model.markers, points, bodies, model.parameters)
-    spool_power = 0.0
+    dissipated = spool_power = 0.0
+    if model.springs.size > 0:
+        dissipated, law_power = springs.spring_forces(t, y, model)
+        load_power += law_power
+    if model.loads.size > 0:
+        load_power += loads.concentrated_loads(t, y, model)
     loaded = falls or model.loads.size > 0
-    thread.reels(t, y, s, threads, bodies, model.parameters)
-    load_power += thread.carry_wound(s, threads, nodes, bodies, gravity)
+    if threads.size > 0:
+        thread.reels(t, y, s, model)
+        load_power += thread.carry_wound(s, model)
     for p in range(threads.size):
-        if threads[p].kind == thread.SPRINGS:
-            if loaded:
-                thread.spring_points(y, s, threads, nodes, p)
-        elif loaded:
-            thread.chain_points(y, s, threads, nodes, p)
         if loaded:
-            load_power += thread.node_loads(
-                t, s, threads, nodes, bodies, model.loads, gravity, model.parameters, model.scratch, p
-            )
+            if threads[p].kind == thread.SPRINGS:
+                thread.spring_points(y, s, threads, model.nodes, p)
+            else:
+                thread.chain_points(y, s, model, p)
+            load_power += thread.node_loads(t, s, model, p)
         if threads[p].kind == thread.SPRINGS:
-            d, power = thread.spring_thread(y, s, threads, nodes, bodies, p, loaded, dy)
+            d, power = thread.spring_thread(y, s, model, p, loaded, dy)
             dissipated += d
             spool_power += power
     return dissipated, load_power, spool_power, loaded
@@ -75,7 +75,7 @@ def apply_forces(t, y, s, model, dy):
 def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     """Accelerations of bodies, points and threads of fixed segments under what has been applied, and the accounts."""
     bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
-    info = model.info[0]
+    info = model.info
     n_v = info.nq + info.nv
     rigid.factorise(bodies)
     for b in range(bodies.size):
@@ -89,9 +89,10 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
         joints.solve_rows(s, model)
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:
-                spool_power += thread.chain_rates(y, s, threads, nodes, bodies, p, loaded, dy)
+                spool_power += thread.chain_rates(y, s, model, p, loaded, dy)
                 info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
-    spool_power += thread.carry_power(s, threads, nodes, bodies)
+    if threads.size > 0:
+        spool_power += thread.carry_power(s, model)
     drive_power = 0.0
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)

@@ -9,11 +9,13 @@ Inner unknowns z of the border stand for a product that lies outside the blocks:
 """
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from numba import types, void
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import ADDRESSES, VECTOR, indirect, inlined
+from evolvent.pointer import Struct, array, shared
 
 #: What `factor` returns where a block is singular or not finite.
 SINGULAR = -1
@@ -25,7 +27,7 @@ TINY_BORDER = 1e-10
 BORDER, DEFERRED, RANK, ROWS, INNER = range(5)
 
 
-class Bordered(NamedTuple):
+class Bordered(Struct):
     """The matrix before, and its factors after `factor`.
 
     Attributes
@@ -42,21 +44,27 @@ class Bordered(NamedTuple):
     deferred : (spare,) int, unknowns whose pivots went to the border
     counts : (5,) int, k, deferred pivots, rank of the corner, rows that the border reaches, inner unknowns
     quality : (1,) float, smallest pivot beside the largest entry of its column
+    addresses : of functions that compiled code calls by address
     """
 
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    E: np.ndarray
-    pivots: np.ndarray
-    order: np.ndarray
-    scale: np.ndarray
-    work: np.ndarray
-    column: np.ndarray
-    loose: np.ndarray
-    deferred: np.ndarray
-    counts: np.ndarray
-    quality: np.ndarray
+    A: np.ndarray = array(3)
+    B: np.ndarray = array(2)
+    C: np.ndarray = array(2)
+    E: np.ndarray = array(2)
+    pivots: np.ndarray = array(2, np.int64)
+    order: np.ndarray = array(2, np.int64)
+    scale: np.ndarray = array(2)
+    work: np.ndarray = array(2)
+    column: np.ndarray = array(1)
+    loose: np.ndarray = array(1)
+    deferred: np.ndarray = array(1, np.int64)
+    counts: np.ndarray = array(1, np.int64)
+    quality: np.ndarray = array(1)
+    addresses: np.ndarray = shared(ADDRESSES)
+
+
+#: The type of a matrix in signatures of compiled functions.
+BORDERED = Bordered._numba_type_
 
 
 def bordered(n: int, m: int, k: int, *, spare: int = 0, inner: int = 0) -> Bordered:
@@ -84,7 +92,7 @@ def bordered(n: int, m: int, k: int, *, spare: int = 0, inner: int = 0) -> Borde
     )
 
 
-@kernel
+@indirect(void(BORDERED))
 def clear(matrix):
     """Set all entries to zero."""
     A, B, C, E = matrix.A, matrix.B, matrix.C, matrix.E
@@ -112,13 +120,18 @@ def inner(matrix, count):
     return q
 
 
+def functions() -> list[Any]:
+    """Functions that are called by address."""
+    return [clear, factor, solve, _loose_row, _defer, _border, _factor_corner, _solve_corner]
+
+
 @inlined
 def _width(matrix):
     """Unknowns of the border: given, inner and deferred ones."""
     return matrix.counts[BORDER] + matrix.counts[INNER] + matrix.counts[DEFERRED]
 
 
-@kernel
+@indirect(types.int64(BORDERED))
 def factor(matrix):
     """LU of a `Bordered` matrix in place; returns the number of redundant border unknowns, or SINGULAR.
 
@@ -222,7 +235,7 @@ def _column_sizes(X, column, m):
             column[c] = max(column[c], abs(X[r, m + c]))
 
 
-@kernel
+@indirect(types.int64(BORDERED, types.int64, types.int64, types.int64))
 def _loose_row(matrix, i, k, m):
     """Place of the row of block i to go with the vanishing pivot k: one that others imply, never one that is needed.
 
@@ -257,7 +270,7 @@ def _original(matrix, i, k, row):
     return row
 
 
-@kernel
+@indirect(types.boolean(BORDERED, types.int64, types.int64, types.int64))
 def _defer(matrix, i, k, m):
     """Raise the vanishing pivot k of block i and take its unknown to the border; returns False where that is full."""
     X, counts = matrix.A[i], matrix.counts
@@ -290,7 +303,7 @@ def _is_zero(X, first, last, width):
     return True
 
 
-@kernel
+@indirect(void(BORDERED, types.int64))
 def _border(matrix, i):
     """Eliminate block i from the border: B = l^-1 P (B - V B'), C = u^-T (C - W'^T C'), E = E - C^T B."""
     A, B, C, E = matrix.A, matrix.B, matrix.C, matrix.E
@@ -345,7 +358,7 @@ def _border(matrix, i):
                         E[p, q] -= f * B[r, q]
 
 
-@kernel
+@indirect(types.int64(BORDERED))
 def _factor_corner(matrix):
     """Scale the corner and factor it by complete pivoting; returns the number of redundant unknowns, or SINGULAR."""
     E, order, counts = matrix.E, matrix.order, matrix.counts
@@ -423,7 +436,7 @@ def _equilibrate(matrix, width):
     return True
 
 
-@kernel
+@indirect(void(BORDERED, VECTOR))
 def solve(matrix, x):
     """Solve with the factors: x : (n m + k,) holds the right-hand side, then the solution; redundant unknowns are 0."""
     m = matrix.A.shape[1]
@@ -488,7 +501,7 @@ def _backward(A, x, m):
             b[r] = s * X[r, m + r]
 
 
-@kernel
+@indirect(void(BORDERED, VECTOR))
 def _solve_corner(matrix, x):
     """Border unknowns y from E y = g - C^T x, and x - B y."""
     B, C, E, order, scale, counts = matrix.B, matrix.C, matrix.E, matrix.order, matrix.scale, matrix.counts

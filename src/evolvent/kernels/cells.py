@@ -5,104 +5,140 @@ Arguments are those of `kernels.ancf` and `kernels.cable`; what a kind does not 
 
 from typing import Any, NamedTuple
 
-from evolvent.jit import kernel
+from numba import void
+
+from evolvent.jit import MATRIX, REAL, VECTOR, indirect
 from evolvent.kernels import ancf, cable
+
+_FORCE = REAL(VECTOR, VECTOR, REAL, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR)
+_TANGENT = void(VECTOR, VECTOR, REAL, REAL, MATRIX, VECTOR, MATRIX, VECTOR, MATRIX)
+_ENERGY = REAL(VECTOR, MATRIX, VECTOR, REAL, VECTOR)
 
 
 class Functions(NamedTuple):
-    """Functions of one kind of element, for `evolvent.jit.address`."""
+    """Functions of one kind of element, called by address."""
 
     force: Any
     tangent: Any
     energy: Any
 
 
-@kernel
+@indirect(_FORCE)
 def cable_force(e, u, b, H, h, B, work, f):
     """An elastic cable."""
     cable.cable_force(e, H, h, work, f)
     return 0.0
 
 
-@kernel
+@indirect(_TANGENT)
 def cable_tangent(e, u, b, c, H, h, B, work, K):
     """An elastic cable."""
     cable.cable_tangent(e, H, h, work, K)
 
 
-@kernel
+@indirect(_FORCE)
 def damped_cable_force(e, u, b, H, h, B, work, f):
     """A cable with objective damping of membrane and bending."""
     return cable.cable_damped_force(e, u, b, H, h, work, f) + cable.add_bending_damping(e, u, b, B, f)
 
 
-@kernel
+@indirect(_TANGENT)
 def damped_cable_tangent(e, u, b, c, H, h, B, work, K):
     """A cable with objective damping of membrane and bending."""
     cable.cable_damped_tangent(e, u, b, c, H, h, work, K)
     cable.add_bending_damping_tangent(e, u, b, c, B, K)
 
 
-@kernel
+@indirect(_FORCE)
 def paper_cable_force(e, u, b, H, h, B, work, f):
     """A cable with the paper's damping."""
     return cable.cable_paper_damped_force(e, u, b, H, h, work, f)
 
 
-@kernel
+@indirect(_TANGENT)
 def paper_cable_tangent(e, u, b, c, H, h, B, work, K):
     """A cable with the paper's damping."""
     cable.cable_paper_damped_tangent(e, u, b, c, H, h, work, K)
 
 
-@kernel
+@indirect(_FORCE)
 def beam_force(e, u, b, H, h, B, work, f):
     """An elastic beam."""
     ancf.beam_force(e, H, h, work, f)
     return 0.0
 
 
-@kernel
+@indirect(_TANGENT)
 def beam_tangent(e, u, b, c, H, h, B, work, K):
     """An elastic beam."""
     ancf.beam_tangent(e, H, h, work, K)
 
 
-@kernel
+@indirect(_FORCE)
 def damped_beam_force(e, u, b, H, h, B, work, f):
     """A beam with objective damping."""
     return ancf.beam_damped_force(e, u, b, H, h, work, f)
 
 
-@kernel
+@indirect(_TANGENT)
 def damped_beam_tangent(e, u, b, c, H, h, B, work, K):
     """A beam with objective damping."""
     ancf.beam_damped_tangent(e, u, b, c, H, h, work, K)
 
 
-@kernel
+@indirect(_FORCE)
 def paper_beam_force(e, u, b, H, h, B, work, f):
     """A beam with the paper's damping."""
     return ancf.beam_paper_damped_force(e, u, b, H, h, work, f)
 
 
-@kernel
+@indirect(_TANGENT)
 def paper_beam_tangent(e, u, b, c, H, h, B, work, K):
     """A beam with the paper's damping."""
     ancf.beam_paper_damped_tangent(e, u, b, c, H, h, work, K)
 
 
+@indirect(_FORCE)
+def stretch_force(e, u, b, H, h, B, work, f):
+    """A cable with engineering strain, damped or not."""
+    return cable.cable_stretch_force(e, u, b, H, h, B, work, f)
+
+
+@indirect(_TANGENT)
+def stretch_tangent(e, u, b, c, H, h, B, work, K):
+    """A cable with engineering strain, damped or not."""
+    cable.cable_stretch_tangent(e, u, b, c, H, h, B, work, K)
+
+
+@indirect(_ENERGY)
+def cable_energy(e, H, h, U0, work):
+    """Any cable but those with engineering strain."""
+    return cable.cable_energy(e, H, h, U0, work)
+
+
+@indirect(_ENERGY)
+def stretch_energy(e, H, h, U0, work):
+    """A cable with engineering strain."""
+    return cable.cable_stretch_energy(e, H, h, U0, work)
+
+
+@indirect(_ENERGY)
+def beam_energy(e, H, h, U0, work):
+    """Any beam."""
+    return ancf.beam_energy(e, H, h, U0, work)
+
+
 ELASTIC, OBJECTIVE, PAPER = "elastic", "objective", "paper"
 #: By kind of element and of damping.
 CABLES = {
-    ELASTIC: Functions(cable_force, cable_tangent, cable.cable_energy),
-    OBJECTIVE: Functions(damped_cable_force, damped_cable_tangent, cable.cable_energy),
-    PAPER: Functions(paper_cable_force, paper_cable_tangent, cable.cable_energy),
+    ELASTIC: Functions(cable_force, cable_tangent, cable_energy),
+    OBJECTIVE: Functions(damped_cable_force, damped_cable_tangent, cable_energy),
+    PAPER: Functions(paper_cable_force, paper_cable_tangent, cable_energy),
 }
-_STRETCH = Functions(cable.cable_stretch_force, cable.cable_stretch_tangent, cable.cable_stretch_energy)
+_STRETCH = Functions(stretch_force, stretch_tangent, stretch_energy)
 STRETCH_CABLES = {ELASTIC: _STRETCH, OBJECTIVE: _STRETCH}
 BEAMS = {
-    ELASTIC: Functions(beam_force, beam_tangent, ancf.beam_energy),
-    OBJECTIVE: Functions(damped_beam_force, damped_beam_tangent, ancf.beam_energy),
-    PAPER: Functions(paper_beam_force, paper_beam_tangent, ancf.beam_energy),
+    ELASTIC: Functions(beam_force, beam_tangent, beam_energy),
+    OBJECTIVE: Functions(damped_beam_force, damped_beam_tangent, beam_energy),
+    PAPER: Functions(paper_beam_force, paper_beam_tangent, beam_energy),
 }

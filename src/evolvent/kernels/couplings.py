@@ -7,11 +7,16 @@ are du over the side's unknowns: 3 coordinates; 6 of a free body (displacement, 
 
 import math
 
-from evolvent.jit import inlined, kernel
+from numba import types, void
+
+from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.feed import feed
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.model import MODEL
 
+_I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
 # a spinning body keeps to an angle
 PLACE, DIRECTION, DISTANCE, ANGLE = 0, 1, 2, 3
@@ -37,9 +42,10 @@ def side_vector(y, bodies, on, index, iq, iv, local, is_place):
     return x[0] + dx, x[1] + dy, x[2] + dz, v[0] + vx, v[1] + vy, v[2] + vz
 
 
-@kernel
-def side_columns(bodies, place, n_q, on, index, iv, local, is_place, J):
+@indirect(types.UniTuple(types.int64, 2)(MODEL, types.int64, types.int64, types.int64, VECTOR, types.boolean, MATRIX))
+def side_columns(model, on, index, iv, local, is_place, J):
     """Write the columns J of a side; returns its first unknown and their number."""
+    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
     for r in range(3):
         for c in range(6):
             J[r, c] = 0.0
@@ -107,7 +113,7 @@ def add_entry(matrix, i, j, value):
         matrix.E[i - n, j - n] += value
 
 
-@kernel
+@indirect(void(BORDERED, _I, _I, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, _I, _I, MATRIX, REAL))
 def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale):
     """Add scale J^T K L, K symmetric; rows of unknowns at, at + 1 ..., columns of unknowns bt, bt + 1 ..."""
     for c in range(m):
@@ -117,14 +123,15 @@ def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale)
             add_entry(matrix, at + r, bt + c, J[0, r] * kx + J[1, r] * ky + J[2, r] * kz)
 
 
-@kernel
-def add_turning(matrix, bodies, place, n_q, index, local, fx, fy, fz):
+@indirect(void(BORDERED, MODEL, _I, VECTOR, REAL, REAL, REAL))
+def add_turning(matrix, model, index, local, fx, fy, fz):
     """Add what a turn of a body changes in the generalised force of f . du, f fixed in inertial axes.
 
     Notes
     -----
     Of a free body d(local x R^T f) = local x (R^T f x dtheta).
     """
+    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
     motion = bodies[index].motion
     if motion == rigid.DRIVEN:
         return
@@ -155,8 +162,8 @@ def holds(t, joints, k):
     return t <= joints[k].until
 
 
-@kernel
-def joint_geometry(t, y, k, flexible, bodies, parameters):
+@indirect(void(REAL, VECTOR, types.int64, MODEL))
+def joint_geometry(t, y, k, model):
     """Fill the vectors u, gradients g, gap and rate of joint k at time t.
 
     Notes
@@ -165,7 +172,7 @@ def joint_geometry(t, y, k, flexible, bodies, parameters):
     body's angle less value and path. The path is radius phi of a feed, or for an INVOLUTE the place of the end of a
     taut thread of length `value` that has been wound by phi onto a circle, from the direction `zero` on.
     """
-    joints = flexible.joints
+    joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
     kind = joints[k].kind
     u, g = joints[k].u, joints[k].g
     phi, phi_rate = 0.0, 0.0
@@ -222,10 +229,10 @@ def joint_geometry(t, y, k, flexible, bodies, parameters):
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
 
 
-@kernel
-def add_joint_force(k, la, n_q, flexible, bodies, F):
+@indirect(REAL(types.int64, REAL, MODEL, VECTOR))
+def add_joint_force(k, la, model, F):
     """Generalised forces la g of joint k; its geometry is that of the last `joint_geometry`."""
-    joints = flexible.joints
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
     if joints[k].kind == ANGLE:
         F[joints[k].iv[1] - n_q] += la
         index = joints[k].index[1]
@@ -242,9 +249,10 @@ def add_joint_force(k, la, n_q, flexible, bodies, F):
     return 0.0
 
 
-@kernel
-def add_joint_tangent(k, la, row, scale, damped, n_q, flexible, bodies, matrix):
+@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, BORDERED))
+def add_joint_tangent(k, la, row, scale, damped, model, matrix):
     """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
+    flexible, n_q = model.flexible, model.info.nq
     joints, place = flexible.joints, flexible.place
     kind = joints[k].kind
     if kind == ANGLE:
@@ -254,12 +262,8 @@ def add_joint_tangent(k, la, row, scale, damped, n_q, flexible, bodies, matrix):
         return
     is_place = kind != DIRECTION
     Ja, Jb = flexible.J[0], flexible.J[1]
-    a, n = side_columns(
-        bodies, place, n_q, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja
-    )
-    b, m = side_columns(
-        bodies, place, n_q, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb
-    )
+    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
+    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
     for c in range(n):
         value = scale * (ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c])
@@ -275,7 +279,7 @@ def add_joint_tangent(k, la, row, scale, damped, n_q, flexible, bodies, matrix):
         if joints[k].on[side] == ON_BODY:
             g = joints[k].g[side]
             add_turning(
-                matrix, bodies, place, n_q, joints[k].index[side], joints[k].local[side],
+                matrix, model, joints[k].index[side], joints[k].local[side],
                 la * g[0], la * g[1], la * g[2],
             )  # fmt: skip
     if kind == DIRECTION:
@@ -335,15 +339,15 @@ def hinge_law(hinges, k, angle, rate):
     return torque + damping * rate, stiffness, damping, energy, damping * rate * rate
 
 
-@kernel
-def add_hinges(y, n_q, flexible, bodies, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL, VECTOR))
+def add_hinges(y, model, F):
     """Torques of all hinges; returns (energy, power dissipated).
 
     Notes
     -----
     With g = d(angle)/du of the slope u, a turn w of the body changes the angle by -(u x g) . w.
     """
-    hinges = flexible.hinges
+    hinges, bodies, n_q = model.flexible.hinges, model.bodies, model.info.nq
     energy = power = 0.0
     for k in range(hinges.size):
         _, _, p, q, (gx, gy, gz) = _hinge_geometry(y, hinges, bodies, k)
@@ -366,8 +370,8 @@ def add_hinges(y, n_q, flexible, bodies, F):
     return energy, power
 
 
-@kernel
-def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
+@indirect(void(VECTOR, REAL, MODEL, BORDERED))
+def add_hinge_tangents(y, c_rate, model, matrix):
     """Tangents of all hinges.
 
     Notes
@@ -375,6 +379,7 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
     With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
     is the slope's rate as seen from the body.
     """
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     hinges, place = flexible.hinges, flexible.place
     K = flexible.K12
     for k in range(hinges.size):
@@ -402,19 +407,19 @@ def add_hinge_tangents(y, n_q, flexible, bodies, c_rate, matrix):
         if bodies[body].motion != rigid.DRIVEN:
             local = flexible.e[2]
             local[0], local[1], local[2] = turn_back(bodies[body].R, ux, uy, uz)
-            body_columns(bodies, place, n_q, body, local, False, flexible.J[1])
+            body_columns(model, body, local, False, flexible.J[1])
             f = (torque * g[0], torque * g[1], torque * g[2])
-            add_relative(matrix, bodies, place, n_q, body, flexible.J[1], K, f, at, 1.0)
-            add_relative_body(matrix, bodies, place, n_q, body, False, flexible.J[1], K, f)
+            add_relative(matrix, model, body, flexible.J[1], K, f, at, 1.0)
+            add_relative_body(matrix, model, body, False, flexible.J[1], K, f)
 
 
 # ---------------------------------------------------------------------------------------------- forces seen from a body
 
 
 @inlined
-def body_columns(bodies, place, n_q, index, local, is_place, J):
+def body_columns(model, index, local, is_place, J):
     """`side_columns` of a body."""
-    return side_columns(bodies, place, n_q, ON_BODY, index, -1, local, is_place, J)
+    return side_columns(model, ON_BODY, index, -1, local, is_place, J)
 
 
 @inlined
@@ -426,8 +431,8 @@ def _turn_axis(bodies, index, motion, c):
     return 1.0 * (c == 3), 1.0 * (c == 4), 1.0 * (c == 5)
 
 
-@kernel
-def add_relative(matrix, bodies, place, n_q, index, J, K, f, row, share):
+@indirect(void(BORDERED, MODEL, _I, MATRIX, MATRIX, types.UniTuple(REAL, 3), _I, REAL))
+def add_relative(matrix, model, index, J, K, f, row, share):
     """Couple a vector of coordinates at `row` with a body on whose axes alone the force f on its vector depends.
 
     Parameters
@@ -442,6 +447,7 @@ def add_relative(matrix, bodies, place, n_q, index, J, K, f, row, share):
     A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
     du changes by R^T f x R^T du - local x R^T K du; local is u as seen from the body.
     """
+    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
     motion, R = bodies[index].motion, bodies[index].R
     at = place[bodies[index].iv - n_q]
     size = 1 if motion == rigid.SPIN else 6
@@ -466,9 +472,10 @@ def add_relative(matrix, bodies, place, n_q, index, J, K, f, row, share):
             add_entry(matrix, at + c, row + j, share * value)
 
 
-@kernel
-def add_relative_body(matrix, bodies, place, n_q, index, is_place, J, K, f):
+@indirect(void(BORDERED, MODEL, _I, types.boolean, MATRIX, MATRIX, types.UniTuple(REAL, 3)))
+def add_relative_body(matrix, model, index, is_place, J, K, f):
     """The body's own part of `add_relative`."""
+    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
     motion, R = bodies[index].motion, bodies[index].R
     at = place[bodies[index].iv - n_q]
     size = 1 if motion == rigid.SPIN else 6

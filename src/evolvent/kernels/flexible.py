@@ -6,9 +6,13 @@ motion have on their left: M a + F = 0, so a force that pushes is subtracted.
 
 import math
 
-from evolvent.jit import cell_energy_at, cell_force_at, cell_tangent_at, inlined, kernel
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, cell_energy_at, cell_force_at, cell_tangent_at, indirect, inlined, kernel
 from evolvent.kernels import ancf
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
 
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
@@ -38,8 +42,8 @@ def _add_inertia(M, n, alpha, x, u, f):
     return power
 
 
-@kernel
-def add_cells(y, a, n_q, flexible, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, MODEL, VECTOR))
+def add_cells(y, a, model, F):
     """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
 
     Parameters
@@ -47,11 +51,12 @@ def add_cells(y, a, n_q, flexible, F):
     y : (ny,) float, state
     a : (nv,) float, accelerations of the coordinates
     """
+    flexible, n_q = model.flexible, model.info.nq
     beams, cells, work = flexible.beams, flexible.cells, flexible.work
     by_mass = by_stiffness = 0.0
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        alpha, at, force = cells[k].alpha, iv - n_q, cell_force_at(cells[k].force)
+        alpha, at, force = cells[k].alpha, iv - n_q, cell_force_at(model.addresses[cells[k].force])
         n = 12 if beams[beam].kind == CABLE else 24
         e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
         for i in range(n):
@@ -67,13 +72,14 @@ def add_cells(y, a, n_q, flexible, F):
     return by_mass, by_stiffness
 
 
-@kernel
-def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
+@indirect(void(VECTOR, REAL, REAL, MODEL, BORDERED))
+def add_cell_tangents(y, c_mass, c_rate, model, matrix):
     """Add c_mass M + c_rate C + K of all elements to a `Bordered` matrix."""
+    flexible, n_q = model.flexible, model.info.nq
     beams, cells, place, work = flexible.beams, flexible.cells, flexible.place, flexible.work
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(cells[k].tangent)
+        beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(model.addresses[cells[k].tangent])
         factor = c_mass + c_rate * cells[k].alpha
         n = 12 if beams[beam].kind == CABLE else 24
         e, u = y[iq : iq + n], y[iv : iv + n]
@@ -98,13 +104,14 @@ def add_cell_tangents(y, n_q, flexible, c_mass, c_rate, matrix):
                 matrix.A[b + 1, r, m + c] += K[size + r, size + c]
 
 
-@kernel
-def beam_energies(y, flexible, out):
+@indirect(void(VECTOR, MODEL, VECTOR))
+def beam_energies(y, model, out):
     """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J."""
+    flexible = model.flexible
     beams, cells, work = flexible.beams, flexible.cells, flexible.work
     for k in range(cells.size):
         iq, iv, mass, form = cells[k].iq, cells[k].iv, cells[k].mass, cells[k].form
-        energy = cell_energy_at(cells[k].energy)
+        energy = cell_energy_at(model.addresses[cells[k].energy])
         if beams[cells[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
@@ -120,9 +127,10 @@ def beam_energies(y, flexible, out):
             out[1] += energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
 
 
-@kernel
-def beam_momenta(y, flexible, P, H):
+@indirect(void(VECTOR, MODEL, VECTOR, VECTOR))
+def beam_momenta(y, model, P, H):
     """Linear momentum P and angular momentum H about the inertial origin, (3,) each, added."""
+    flexible = model.flexible
     beams, cells = flexible.beams, flexible.cells
     for k in range(cells.size):
         iq, iv, mass = cells[k].iq, cells[k].iv, cells[k].mass
@@ -160,9 +168,10 @@ def strength(push, t):
     return push.value
 
 
-@kernel
-def add_gravity(gravity, n_q, flexible, P):
+@indirect(void(VECTOR, MODEL, VECTOR))
+def add_gravity(gravity, model, P):
     """Weight of all beams into the loads P."""
+    flexible, n_q = model.flexible, model.info.nq
     beams, cells = flexible.beams, flexible.cells
     for k in range(cells.size):
         at, mass = cells[k].iv - n_q, cells[k].mass
@@ -174,8 +183,8 @@ def add_gravity(gravity, n_q, flexible, P):
                 P[at + 3 * i + c] += m * gravity[c]
 
 
-@kernel
-def add_pushes(t, y, n_q, flexible, factor, P):
+@indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
+def add_pushes(t, y, factor, model, P):
     """All pushes at time t, times `factor`, into the loads P.
 
     Notes
@@ -183,6 +192,7 @@ def add_pushes(t, y, n_q, flexible, factor, P):
     FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
     beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
     """
+    flexible, n_q = model.flexible, model.info.nq
     beams, cells, pushes = flexible.beams, flexible.cells, flexible.pushes
     for k in range(pushes.size):
         value = factor * strength(pushes[k], t)

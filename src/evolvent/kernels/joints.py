@@ -6,12 +6,15 @@ or nothing. The rows that share a side are coupled; the coupled system A la = r 
 
 import math
 
-from evolvent.jit import inlined, kernel
+from numba import types, void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics
+from evolvent.model import MODEL
 
 THREAD, LINK, GUIDE = 0, 1, 2
 #: Kinds of guides.
@@ -42,8 +45,8 @@ def guide_geometry(guides, bodies, k):
     return gap, rate, m[0] * w[0] + m[1] * w[1] + m[2] * w[2], 0.0, 0.0, 0.0, n[0], n[1], n[2]
 
 
-@kernel
-def link_geometry(y, links, markers, points, bodies, k):
+@indirect(types.UniTuple(REAL, 12)(VECTOR, MODEL, types.int64))
+def link_geometry(y, model, k):
     """Length, its rate, direction from a to b, the points of attack, and the velocity term of link k.
 
     Notes
@@ -52,6 +55,7 @@ def link_geometry(y, links, markers, points, bodies, k):
     s + R (angle wrapped), s^2 = d^2 - R^2. The wrapped angle is the one, of all that differ by whole turns, that
     brings the length nearest to its set value. The velocity term is |v across|^2 / s (the free part's turning).
     """
+    links, markers, points, bodies = model.links, model.markers, model.points, model.bodies
     a, b = links[k].a, links[k].b
     ax, ay, az, avx, avy, avz = marker_kinematics(y, markers, points, bodies, a)
     bx, by, bz, bvx, bvy, bvz = marker_kinematics(y, markers, points, bodies, b)
@@ -90,20 +94,14 @@ def link_geometry(y, links, markers, points, bodies, k):
     return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / s
 
 
-@inlined
+@indirect(types.int64(VECTOR, INTEGERS, MODEL))
 def build_rows(y, s, model):
     """Directions, generalised directions J, responses Z and the factored matrix A of all rows.
 
     Returns -1, or the first row that the rows before it already imply.
     """
-    rows, threads, bodies, markers, points = (
-        model.rows,
-        model.threads,
-        model.bodies,
-        model.markers,
-        model.points,
-    )
-    width = model.info[0].bandwidth
+    rows, threads, bodies, points = model.rows, model.threads, model.bodies, model.points
+    width = model.info.bandwidth
     A = model.A
     for r in range(rows.size):
         k = rows[r].index
@@ -114,7 +112,7 @@ def build_rows(y, s, model):
         for c in range(width + 1):
             A[r, c] = 0.0
         if rows[r].kind == THREAD:
-            A[r, 0] = chain.chain_matrix(y, s, threads, model.nodes, k) * threads[k].copies
+            A[r, 0] = chain.chain_matrix(y, s, model, k) * threads[k].copies
             links, bound = chain.chain_links(s, threads, k)
             if not bound:
                 continue
@@ -139,7 +137,7 @@ def build_rows(y, s, model):
             J[0, 0], J[0, 1], J[0, 2] = held[3], held[4], held[5]
             J[0, 3], J[0, 4], J[0, 5] = held[6], held[7], held[8]
         else:
-            geometry = link_geometry(y, model.links, markers, points, bodies, k)
+            geometry = link_geometry(y, model, k)
             ex, ey, ez = geometry[2], geometry[3], geometry[4]
             rows[r].e[0], rows[r].e[1], rows[r].e[2] = ex, ey, ez
             for side in range(2):
@@ -174,20 +172,20 @@ def build_rows(y, s, model):
     return banded_ldl(A, rows.size, width)
 
 
-@inlined
+@indirect(void(VECTOR, INTEGERS, MODEL, types.boolean))
 def row_velocity_terms(y, s, model, loaded):
     """What the rows' accelerations need without any force: into rx (and rhs of the chains)."""
     rows, markers, bodies = model.rows, model.markers, model.bodies
     for r in range(rows.size):
         k = rows[r].index
         if rows[r].kind == THREAD:
-            value = chain.chain_rhs(y, s, model.threads, model.nodes, bodies, k, loaded)
+            value = chain.chain_rhs(y, s, model, k, loaded)
             rows[r].rx = value * model.threads[k].copies
             continue
         if rows[r].kind == GUIDE:
             rows[r].rx = -guide_geometry(model.guides, bodies, k)[2]
             continue
-        geometry = link_geometry(y, model.links, markers, model.points, bodies, k)
+        geometry = link_geometry(y, model, k)
         value = geometry[11]
         for side in range(2):
             b = rows[r].body[side]
@@ -203,7 +201,7 @@ def row_velocity_terms(y, s, model, loaded):
         rows[r].rx = value
 
 
-@inlined
+@indirect(void(INTEGERS, MODEL))
 def solve_rows(s, model):
     """Multipliers la from rx, the bodies' twists a; wrenches and points' forces f with them; chains included."""
     rows, bodies, points = model.rows, model.bodies, model.points
@@ -222,10 +220,10 @@ def solve_rows(s, model):
                     part += rows[r].e[c] * points[i].f[c] * points[i].compliance
             value += -part if side == 0 else part
         la[r] = value
-    banded_ldl_solve(model.A, n, model.info[0].bandwidth, la)
+    banded_ldl_solve(model.A, n, model.info.bandwidth, la)
     for r in range(n):
         if rows[r].kind == THREAD:
-            chain.chain_solve(s, model.threads, model.nodes, rows[r].index, la[r])
+            chain.chain_solve(s, model, rows[r].index, la[r])
         for side in range(2):
             sign = la[r] if side == 0 else -la[r]
             b, i = rows[r].body[side], rows[r].point[side]

@@ -9,11 +9,16 @@ gradients; what p lies off the plane makes a small couple, which the body bears,
 
 import math
 
-from evolvent.jit import inlined, kernel
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import blocks, contact
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn
+from evolvent.model import MODEL
 
+_I = types.int64
 #: Steps of the search for the nearest place, and the change (of an element) at which it ends.
 MOST_STEPS, NEAR = 12, 1e-9
 #: What `checks.carrier` is before the first search; -1 where there is nothing below.
@@ -44,8 +49,8 @@ def _combined(y, at, half, S):
     )
 
 
-@kernel
-def nearest(y, flexible, beam, cell, xi, px, py, pz, ax, ay, az):
+@indirect(types.Tuple([_I, REAL])(VECTOR, MODEL, _I, _I, REAL, REAL, REAL, REAL, REAL, REAL, REAL))
+def nearest(y, model, beam, cell, xi, px, py, pz, ax, ay, az):
     """Place of a beam's axis that is nearest to a point as seen along the unit vector a, searched from (cell, xi) on.
 
     Returns
@@ -53,6 +58,7 @@ def nearest(y, flexible, beam, cell, xi, px, py, pz, ax, ay, az):
     cell : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
     xi : float, place in the cell, 0 to 1
     """
+    flexible = model.flexible
     cells, half = flexible.cells, NODE_VECTORS[flexible.beams[beam].kind]
     first = flexible.beams[beam].cell
     last = first + flexible.beams[beam].cells - 1
@@ -133,7 +139,7 @@ def _frame(bodies, cylinders, k):
 
 
 @kernel
-def find_partners(y, flexible, bodies, k):
+def find_partners(y, model, k):
     """Find the place below every check point of cylinder k's layer, for the step that begins.
 
     Notes
@@ -141,6 +147,7 @@ def find_partners(y, flexible, bodies, k):
     At the check point's angle about the axis, counted along the beams from their roots on, less the angle `shift` by
     which the upper beam's turns are ahead: a turn for one beam, the angle between the roots for neighbours.
     """
+    flexible, bodies = model.flexible, model.bodies
     cylinders, checks, cells, angles = flexible.cylinders, flexible.checks, flexible.cells, flexible.angles
     under, sense, shift = cylinders[k].under, cylinders[k].sense, cylinders[k].shift
     cx, cy, cz, ax, ay, az = _frame(bodies, cylinders, k)
@@ -167,18 +174,19 @@ def find_partners(y, flexible, bodies, k):
             j += 1
         a, b = angles[low.block + j], angles[low.block + j + 1]
         xi = min(max((angle - a) / (b - a), 0.0), 1.0) if b > a else 0.5
-        checks[i].carrier, checks[i].xi = nearest(y, flexible, under, low.cell + j, xi, px, py, pz, ax, ay, az)
+        checks[i].carrier, checks[i].xi = nearest(y, model, under, low.cell + j, xi, px, py, pz, ax, ay, az)
 
 
-@kernel
-def add_layers(y, step, n_q, flexible, bodies, k, F):
+@indirect(void(VECTOR, REAL, MODEL, _I, VECTOR))
+def add_layers(y, step, model, k, F):
     """Forces of the layer of cylinder k on the turns below it; fills its records as `touch.add_contacts` does."""
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
     body, under, sense, mu = cylinders[k].body, cylinders[k].under, cylinders[k].sense, cylinders[k].friction
     G, half = cylinders[k].F, NODE_VECTORS[flexible.beams[under].kind]
     _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
     if step <= 0.0 or checks[cylinders[k].first].carrier == UNKNOWN:
-        settle_layers(y, flexible, bodies, k)
+        settle_layers(y, model, k)
     for i in range(6):
         G[i] = 0.0
     normal = energy = power = touching = 0.0
@@ -191,7 +199,7 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
         if checks[i].carrier < 0:
             continue
         px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
-        c, xi = nearest(y, flexible, under, checks[i].carrier, checks[i].xi, px, py, pz, ax, ay, az)
+        c, xi = nearest(y, model, under, checks[i].carrier, checks[i].xi, px, py, pz, ax, ay, az)
         checks[i].carrier1, checks[i].xi1 = c, xi
         if c < 0:
             continue
@@ -273,11 +281,12 @@ def add_layers(y, step, n_q, flexible, bodies, k, F):
     cylinders[k].touching = touching
 
 
-@kernel
-def settle_layers(y, flexible, bodies, k):
+@indirect(void(VECTOR, MODEL, _I))
+def settle_layers(y, model, k):
     """Find the partners of the step that begins, and how far their check points lie off along the axis."""
+    flexible, bodies = model.flexible, model.bodies
     checks, cells, cylinders = flexible.checks, flexible.cells, flexible.cylinders
-    find_partners(y, flexible, bodies, k)
+    find_partners(y, model, k)
     half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
     _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
     for i in range(cylinders[k].first, cylinders[k].last):
@@ -288,8 +297,8 @@ def settle_layers(y, flexible, bodies, k):
             checks[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
 
 
-@kernel
-def add_layer_tangents(n_q, flexible, k, c_rate, matrix):
+@indirect(void(_I, REAL, MODEL, BORDERED))
+def add_layer_tangents(k, c_rate, model, matrix):
     """Tangents of cylinder k's layer, through inner unknowns of the border: a turn is far from the next in the blocks.
 
     Notes
@@ -299,6 +308,7 @@ def add_layer_tangents(n_q, flexible, k, c_rate, matrix):
     turns and how far p lies along the lower beam is left out; beside the stiffness it counts as force by its element's
     length.
     """
+    flexible, n_q = model.flexible, model.info.nq
     cylinders, checks, cells, place = flexible.cylinders, flexible.checks, flexible.cells, flexible.place
     half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
     K = flexible.K12

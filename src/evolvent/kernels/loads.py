@@ -2,10 +2,11 @@
 
 import math
 
-from evolvent.jit import force_law_at, inlined, kernel
+from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics, push_marker
+from evolvent.model import MODEL
 
 UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE = 0, 1, 2, 3, 4
 
@@ -50,9 +51,11 @@ def thread_load(t, loads, parameters, bodies, k, body, chord, x, v, e):
     return radiation(p[0], p[1], p[2], p[3], p[4], nx / length, ny / length, nz / length)
 
 
-@kernel
-def concentrated_loads(t, y, loads, markers, points, bodies, parameters):
+@indirect(REAL(REAL, VECTOR, MODEL))
+def concentrated_loads(t, y, model):
     """Forces and torques at markers; returns their power, W."""
+    loads, markers, points, bodies = model.loads, model.markers, model.points, model.bodies
+    parameters = model.parameters
     power = 0.0
     for k in range(loads.size):
         if loads[k].kind < AT_MARKER:

@@ -4,7 +4,9 @@ A body's wrench and twist are taken at its origin, which is its centre of mass, 
 (acceleration, angular acceleration). Wound thread adds to its 6 x 6 mass.
 """
 
-from evolvent.jit import inlined, kernel
+from numba import void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.rotations import (
     cross,
@@ -14,13 +16,15 @@ from evolvent.kernels.rotations import (
     turn,
     turn_back,
 )
+from evolvent.model import MODEL
 
 DRIVEN, SPIN, FREE = 0, 1, 2
 
 
-@inlined
-def kinematics(t, y, bodies):
+@indirect(void(REAL, VECTOR, MODEL))
+def kinematics(t, y, model):
     """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset."""
+    bodies = model.bodies
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R

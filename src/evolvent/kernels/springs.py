@@ -2,8 +2,14 @@
 
 import math
 
-from evolvent.jit import inlined, kernel, spring_law_at
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel, spring_law_at
+from evolvent.kernels import couplings
+from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels.couplings import add_product, add_turning, side_columns
 from evolvent.kernels.rigid import add_wrench, point_kinematics
+from evolvent.model import MODEL
 
 ON_BODY, ON_POINT = 0, 1
 
@@ -74,9 +80,10 @@ def lateral_energy(springs, k, ex, ey, ez):
     return 0.5 * springs[k].lateral_stiffness * (ex * ex + ey * ey + ez * ez - along * along)
 
 
-@kernel
-def springs_energy(y, springs, markers, points, bodies):
+@indirect(REAL(VECTOR, MODEL))
+def springs_energy(y, model):
     """Energy of all springs that have a stiffness (a user's law has none that is known), J."""
+    springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
     energy = 0.0
     for k in range(springs.size):
         if springs[k].law == 0:
@@ -89,9 +96,11 @@ def springs_energy(y, springs, markers, points, bodies):
     return energy
 
 
-@inlined
-def spring_forces(t, y, springs, markers, points, bodies, parameters):
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL))
+def spring_forces(t, y, model):
     """Forces of all springs onto bodies and points; returns (power dissipated, power of the laws), W."""
+    springs, markers, points, bodies = model.springs, model.markers, model.points, model.bodies
+    parameters = model.parameters
     dissipated = 0.0
     law_power = 0.0
     for k in range(springs.size):
@@ -119,3 +128,67 @@ def spring_forces(t, y, springs, markers, points, bodies, parameters):
         push_marker(markers, points, bodies, a, ax, ay, az, T * ex, T * ey, T * ez)
         push_marker(markers, points, bodies, b, bx, by, bz, -T * ex, -T * ey, -T * ez)
     return dissipated, law_power
+
+
+@indirect(void(REAL, VECTOR, REAL, MODEL, BORDERED))
+def spring_tangents(t, y, c_rate, model, matrix):
+    """Tangents of all springs; those of users' laws by central differences."""
+    springs, bodies, points = model.springs, model.bodies, model.points
+    Ja, Jb = model.flexible.J[0], model.flexible.J[1]
+    for k in range(springs.size):
+        ma, mb = springs[k].a, springs[k].b
+        a = marker_kinematics(y, model.markers, points, bodies, ma)
+        b = marker_kinematics(y, model.markers, points, bodies, mb)
+        dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        length = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if length == 0.0:
+            continue
+        nx, ny, nz = dx / length, dy / length, dz / length
+        rate = nx * (b[3] - a[3]) + ny * (b[4] - a[4]) + nz * (b[5] - a[5])
+        extension = length - springs[k].length
+        elastic, damped = spring_tension(springs, k, extension, rate, t, model.parameters)
+        tension = elastic + damped
+        along = springs[k].stiffness + c_rate * springs[k].damping
+        if springs[k].law != 0:
+            d, e = 1e-6 * length, 1e-6 * (abs(rate) + length * c_rate)
+            more, _ = spring_tension(springs, k, extension + d, rate, t, model.parameters)
+            less, _ = spring_tension(springs, k, extension - d, rate, t, model.parameters)
+            faster, _ = spring_tension(springs, k, extension, rate + e, t, model.parameters)
+            slower, _ = spring_tension(springs, k, extension, rate - e, t, model.parameters)
+            along = (more - less) / (2.0 * d) + c_rate * (faster - slower) / (2.0 * e)
+        across = tension / length
+        p = along - across
+        K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz
+        K01, K02, K12 = p * nx * ny, p * nx * nz, p * ny * nz
+        sideways = springs[k].lateral_stiffness + c_rate * springs[k].lateral_damping
+        if sideways != 0.0:
+            u = springs[k].axis
+            K00 += sideways * (1.0 - u[0] * u[0])
+            K11 += sideways * (1.0 - u[1] * u[1])
+            K22 += sideways * (1.0 - u[2] * u[2])
+            K01 -= sideways * u[0] * u[1]
+            K02 -= sideways * u[0] * u[2]
+            K12 -= sideways * u[1] * u[2]
+        ra, na = _marker_columns(model, ma, Ja)
+        rb, nb = _marker_columns(model, mb, Jb)
+        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, ra, na, Ja, 1.0)
+        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, rb, nb, Jb, 1.0)
+        add_product(matrix, ra, na, Ja, K00, K01, K02, K11, K12, K22, rb, nb, Jb, -1.0)
+        add_product(matrix, rb, nb, Jb, K00, K01, K02, K11, K12, K22, ra, na, Ja, -1.0)
+        for side in range(2):
+            marker, sign = (ma, -1.0) if side == 0 else (mb, 1.0)
+            if model.markers[marker].kind == ON_BODY:
+                s = sign * tension
+                add_turning(
+                    matrix, model, model.markers[marker].index, model.markers[marker].local,
+                    s * nx, s * ny, s * nz,
+                )  # fmt: skip
+
+
+@inlined
+def _marker_columns(model, marker, J):
+    """Columns of a marker: its first unknown and their number."""
+    index, local = model.markers[marker].index, model.markers[marker].local
+    if model.markers[marker].kind == ON_POINT:
+        return side_columns(model, couplings.ON_COORDINATES, -1, model.points[index].iv, local, True, J)
+    return side_columns(model, couplings.ON_BODY, index, -1, local, True, J)

@@ -13,12 +13,15 @@ Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 import math
 
-from evolvent.jit import inlined, kernel
+from numba import types, void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.feed import FREE as FREE_SPOOL
 from evolvent.kernels.feed import feed
 from evolvent.kernels.loads import AT_MARKER, thread_load
 from evolvent.kernels.rigid import add_ring, add_wrench, centripetal, point_kinematics
 from evolvent.kernels.rotations import cross, turn
+from evolvent.model import MODEL
 
 SPRINGS, INEXTENSIBLE = 0, 1
 SHORT = 1e-7  # of a segment: below this length a boundary link turns at the rate found at its release
@@ -33,9 +36,10 @@ def spool(t, y, threads, parameters, p):
     return feed(threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t)
 
 
-@inlined
-def reels(t, y, s, threads, bodies, parameters):
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def reels(t, y, s, model):
     """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
+    threads, bodies, parameters = model.threads, model.bodies, model.parameters
     for p in range(threads.size):
         b, r = threads[p].body, threads[p].radius
         phi, rate, acceleration = spool(t, y, threads, parameters, p)
@@ -99,13 +103,14 @@ def wound_mass(s, threads, nodes, p):
     return mass
 
 
-@inlined
-def carry_wound(s, threads, nodes, bodies, gravity):
+@indirect(REAL(INTEGERS, MODEL))
+def carry_wound(s, model):
     """Mass and inertial forces of wound thread onto its bodies (where carried); `spool` gets its inertia.
 
     Wound thread is a thin ring about the spool's axis, evenly wound: of the nodes on the spool (eq. 2), l0 / r apart,
     any few would lie to one side and swing round. Returns the power of its weight, W.
     """
+    threads, nodes, bodies, gravity = model.threads, model.nodes, model.bodies, model.info.gravity
     gx, gy, gz = gravity[0], gravity[1], gravity[2]
     power = 0.0
     for p in range(threads.size):
@@ -126,8 +131,8 @@ def carry_wound(s, threads, nodes, bodies, gravity):
     return power
 
 
-@inlined
-def carry_power(s, threads, nodes, bodies):
+@indirect(REAL(INTEGERS, MODEL))
+def carry_power(s, model):
     """Power of the spools on wound thread that bodies carry, from the bodies' accelerations a, W.
 
     Notes
@@ -135,6 +140,7 @@ def carry_power(s, threads, nodes, bodies):
     m r^2 (phi'' + n . omega') phi', n the spool's axis. A free spool's phi'' is known only now; its reaction on a
     driven body joins the body's wrench (a body that spins has its axis across the spool's).
     """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
     power = 0.0
     for p in range(threads.size):
         if not threads[p].carried:
@@ -152,7 +158,7 @@ def carry_power(s, threads, nodes, bodies):
     return power
 
 
-@inlined
+@kernel
 def leave_spool(threads, nodes, bodies, p, k, couple):
     """Momentum of node k (its x, v) less its share of evenly wound thread on spool p: what it takes when it leaves.
 
@@ -181,9 +187,10 @@ def leave_spool(threads, nodes, bodies, p, k, couple):
     return px - vx, py - vy, pz - vz
 
 
-@inlined
-def chain_points(y, s, threads, nodes, p):
+@indirect(void(VECTOR, INTEGERS, MODEL, types.int64))
+def chain_points(y, s, model, p):
     """Positions and velocities of the released nodes of an inextensible thread into x, v."""
+    threads, nodes = model.threads, model.nodes
     j, n, first = s[p], threads[p].n, threads[p].node
     q, v, l0 = threads[p].iq, threads[p].iv, threads[p].segment
     for i in range(j - 1, -1, -1):
@@ -211,9 +218,11 @@ def spring_points(y, s, threads, nodes, p):
             nodes[first + i].v[c] = y[v + 3 * i + c]
 
 
-@kernel
-def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch, p):
+@indirect(REAL(REAL, INTEGERS, MODEL, types.int64))
+def node_loads(t, s, model, p):
     """Accelerations by loads of the released nodes into af, from x and v; returns their power, W."""
+    threads, nodes, bodies, loads = model.threads, model.nodes, model.bodies, model.loads
+    gravity, parameters, scratch = model.info.gravity, model.parameters, model.scratch
     first, j = threads[p].node, s[p]
     power = 0.0
     for i in range(j):
@@ -259,12 +268,13 @@ def node_loads(t, s, threads, nodes, bodies, loads, gravity, parameters, scratch
     return power * threads[p].copies
 
 
-@inlined
-def spring_thread(y, s, threads, nodes, bodies, p, loaded, dy):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))
+def spring_thread(y, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
     Tensions go to the nodes. Returns (power dissipated, power of the spool), W.
     """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
     j = s[p]
     if j == 0:
         return 0.0, 0.0
@@ -359,13 +369,14 @@ def chain_links(s, threads, p):
     return max(j - 1, 0), bound
 
 
-@inlined
-def chain_matrix(y, s, threads, nodes, p):
+@indirect(REAL(VECTOR, INTEGERS, MODEL, types.int64))
+def chain_matrix(y, s, model, p):
     """Eliminate the tensions of the free links: inverse pivots piv, factors off; returns the boundary's diagonal.
 
     Row i: -c_i-1,i / m_i T_i-1 + (1 / m_i + 1 / m_i+1) T_i - c_i,i+1 / m_i+1 T_i+1, with c the cosines between
     neighbouring tangents.
     """
+    threads, nodes = model.threads, model.nodes
     links, bound = chain_links(s, threads, p)
     first, q = threads[p].node, threads[p].iq
     carry = 0.0  # off^2 / pivot of the row before
@@ -383,9 +394,10 @@ def chain_matrix(y, s, threads, nodes, p):
     return nodes[first + links].compliance - carry
 
 
-@inlined
-def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
+@indirect(REAL(VECTOR, INTEGERS, MODEL, types.int64, types.boolean))
+def chain_rhs(y, s, model, p, loaded):
     """Velocity and load terms of the free links into rhs, eliminated; returns the boundary row's."""
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
     links, bound = chain_links(s, threads, p)
     first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
     before = 0.0
@@ -415,9 +427,10 @@ def chain_rhs(y, s, threads, nodes, bodies, p, loaded):
     return value
 
 
-@inlined
-def chain_solve(s, threads, nodes, p, boundary_tension):
+@indirect(void(INTEGERS, MODEL, types.int64, REAL))
+def chain_solve(s, model, p, boundary_tension):
     """Tensions of all links once the boundary's is known."""
+    threads, nodes = model.threads, model.nodes
     links, bound = chain_links(s, threads, p)
     first = threads[p].node
     outer = 0.0
@@ -445,12 +458,13 @@ def departure_acceleration(threads, bodies, p):
     return bodies[b].a[0] + ax + cx, bodies[b].a[1] + ay + cy, bodies[b].a[2] + az + cz
 
 
-@inlined
-def chain_rates(y, s, threads, nodes, bodies, p, loaded, dy):
+@indirect(REAL(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))
+def chain_rates(y, s, model, p, loaded, dy):
     """Right-hand side of an inextensible thread from its tensions and its body's acceleration a.
 
     Returns the power of the spool, W.
     """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
     links, bound = chain_links(s, threads, p)
     j = s[p]
     if j == 0:

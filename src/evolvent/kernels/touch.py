@@ -2,14 +2,18 @@
 
 import math
 
-from evolvent.jit import kernel
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, indirect
 from evolvent.kernels import contact, layers, rigid
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.model import MODEL
 
 
-@kernel
-def add_contacts(y, step, n_q, flexible, bodies, F):
+@indirect(void(VECTOR, REAL, MODEL, VECTOR))
+def add_contacts(y, step, model, F):
     """Forces of all contacts into F and the bodies' wrenches; fills cylinders and checks.
 
     Parameters
@@ -24,10 +28,11 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
     its body at the body's origin; normal, the sum of the normal forces; energy; power that normal damping takes;
     touching, the number of check points that overlap it.
     """
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, checks = flexible.cylinders, flexible.checks
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
-            layers.add_layers(y, step, n_q, flexible, bodies, k, F)
+            layers.add_layers(y, step, model, k, F)
             continue
         body = cylinders[k].body
         R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
@@ -127,15 +132,16 @@ def add_contacts(y, step, n_q, flexible, bodies, F):
         cylinders[k].touching = touching
 
 
-@kernel
-def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
+@indirect(void(VECTOR, REAL, MODEL, BORDERED))
+def add_contact_tangents(y, c_rate, model, matrix):
     """Tangents of all contacts, c_rate times the derivatives by velocity included."""
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, checks, place = flexible.cylinders, flexible.checks, flexible.place
     J, K = flexible.J[1], flexible.K12
     m = matrix.A.shape[1]
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
-            layers.add_layer_tangents(n_q, flexible, k, c_rate, matrix)
+            layers.add_layer_tangents(k, c_rate, model, matrix)
             continue
         body = cylinders[k].body
         moves = bodies[body].motion != rigid.DRIVEN
@@ -182,7 +188,7 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                 continue
             q = flexible.e[2]
             q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
-            body_columns(bodies, place, n_q, body, q, True, J)
+            body_columns(model, body, q, True, J)
             s = cylinders[k].share
             f = (-s * checks[i].f[0], -s * checks[i].f[1], -s * checks[i].f[2])
             for a in range(3):
@@ -190,12 +196,12 @@ def add_contact_tangents(y, n_q, flexible, bodies, c_rate, matrix):
                     K[a, b] *= s
             for p in range(4):
                 row = place[checks[i].iv[p] - n_q]
-                add_relative(matrix, bodies, place, n_q, body, J, K, f, row, checks[i].S[p])
-            add_relative_body(matrix, bodies, place, n_q, body, True, J, K, f)
+                add_relative(matrix, model, body, J, K, f, row, checks[i].S[p])
+            add_relative_body(matrix, model, body, True, J, K, f)
 
 
-@kernel
-def settle_contacts(y, flexible, bodies):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL))
+def settle_contacts(y, model):
     """Make the end of a step the start of the next; returns what friction and normal damping took, J.
 
     Notes
@@ -204,6 +210,7 @@ def settle_contacts(y, flexible, bodies):
     of both ends as the work of all else is booked, and of the law CONSERVATIVE the step's own: with the force of the
     end alone the account would gain in proportion to the step.
     """
+    flexible, bodies = model.flexible, model.bodies
     cylinders, checks = flexible.cylinders, flexible.checks
     slip = damped = 0.0
     for k in range(cylinders.size):
@@ -241,16 +248,17 @@ def settle_contacts(y, flexible, bodies):
                     u[c] = u1[c] if checks[i].force > 0.0 else 0.0
                 slip -= half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
         if cylinders[k].under >= 0:
-            layers.settle_layers(y, flexible, bodies, k)
+            layers.settle_layers(y, model, k)
     return slip, damped
 
 
-@kernel
-def step_forces(n_q, flexible, bodies, F):
+@indirect(types.boolean(MODEL, VECTOR))
+def step_forces(model, F):
     """Forces of cylinders with the law CONSERVATIVE, pushing ones, as of the last `add_contacts`; returns whether any.
 
     F : (nv,) float, output
     """
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, checks, found = flexible.cylinders, flexible.checks, False
     for i in range(F.size):
         F[i] = 0.0
@@ -278,10 +286,10 @@ def step_forces(n_q, flexible, bodies, F):
     return found
 
 
-@kernel
-def count_touching(flexible):
+@indirect(types.int64(MODEL))
+def count_touching(model):
     """Sum over cylinders of check points that overlap them, weighted by their place: changes where the set does."""
-    cylinders, checks = flexible.cylinders, flexible.checks
+    cylinders, checks = model.flexible.cylinders, model.flexible.checks
     total = 0
     for k in range(cylinders.size):
         for i in range(cylinders[k].first, cylinders[k].last):

@@ -24,15 +24,20 @@ as long as the contact, too (see `_borne`; adaptive steps resolve it, g = 0). Mu
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from numba import types, void
 
-from evolvent.flow import implicit as eq
-from evolvent.jit import inlined, kernel
-from evolvent.kernels import contact, couplings, rigid, touch
+from evolvent.flow import powers as eq
+from evolvent.flow.implicit import energies, keep_momentum, residual, tangent
+from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import blocks, contact, couplings, rigid, touch
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
+from evolvent.pointer import Struct, array
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
@@ -64,7 +69,7 @@ EACH = 8
 N_CYLINDER = 9
 
 
-class March(NamedTuple):
+class March(Struct):
     """What the loop carries.
 
     Attributes
@@ -80,39 +85,56 @@ class March(NamedTuple):
     out_* : what is kept at the samples
     """
 
-    y: np.ndarray
-    y0: np.ndarray
-    spare: np.ndarray
-    v1: np.ndarray
-    v0: np.ndarray
-    la: np.ndarray
-    la0: np.ndarray
-    dq: np.ndarray
-    r: np.ndarray
-    x: np.ndarray
-    weight: np.ndarray
-    powers: np.ndarray
-    gaps: np.ndarray
-    clock: np.ndarray
-    tally: np.ndarray
-    ledger: np.ndarray
-    impulse: np.ndarray
-    kept: np.ndarray
-    samples: np.ndarray
-    stops: np.ndarray
-    out_y: np.ndarray
-    out_a: np.ndarray
-    out_la: np.ndarray
-    out_ledger: np.ndarray
-    out_cylinders: np.ndarray
-    out_bodies: np.ndarray
+    y: np.ndarray = array(1)
+    y0: np.ndarray = array(1)
+    spare: np.ndarray = array(1)
+    v1: np.ndarray = array(2)
+    v0: np.ndarray = array(2)
+    la: np.ndarray = array(1)
+    la0: np.ndarray = array(1)
+    dq: np.ndarray = array(1)
+    r: np.ndarray = array(1)
+    x: np.ndarray = array(1)
+    weight: np.ndarray = array(1)
+    powers: np.ndarray = array(2)
+    gaps: np.ndarray = array(1)
+    clock: np.ndarray = array(1)
+    tally: np.ndarray = array(1, np.int64)
+    ledger: np.ndarray = array(1)
+    impulse: np.ndarray = array(1)
+    kept: np.ndarray = array(1)
+    samples: np.ndarray = array(1)
+    stops: np.ndarray = array(1)
+    out_y: np.ndarray = array(2)
+    out_a: np.ndarray = array(2)
+    out_la: np.ndarray = array(2)
+    out_ledger: np.ndarray = array(2)
+    out_cylinders: np.ndarray = array(3)
+    out_bodies: np.ndarray = array(3)
 
 
-@kernel
+_MARCH = March._numba_type_
+_I, _B = types.int64, types.boolean
+
+
+def functions(model: Any) -> list[Any]:
+    """Functions of this module that a model needs."""
+    found = [
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, book, gain, paths,
+        fill_energies, keep, anew, _back,
+    ]  # fmt: skip
+    if model.flexible.cylinders.size:
+        found += [_bear, _borne, _mean_forces, _whole_wrenches]
+    if model.threads.size:
+        found += [settle]
+    return found
+
+
+@indirect(void(VECTOR, VECTOR, MODEL, VECTOR))
 def displace(y0, dq, model, y):
     """Coordinates of y = those of y0 moved by dq; velocities are left."""
     bodies, points, beams = model.bodies, model.points, model.flexible.beams
-    n_q = model.info[0].nq
+    n_q = model.info.nq
     for k in range(beams.size):
         q, at, size = beams[k].iq, beams[k].iv - n_q, beams[k].nodes * 3 * NODE_VECTORS[beams[k].kind]
         for i in range(size):
@@ -151,32 +173,32 @@ def turned(y0, q, px, py, pz, y):
     y[q], y[q + 1], y[q + 2], y[q + 3] = n * a, n * b, n * d, n * e
 
 
-@kernel
-def factor_at(calls, t, y, la, c_mass, c_rate, scale, model, matrix, march):
+@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, BORDERED, _MARCH))
+def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
     """Assemble and factor the matrix; returns what `blocks.factor` returns."""
-    calls.tangent[0](t, y, la, c_mass, c_rate, scale, model, matrix)
-    found = calls.factor[0](matrix)
+    tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
+    found = blocks.factor(matrix)
     march.tally[FACTORED] += 1
     march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
     return found
 
 
-@kernel
-def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
+@indirect(void(REAL, VECTOR, MODEL, BORDERED, VECTOR, _MARCH, VECTOR, VECTOR))
+def accelerations_at(t, state, model, matrix, options, march, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
     Notes
     -----
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
-    n_q, n_v, y0 = model.info[0].nq, model.info[0].nv, march.y0
+    n_q, n_v, y0 = model.info.nq, model.info.nv, march.y0
     joints, n_j = model.flexible.joints, model.flexible.joints.size
     first = march.r.size - n_j
     c_mass = _short(options)
     scale = c_mass * options[MASS]
     d = 1e-3 * options[SPAN]
     for _ in range(3):
-        calls.residual[0](t, state, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+        residual(t, state, A, la, 0.0, 1.0, model, march.r, march.powers[0])
         for side in range(2):
             for i in range(n_v):
                 march.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
@@ -185,9 +207,9 @@ def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
             displace(state, march.dq, model, y0)
             for i in range(n_v):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
-            rigid.kinematics(t + d, y0, model.bodies)
+            rigid.kinematics(t + d, y0, model)
             for k in range(n_j):
-                couplings.joint_geometry(t + d, y0, k, model.flexible, model.bodies, model.parameters)
+                couplings.joint_geometry(t + d, y0, k, model)
                 march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
             d = -d
         for k in range(n_j):
@@ -197,7 +219,7 @@ def accelerations_at(calls, t, state, model, matrix, options, march, A, la):
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
             march.x[i] = -march.r[i]
-        calls.solve[0](matrix, march.x)
+        blocks.solve(matrix, march.x)
         for i in range(n_v):
             A[i] += c_mass * march.x[model.flexible.place[i]]
         for k in range(n_j):
@@ -210,8 +232,8 @@ def _short(options):
     return 1e16 / (options[SPAN] * options[SPAN])
 
 
-@kernel
-def start_accelerations(calls, model, matrix, options, march):
+@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+def start_accelerations(model, matrix, options, march):
     """Accelerations and multipliers at march.y; returns a status.
 
     Notes
@@ -221,25 +243,25 @@ def start_accelerations(calls, model, matrix, options, march):
     step's position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the
     rotation vector of a free body. Where a step does not resolve v'', both are left out.
     """
-    n_q, n_v, t, h = model.info[0].nq, model.info[0].nv, march.clock[TIME], march.clock[STEP]
+    n_q, n_v, t, h = model.info.nq, model.info.nv, march.clock[TIME], march.clock[STEP]
     y, la, A, bodies = march.y, march.la, march.v1[1], model.bodies
     for i in range(n_v):
         A[i] = 0.0
     for i in range(la.size):
         la[i] = 0.0
-    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
     c_mass = _short(options)
-    found = factor_at(calls, t, y, la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
+    found = factor_at(t, y, la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
     march.tally[FRESH] = 1
     if found != 0:
         return SINGULAR if found < 0 else REDUNDANT
-    accelerations_at(calls, t, y, model, matrix, options, march, A, la)
+    accelerations_at(t, y, model, matrix, options, march, A, la)
     if not is_finite(A):
         return NOT_FINITE
     for i in range(n_v):
         march.v1[0, i] = A[i]
     if model.threads.size > 0:
-        settle(calls, model, matrix, options, march)
+        settle(model, matrix, options, march)
         march.clock[LAST] = h
         return DONE
     J, B, state, la1 = march.v0[0], march.v0[1], march.spare, march.la0
@@ -257,7 +279,7 @@ def start_accelerations(calls, model, matrix, options, march):
         displace(y, march.dq, model, state)
         for i in range(n_v):
             state[n_q + i] += d * A[i]
-        accelerations_at(calls, t + d, state, model, matrix, options, march, B, la1)
+        accelerations_at(t + d, state, model, matrix, options, march, B, la1)
         for i in range(n_v):
             J[i] += B[i] / (2.0 * d)
         d = -d
@@ -282,20 +304,20 @@ def start_accelerations(calls, model, matrix, options, march):
                 J[at + 2] += z / 12.0
         for i in range(n_v):
             B[i] = A[i] + J[i]
-        calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
-        calls.residual[0](t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
+        residual(t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
+        residual(t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
         for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
             march.x[i] = march.r[i] - march.x[i] if i < march.x.size - la.size else 0.0
-        calls.solve[0](matrix, march.x)
+        blocks.solve(matrix, march.x)
         for i in range(n_v):
             y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
-    calls.residual[0](t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
     march.clock[LAST] = h
     return DONE
 
 
-@kernel
-def settle(calls, model, matrix, options, march):
+@indirect(void(MODEL, BORDERED, VECTOR, _MARCH))
+def settle(model, matrix, options, march):
     """Give a model with threads at march.y the accelerations that its steps go on with; without a solution none.
 
     Notes
@@ -320,7 +342,7 @@ def settle(calls, model, matrix, options, march):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = step_of(calls, t + d, d, False, model, matrix, options, march)
+            found = step_of(t + d, d, False, model, matrix, options, march)
             for i in range(march.y.size):
                 march.y[i] = march.y0[i]
             for i in range(march.la.size):
@@ -335,20 +357,20 @@ def settle(calls, model, matrix, options, march):
         first = 2.0 * half[i] - march.v1[1, i] if found > 0 else A[i]
         jerk = 6.0 * (march.v1[1, i] - half[i]) if found > 0 else 0.0  # times h
         march.v1[0, i], march.v1[1, i] = first + (am - af) * jerk, first
-    calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
     if found > 0:
         for i in range(march.powers.shape[1]):
             march.powers[0, i] = march.powers[1, i]
     march.tally[FRESH] = 1
 
 
-@kernel
-def step_of(calls, t1, h, goes_on, model, matrix, options, march):
+@indirect(_I(REAL, REAL, _B, MODEL, BORDERED, VECTOR, _MARCH))
+def step_of(t1, h, goes_on, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
     `goes_on`: from what march holds, not from the start of the step.
     """
-    n_q, n_v = model.info[0].nq, model.info[0].nv
+    n_q, n_v = model.info.nq, model.info.nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
     place, weight, n_j = model.flexible.place, march.weight, march.la.size
     first = r.size - n_j
@@ -369,20 +391,20 @@ def step_of(calls, t1, h, goes_on, model, matrix, options, march):
         march.tally[FRESH] = 1
     last, ratio = math.inf, 0.0
     for iteration in range(MOST_ITERATIONS):
-        calls.residual[0](t1, y, A, la, h, 1.0, model, r, march.powers[0])
+        residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
         if model.flexible.cylinders.size > 0:
             for i in range(n_v):
                 r[place[i]] += (options[SHARE] - 1.0) * march.v1[4, i]
         if not is_finite(r):
             return NOT_FINITE
-        touching = touch.count_touching(model.flexible)
+        touching = touch.count_touching(model) if model.flexible.cylinders.size > 0 else 0
         if touching != 0:
             march.tally[MET] = 1
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
         if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
-            found = factor_at(calls, t1, y, la, c_mass, c_rate, scale, model, matrix, march)
+            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
                 return SINGULAR
@@ -395,7 +417,7 @@ def step_of(calls, t1, h, goes_on, model, matrix, options, march):
             x[i] = -r[i]
         for k in range(n_j):
             x[first + k] = -scale * r[first + k]
-        calls.solve[0](matrix, x)
+        blocks.solve(matrix, x)
         norm = 0.0
         for i in range(n_v):
             d = x[place[i]]
@@ -419,7 +441,7 @@ def step_of(calls, t1, h, goes_on, model, matrix, options, march):
     return NO_CONVERGENCE
 
 
-@kernel
+@indirect(void(REAL, REAL, MODEL, _MARCH))
 def book(t, h, model, march):
     """Book a step's work and losses into the ledger.
 
@@ -429,7 +451,7 @@ def book(t, h, model, march):
     springs and joints are the mean power times h; friction is booked as in `touch.settle_contacts`.
     """
     ledger, f = march.ledger, model.flexible
-    n_v = model.info[0].nv
+    n_v = model.info.nv
     P, P0, p, p0 = march.v1[2], march.v0[2], march.powers[0], march.powers[1]
     work = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
     for i in range(n_v):
@@ -444,18 +466,19 @@ def book(t, h, model, march):
     for k in range(f.cylinders.size):
         if f.cylinders[k].law == contact.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
             ledger[DRIVES] += h * _driven(f.cylinders, model.bodies, k)
-    slip, damped = touch.settle_contacts(march.y, f, model.bodies)
-    ledger[BY_FRICTION] += slip
-    ledger[BY_CONTACT] += damped
+    if f.cylinders.size > 0:
+        slip, damped = touch.settle_contacts(march.y, model)
+        ledger[BY_FRICTION] += slip
+        ledger[BY_CONTACT] += damped
     for k in range(f.cylinders.size):
         march.impulse[k] += h * f.cylinders[k].normal
 
 
-@kernel
-def gain(calls, t, model, march):
+@indirect(REAL(REAL, MODEL, _MARCH))
+def gain(t, model, march):
     """Fill in the energies; returns what the account has gained from nothing since the start, J."""
     ledger = march.ledger
-    fill_energies(calls, t, model, march)
+    fill_energies(t, model, march)
     energy = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
     ledger[PEAK] = max(ledger[PEAK], energy)
     gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES] - ledger[SPOOLS]
@@ -481,31 +504,31 @@ def _drives(t, h, model, march):
     return work
 
 
-@kernel
+@indirect(void(REAL, REAL, MODEL, _MARCH))
 def paths(t, h, model, march):
     """Change of each driven joint's gap by its feed alone over a step that starts at t."""
     joints = model.flexible.joints
     for k in range(joints.size):
         march.gaps[k] = 0.0
         if joints[k].path != 0:
-            couplings.joint_geometry(t, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t, march.y, k, model)
             now = joints[k].gap
-            couplings.joint_geometry(t + h, march.y, k, model.flexible, model.bodies, model.parameters)
+            couplings.joint_geometry(t + h, march.y, k, model)
             march.gaps[k] = joints[k].gap - now
 
 
-@kernel
-def fill_energies(calls, t, model, march):
+@indirect(void(REAL, MODEL, _MARCH))
+def fill_energies(t, model, march):
     """Energies of the state into the ledger; contacts and hinges are those of the last residual."""
     ledger, f = march.ledger, model.flexible
-    calls.energies[0](t, march.y, model, ledger[KINETIC : KINETIC + 3])
+    energies(t, march.y, model, ledger[KINETIC : KINETIC + 3])
     ledger[CONTACT] = 0.0
     for k in range(f.cylinders.size):
         ledger[CONTACT] += f.cylinders[k].energy
     ledger[COUPLED] = march.powers[0, eq.COUPLED_ENERGY]
 
 
-@kernel
+@indirect(void(_I, MODEL, _MARCH))
 def keep(n, model, march):
     """Keep the state as sample n."""
     f = model.flexible
@@ -529,18 +552,19 @@ def keep(n, model, march):
             march.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
-@kernel
-def begin(calls, model, matrix, options, march):
+@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+def begin(model, matrix, options, march):
     """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
-    status = start_accelerations(calls, model, matrix, options, march)
+    status = start_accelerations(model, matrix, options, march)
     if status != DONE:
         return status
     t = march.clock[TIME]
-    touch.settle_contacts(march.y, model.flexible, model.bodies)
+    if model.flexible.cylinders.size > 0:
+        touch.settle_contacts(march.y, model)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
-    calls.keep_momentum[0](t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
-    fill_energies(calls, t, model, march)
+    keep_momentum(t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
+    fill_energies(t, model, march)
     march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
     march.ledger[PEAK] = march.ledger[START]
     for k in range(model.flexible.hinges.size):
@@ -551,8 +575,8 @@ def begin(calls, model, matrix, options, march):
     return DONE
 
 
-@kernel
-def advance(calls, model, matrix, options, march, budget):
+@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH, _I))
+def advance(model, matrix, options, march, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     clock, tally, ledger = march.clock, march.tally, march.ledger
     n_v, n_j, n_t = march.dq.size, march.la.size, march.samples.size
@@ -591,15 +615,16 @@ def advance(calls, model, matrix, options, march, budget):
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = step_of(calls, t_end, h, False, model, matrix, options, march)
+        found = step_of(t_end, h, False, model, matrix, options, march)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
                 # contacts, tensions and reactions of the state that the last correction led to
-                calls.residual[0](t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-                if not adaptive:
-                    found = _bear(calls, t_end, h, found, model, matrix, options, march)
-                if found > 0 and not _mean_forces(calls, t_end, h, model, matrix, options, march):
+                residual(t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+                if not adaptive and model.flexible.cylinders.size > 0:
+                    found = _bear(t_end, h, found, model, matrix, options, march)
+                touches = model.flexible.cylinders.size > 0
+                if found > 0 and touches and not _mean_forces(t_end, h, model, matrix, options, march):
                     found = SINGULAR
             if adaptive:
                 c = abs(options[BETA] - 1.0 / 6.0) * h * h
@@ -620,7 +645,7 @@ def advance(calls, model, matrix, options, march, budget):
             _back(model, march)
             clock[EVENT] = h * part
             continue
-        calls.keep_momentum[0](t_end, h, march.y, model.flexible.P, model, march.spare, march.kept)
+        keep_momentum(t_end, h, march.y, model.flexible.P, model, march.spare, march.kept)
         for i in range(n_v):
             march.v1[2, i] = model.flexible.P[i]
         book(t_end, h, model, march)
@@ -629,7 +654,7 @@ def advance(calls, model, matrix, options, march, budget):
         tally[STEPS] += 1
         touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
         if lands or touching or tally[STEPS] % EACH == 0:
-            net = gain(calls, t_end, model, march)
+            net = gain(t_end, model, march)
             clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
             clock[NET] = net
             scale = gain_scale(ledger, options)
@@ -662,14 +687,14 @@ def advance(calls, model, matrix, options, march, budget):
             if adaptive:
                 clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
         if latched:
-            status = anew(calls, t1, h, model, matrix, options, march)
+            status = anew(t1, h, model, matrix, options, march)
             if status != DONE:
                 return status
     return BUDGET
 
 
-@kernel
-def _bear(calls, t, h, found, model, matrix, options, march):
+@indirect(_I(REAL, REAL, _I, MODEL, BORDERED, VECTOR, _MARCH))
+def _bear(t, h, found, model, matrix, options, march):
     """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
 
     Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
@@ -679,15 +704,15 @@ def _bear(calls, t, h, found, model, matrix, options, march):
     for k in range(model.flexible.cylinders.size):
         if model.flexible.cylinders[k].friction > 0.0:
             return found
-    borne = _borne(calls, t, h, model, matrix, options, march)
+    borne = _borne(t, h, model, matrix, options, march)
     if borne <= 0:
         return found if borne == 0 else SINGULAR
     for i in range(n_v):
         before[i] = f[i]
-    again = step_of(calls, t, h, True, model, matrix, options, march)
+    again = step_of(t, h, True, model, matrix, options, march)
     if again > 0:
-        calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-        touch.step_forces(model.info[0].nq, model.flexible, model.bodies, f)
+        residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+        touch.step_forces(model, f)
         change = largest = 0.0
         for i in range(n_v):
             change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
@@ -698,14 +723,14 @@ def _bear(calls, t, h, found, model, matrix, options, march):
     for i in range(march.la.size):
         march.la[i] = march.la0[i]
     march.tally[FRESH] = 1
-    again = step_of(calls, t, h, False, model, matrix, options, march)
+    again = step_of(t, h, False, model, matrix, options, march)
     if again > 0:
-        calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+        residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     return again
 
 
-@kernel
-def _borne(calls, t, h, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+def _borne(t, h, model, matrix, options, march):
     """Find the part g of contact forces f, means over the step, that stiffness and joints bear at once.
 
     Returns whether it counts (0 or 1), -1 without a solution. f stays in the place of w.
@@ -715,9 +740,9 @@ def _borne(calls, t, h, model, matrix, options, march):
     g = f - c M x with (c M + K) x + G^T mu = f, G x = 0, the contact's own stiffness left out. Any g will do; with this
     one little is left of what `_mean_forces` would set right in motions that the step does not resolve.
     """
-    n_q, n_v, f, g, A = model.info[0].nq, model.info[0].nv, march.v1[3], march.v1[4], march.v1[1]
+    n_v, f, g, A = model.info.nv, march.v1[3], march.v1[4], march.v1[1]
     cylinders, place = model.flexible.cylinders, model.flexible.place
-    if not touch.step_forces(n_q, model.flexible, model.bodies, f):
+    if not touch.step_forces(model, f):
         return 0
     for i in range(march.x.size):
         march.x[i] = 0.0
@@ -727,19 +752,19 @@ def _borne(calls, t, h, model, matrix, options, march):
     march.tally[FRESH] = 1
     for k in range(cylinders.size):
         cylinders[k].share = 0.0
-    found = factor_at(calls, t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
+    found = factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
     for k in range(cylinders.size):
         cylinders[k].share = options[SHARE] if cylinders[k].law == contact.CONSERVATIVE else 1.0
     if found != 0:
         return -1
-    calls.solve[0](matrix, march.x)
+    blocks.solve(matrix, march.x)
     for i in range(n_v):
         march.spare[i] = A[i]
         A[i] += c_mass * march.x[place[i]]
-    calls.residual[0](t, march.y, A, march.la, h, 1.0, model, march.x, march.powers[0])
+    residual(t, march.y, A, march.la, h, 1.0, model, march.x, march.powers[0])
     for i in range(n_v):
         A[i] = march.spare[i]
-    calls.residual[0](t, march.y, A, march.la, h, 1.0, model, march.r, march.powers[0])
+    residual(t, march.y, A, march.la, h, 1.0, model, march.r, march.powers[0])
     most = largest = 0.0
     for i in range(n_v):
         g[i] = f[i] - (march.x[place[i]] - march.r[place[i]])
@@ -751,11 +776,11 @@ def _borne(calls, t, h, model, matrix, options, march):
     return 0
 
 
-@kernel
-def _mean_forces(calls, t, h, model, matrix, options, march):
+@indirect(_B(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+def _mean_forces(t, h, model, matrix, options, march):
     """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
-    n_q, n_v, w, g = model.info[0].nq, model.info[0].nv, march.v1[3], march.v1[4]
-    some = touch.step_forces(n_q, model.flexible, model.bodies, w)
+    n_q, n_v, w, g = model.info.nq, model.info.nv, march.v1[3], march.v1[4]
+    some = touch.step_forces(model, w)
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
@@ -767,9 +792,9 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
         return True
     c_mass = _short(options)
     march.tally[FRESH] = 1
-    if factor_at(calls, t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
+    if factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
         return False
-    calls.solve[0](matrix, march.x)
+    blocks.solve(matrix, march.x)
     beta, gamma = options[BETA], options[GAMMA]
     for i in range(n_v):
         w[i] = c_mass * march.x[model.flexible.place[i]]
@@ -779,12 +804,12 @@ def _mean_forces(calls, t, h, model, matrix, options, march):
     for k in range(march.la.size):
         march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[march.x.size - march.la.size + k]
     # powers and wrenches of the velocities as they are now
-    calls.residual[0](t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+    residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     _whole_wrenches(model, march)
     return True
 
 
-@kernel
+@indirect(void(MODEL, _MARCH))
 def _whole_wrenches(model, march):
     """Wrenches of bodies, and the power that turns driven ones, with all of the forces that are means."""
     cylinders, bodies = model.flexible.cylinders, model.bodies
@@ -804,19 +829,19 @@ def _driven(cylinders, bodies, k):
     return -(w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
 
 
-@kernel
-def anew(calls, t, h, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+def anew(t, h, model, matrix, options, march):
     """Start anew just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
     ledger = march.ledger
     before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
     after = t + max(1e-9 * h, 20.0 * options[SMALLEST])
     march.clock[TIME] = after
-    status = start_accelerations(calls, model, matrix, options, march)
+    status = start_accelerations(model, matrix, options, march)
     march.clock[TIME] = t
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
-    calls.keep_momentum[0](after, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
-    fill_energies(calls, t, model, march)
+    keep_momentum(after, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
+    fill_energies(t, model, march)
     ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
     return status
 
@@ -833,7 +858,7 @@ def _until_latch(model):
     return part
 
 
-@kernel
+@indirect(void(MODEL, _MARCH))
 def _back(model, march):
     """Back to the start of a step that is given up."""
     for i in range(march.y.size):
@@ -846,7 +871,7 @@ def _back(model, march):
     for i in range(march.powers.shape[1]):
         march.powers[0, i] = march.powers[1, i]
     march.tally[FRESH] = 1
-    rigid.kinematics(march.clock[TIME], march.y, model.bodies)
+    rigid.kinematics(march.clock[TIME], march.y, model)
 
 
 @inlined

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable
-from subprocess import Popen
 from typing import Any
 
 import numpy as np
-from numba import typeof
 
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.flow import bind_corrections, bind_rates, is_flexible, pointer, signatures, state_sums
+from evolvent.flow import needs
+from evolvent.flow.observations import state_sums
 from evolvent.kernels import thread
-from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import reason_of_outrun
@@ -43,7 +41,7 @@ def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, star
     """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale."""
     out = state_sums(model, t, y, s)
     energy = out[mdl.KINETIC] + out[mdl.ELASTIC]
-    a = y[model.info["nq"][0] + model.info["nv"][0] :]
+    a = y[model.info.nq + model.info.nv :]
     booked = a[mdl.SPOOL] + a[mdl.LOAD] + a[mdl.DRIVE] + a[mdl.RELEASE] - a[mdl.DISSIPATED]
     scale = max(start, energy, *(abs(a[k]) for k in (mdl.SPOOL, mdl.LOAD, mdl.DRIVE, mdl.DISSIPATED)))
     return float(energy), float(energy - start - booked), float(scale)
@@ -62,7 +60,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step is None:
         if not math.isfinite(limit):
             raise InputError("solver.step is auto, but nothing in the model sets a frequency; give a step in seconds")
-        if assembly.names.get(mode.where, ("",))[0] == "threads" or is_flexible(assembly.model):
+        if assembly.names.get(mode.where, ("",))[0] == "threads" or needs.is_flexible(assembly.model):
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             return limit * (0.25 if rigid_links else SAFETY[method]), limit, mode
@@ -117,12 +115,11 @@ def solve(
     times = np.array(samples, dtype=float)
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
-    if is_flexible(assembly.model):
+    if needs.is_flexible(assembly.model):
         from evolvent.solvers.flexible import check_explicit
 
         check_explicit(assembly)
     try_laws(assembly, times[0], times[-1])
-    aside = cold_start.start(method)
     tableau = METHODS[method]
     fixed = method != "dopri5"
     model = assembly.model
@@ -136,7 +133,7 @@ def solve(
         raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
     loop = _make_loop(assembly, times, tableau, step)
     began = clock.perf_counter()
-    advance = _bind(model, loop, tableau, rtol=rtol, atol=atol, aside=aside)
+    advance = _load(model, tableau, rtol=rtol, atol=atol)
     compile_time = clock.perf_counter() - began
 
     start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
@@ -209,7 +206,7 @@ def solve(
 
 
 def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.Loop:
-    n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info["ne"][0])
+    n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info.ne)
     n_p = assembly.model.threads.size
     log = 1000 + 2 * ex.rounds(n_p) * (n_p + 1)
     span = times[-1] - times[0]
@@ -242,29 +239,17 @@ def _grow_log(loop: ex.Loop) -> ex.Loop:
     )
 
 
-def _bind(
-    model: mdl.Model, loop: ex.Loop, tableau: ex.Method, *, rtol: float, atol: float, aside: Popen | None
-) -> Callable[[ex.Loop, int], int]:
-    """The time loop as a function of what it carries and its budget, compiled (a budget of nothing does that here).
-
-    `aside` is a process that compiles a part of it (see `cold_start`).
-    """
-    rates = bind_rates(model)
+def _load(model: mdl.Model, tableau: ex.Method, *, rtol: float, atol: float) -> Callable[[ex.Loop, int], int]:
+    """The time loop, loaded with all that it calls, as a function of what it carries and its budget."""
     steps: Any = ex.fixed_step if tableau is not ex.DOPRI5 else ex.adaptive
     options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
     if steps is ex.adaptive:
         options += (ex.DOPRI5_ERROR, ex.DOPRI5_DENSE, rtol, atol)
-    if aside is not None:
-        steps.compile((*(pointer(s) for s in signatures(model)), *(typeof(a) for a in (*options, model, loop, 0))))
-        aside.wait()
-    arguments = (*rates, *bind_corrections(model), *options, model)
+    jit.load((*needs.explicit(model), ex.start_up, ex.fire, steps))
 
     def advance(loop: ex.Loop, budget: int) -> int:
-        return int(steps(*arguments, loop, budget))
+        return int(steps(*options, model, loop, budget))
 
-    tally = loop.tally.copy()
-    tally[ex.FRESH] = 0
-    advance(loop._replace(y=loop.y.copy(), s=loop.s.copy(), tally=tally), 0)
     return advance
 
 

@@ -12,16 +12,21 @@ the start left unbalanced, r0.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from numba import types, void
 
-from evolvent.flow.implicit import COUPLED_ENERGY
-from evolvent.jit import inlined, kernel
-from evolvent.kernels import loads, rigid, touch
+from evolvent.flow.implicit import energies, residual, tangent
+from evolvent.flow.powers import COUPLED_ENERGY
+from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import blocks, loads, rigid, touch
+from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import add_entry
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
+from evolvent.model import MODEL
+from evolvent.pointer import Struct, array
 from evolvent.solvers.alpha import displace
 
 # status codes
@@ -39,7 +44,7 @@ LOOSE, ITERATIONS, FACTORED, N_TALLY = 0, 1, 2, 3
 FACTOR, FIRST, LAST, MOVE, QUALITY, STIFF, N_CLOCK = 0, 1, 2, 3, 4, 5, 6
 
 
-class Balance(NamedTuple):
+class Balance(Struct):
     """What the iterations work on.
 
     Attributes
@@ -54,23 +59,27 @@ class Balance(NamedTuple):
     parameters : (k,) float, the model's own, whose loads are scaled by the factor
     """
 
-    y: np.ndarray
-    a: np.ndarray
-    la: np.ndarray
-    r: np.ndarray
-    p: np.ndarray
-    x: np.ndarray
-    z: np.ndarray
-    start: np.ndarray
-    d: np.ndarray
-    total: np.ndarray
-    before: np.ndarray
-    weight: np.ndarray
-    powers: np.ndarray
-    spin: np.ndarray
-    parameters: np.ndarray
-    tally: np.ndarray
-    clock: np.ndarray
+    y: np.ndarray = array(1)
+    a: np.ndarray = array(1)
+    la: np.ndarray = array(1)
+    r: np.ndarray = array(1)
+    p: np.ndarray = array(1)
+    x: np.ndarray = array(1)
+    z: np.ndarray = array(1)
+    start: np.ndarray = array(1)
+    d: np.ndarray = array(1)
+    total: np.ndarray = array(1)
+    before: np.ndarray = array(1)
+    weight: np.ndarray = array(1)
+    powers: np.ndarray = array(1)
+    spin: np.ndarray = array(1)
+    parameters: np.ndarray = array(1)
+    tally: np.ndarray = array(1, np.int64)
+    clock: np.ndarray = array(1)
+
+
+_BALANCE = Balance._numba_type_
+_I = types.int64
 
 
 # ---------------------------------------------------------------------------------------------- the steady turn
@@ -83,7 +92,12 @@ def _twice(spin, x, y, z):
     return cross(spin[0], spin[1], spin[2], ux, uy, uz)
 
 
-@kernel
+def functions() -> list[Any]:
+    """Functions that a search for equilibria calls beside the equations."""
+    return [balance, relax, follow, probe, accept, unbalance, turning, add_turning_tangent, _factor, _move, displace]
+
+
+@indirect(void(REAL, VECTOR, VECTOR, MODEL, VECTOR))
 def turning(factor, spin, y, model, a):
     """Accelerations, times `factor`, of everything that turns with the frame: (nv,).
 
@@ -95,7 +109,7 @@ def turning(factor, spin, y, model, a):
         a[i] = 0.0
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, beams = model.info[0].nq, model.flexible.beams
+    n_q, beams = model.info.nq, model.flexible.beams
     points, bodies = model.points, model.bodies
     for k in range(beams.size):
         vectors = NODE_VECTORS[beams[k].kind]
@@ -136,12 +150,12 @@ def turning(factor, spin, y, model, a):
             a[at + 3 + c] = factor * s / det
 
 
-@kernel
+@indirect(void(REAL, VECTOR, MODEL, BORDERED))
 def add_turning_tangent(factor, spin, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a `Bordered` matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, f, points, bodies = model.info[0].nq, model.flexible, model.points, model.bodies
+    n_q, f, points, bodies = model.info.nq, model.flexible, model.points, model.bodies
     place, cells, beams = f.place, f.cells, f.beams
     square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
     for k in range(cells.size):
@@ -192,8 +206,8 @@ def add_turning_tangent(factor, spin, model, matrix):
 # ---------------------------------------------------------------------------------------------- iterations
 
 
-@kernel
-def unbalance(calls, t, step, factor, share, model, b, r):
+@indirect(void(REAL, REAL, REAL, REAL, MODEL, _BALANCE, VECTOR))
+def unbalance(t, step, factor, share, model, b, r):
     """Unbalance of the state b.y at a load factor into r : (nu,).
 
     Parameters
@@ -205,9 +219,9 @@ def unbalance(calls, t, step, factor, share, model, b, r):
             first = model.loads[k].first
             for c in range(3):
                 model.parameters[first + c] = factor * b.parameters[first + c]
-    rigid.kinematics(t, b.y, model.bodies)
+    rigid.kinematics(t, b.y, model)
     turning(factor, b.spin, b.y, model, b.a)
-    calls.residual[0](t, b.y, b.a, b.la, step, factor, model, r, b.powers)
+    residual(t, b.y, b.a, b.la, step, factor, model, r, b.powers)
     if share != 1.0:
         for i in range(r.size):
             r[i] -= (1.0 - share) * b.start[i]
@@ -222,10 +236,10 @@ def _work_of(r, model, b):
     return largest
 
 
-@inlined
-def _factor(calls, t, shift, factor, model, matrix, b):
+@indirect(_I(REAL, REAL, REAL, MODEL, BORDERED, _BALANCE))
+def _factor(t, shift, factor, model, matrix, b):
     """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns what `blocks.factor` does."""
-    calls.tangent[0](t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
+    tangent(t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
     add_turning_tangent(factor, b.spin, model, matrix)
     n, m = matrix.A.shape[0] * matrix.A.shape[1], matrix.A.shape[1]
     b.clock[STIFF] = 0.0
@@ -233,14 +247,14 @@ def _factor(calls, t, shift, factor, model, matrix, b):
         at = model.flexible.place[i]
         size = matrix.A[at // m, at % m, m + at % m] if at < n else matrix.E[at - n, at - n]
         b.clock[STIFF] = max(b.clock[STIFF], abs(size) * b.weight[i] * b.weight[i])
-    found = calls.factor[0](matrix)
+    found = blocks.factor(matrix)
     b.tally[FACTORED] += 1
     b.tally[LOOSE] = max(found, 0)
     b.clock[QUALITY] = matrix.quality[0]
     return found
 
 
-@inlined
+@indirect(REAL(REAL, MODEL, _BALANCE))
 def _move(cut, model, b):
     """Move the state and the multipliers by `cut` times (b.d, b.x); returns the largest part of its size moved."""
     norm = 0.0
@@ -258,14 +272,14 @@ def _move(cut, model, b):
     return norm
 
 
-@kernel
-def balance(calls, t, step, factor, share, tolerance, most, model, matrix, b):
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+def balance(t, step, factor, share, tolerance, most, model, matrix, b):
     """Newton's method at one load factor; returns the number of iterations, or a status below zero."""
     place, last, largest = model.flexible.place, math.inf, 0.0
     for i in range(b.total.size):
         b.total[i] = 0.0
     for iteration in range(most):
-        unbalance(calls, t, step, factor, share, model, b, b.r)
+        unbalance(t, step, factor, share, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
         work = _work_of(b.r, model, b)
@@ -273,11 +287,11 @@ def balance(calls, t, step, factor, share, tolerance, most, model, matrix, b):
         b.clock[LAST] = work
         if iteration == 0:
             b.clock[FIRST] = work
-        if _factor(calls, t, 0.0, factor, model, matrix, b) < 0:
+        if _factor(t, 0.0, factor, model, matrix, b) < 0:
             return SINGULAR
         for i in range(b.r.size):
             b.x[i] = -b.r[i]
-        calls.solve[0](matrix, b.x)
+        blocks.solve(matrix, b.x)
         for i in range(b.d.size):
             b.d[i] = b.x[place[i]]
         norm = _move(1.0, model, b)
@@ -286,7 +300,7 @@ def balance(calls, t, step, factor, share, tolerance, most, model, matrix, b):
         b.clock[MOVE] = norm
         b.tally[ITERATIONS] += 1
         if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.clock[STIFF]):
-            unbalance(calls, t, step, factor, share, model, b, b.r)
+            unbalance(t, step, factor, share, model, b, b.r)
             b.clock[LAST] = _work_of(b.r, model, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
                 return UNBALANCED
@@ -305,8 +319,8 @@ def _allowed(largest, model, b):
     return CONSISTENT * largest + ROUND_OFF * b.clock[STIFF]
 
 
-@kernel
-def relax(calls, t, step, factor, shift, goal, most, model, matrix, b):
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+def relax(t, step, factor, shift, goal, most, model, matrix, b):
     """Slide down the energy towards an equilibrium; returns the number of iterations, or a status below zero.
 
     Notes
@@ -315,7 +329,7 @@ def relax(calls, t, step, factor, shift, goal, most, model, matrix, b):
     """
     place, last = model.flexible.place, math.inf
     for iteration in range(most):
-        unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+        unbalance(t, step, factor, 1.0, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
         work = _work_of(b.r, model, b)
@@ -328,12 +342,12 @@ def relax(calls, t, step, factor, shift, goal, most, model, matrix, b):
             shift *= min(max(work / last, 0.2), 1.5)
         last = work
         for _ in range(40):
-            if _factor(calls, t, shift, factor, model, matrix, b) < 0:
+            if _factor(t, shift, factor, model, matrix, b) < 0:
                 shift *= 4.0
                 continue
             for i in range(b.r.size):
                 b.x[i] = -b.r[i]
-            calls.solve[0](matrix, b.x)
+            blocks.solve(matrix, b.x)
             norm = 0.0
             for i in range(b.d.size):
                 b.d[i] = b.x[place[i]]
@@ -347,8 +361,8 @@ def relax(calls, t, step, factor, shift, goal, most, model, matrix, b):
     return NO_CONVERGENCE
 
 
-@kernel
-def follow(calls, t, step, length, tolerance, most, model, matrix, b):
+@indirect(_I(REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+def follow(t, step, length, tolerance, most, model, matrix, b):
     """One step of the given length along the path of equilibria; returns the number of iterations, or a status.
 
     Notes
@@ -362,21 +376,21 @@ def follow(calls, t, step, length, tolerance, most, model, matrix, b):
     for i in range(n_v):
         b.total[i] = 0.0
     for iteration in range(most):
-        unbalance(calls, t, step, factor + 1.0, 1.0, model, b, b.p)
-        unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+        unbalance(t, step, factor + 1.0, 1.0, model, b, b.p)
+        unbalance(t, step, factor, 1.0, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
         b.clock[LAST] = _work_of(b.r, model, b)
         largest = max(largest, b.clock[LAST])
         if iteration == 0:
             b.clock[FIRST] = b.clock[LAST]
-        if _factor(calls, t, 0.0, factor, model, matrix, b) < 0:
+        if _factor(t, 0.0, factor, model, matrix, b) < 0:
             return SINGULAR
         for i in range(b.r.size):
             b.z[i] = b.r[i] - b.p[i]
             b.x[i] = -b.r[i]
-        calls.solve[0](matrix, b.z)
-        calls.solve[0](matrix, b.x)
+        blocks.solve(matrix, b.z)
+        blocks.solve(matrix, b.x)
         zz = zt = xz = tt = 0.0
         for i in range(n_v):
             w = 1.0 / (b.weight[i] * b.weight[i] * n_v)
@@ -409,7 +423,7 @@ def follow(calls, t, step, length, tolerance, most, model, matrix, b):
         b.clock[MOVE] = norm
         rough = norm < ROUGH and norm > 0.5 * last and b.clock[LAST] <= ROUND_OFF * b.clock[STIFF]
         if iteration > 0 and (norm <= tolerance or rough):
-            unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+            unbalance(t, step, factor, 1.0, model, b, b.r)
             b.clock[LAST] = _work_of(b.r, model, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
                 return UNBALANCED
@@ -419,20 +433,21 @@ def follow(calls, t, step, length, tolerance, most, model, matrix, b):
     return NO_CONVERGENCE
 
 
-@kernel
-def probe(calls, t, step, factor, shift, model, matrix, b):
+@indirect(_I(REAL, REAL, REAL, REAL, MODEL, BORDERED, _BALANCE))
+def probe(t, step, factor, shift, model, matrix, b):
     """Unbalance at a factor into b.r, and the factors of the tangent; returns what `blocks.factor` does."""
-    unbalance(calls, t, step, factor, 1.0, model, b, b.r)
+    unbalance(t, step, factor, 1.0, model, b, b.r)
     b.clock[LAST] = _work_of(b.r, model, b)
-    return _factor(calls, t, shift, factor, model, matrix, b)
+    return _factor(t, shift, factor, model, matrix, b)
 
 
-@kernel
-def accept(calls, t, model, b, energies):
-    """Make the state the start of what follows; energies (3,) of it, and of contacts and of hinges and penalties."""
-    touch.settle_contacts(b.y, model.flexible, model.bodies)
-    calls.energies[0](t, b.y, model, energies[:3])
-    energies[3] = 0.0
+@indirect(void(REAL, MODEL, _BALANCE, VECTOR))
+def accept(t, model, b, out):
+    """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
+    if model.flexible.cylinders.size > 0:
+        touch.settle_contacts(b.y, model)
+    energies(t, b.y, model, out[:3])
+    out[3] = 0.0
     for k in range(model.flexible.cylinders.size):
-        energies[3] += model.flexible.cylinders[k].energy
-    energies[4] = b.powers[COUPLED_ENERGY]
+        out[3] += model.flexible.cylinders[k].energy
+    out[4] = b.powers[COUPLED_ENERGY]

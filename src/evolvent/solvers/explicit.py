@@ -15,10 +15,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
-from evolvent.flow.events import DUE, is_release
-from evolvent.flow.projection import is_corrected
-from evolvent.jit import inlined, kernel
+from evolvent.flow.events import DUE, apply_event, event_values, is_release
+from evolvent.flow.projection import is_corrected, project
+from evolvent.flow.rhs import rhs
+from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.model import MODEL
+from evolvent.pointer import Struct, array
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
@@ -79,7 +83,7 @@ DOPRI5_DENSE = np.array(
 )
 
 
-class Loop(NamedTuple):
+class Loop(Struct):
     """What a time loop carries from call to call.
 
     Attributes
@@ -93,20 +97,24 @@ class Loop(NamedTuple):
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
     """
 
-    y: np.ndarray
-    s: np.ndarray
-    clock: np.ndarray
-    tally: np.ndarray
-    samples: np.ndarray
-    out_y: np.ndarray
-    out_s: np.ndarray
-    log_t: np.ndarray
-    log_k: np.ndarray
-    K: np.ndarray
-    w: np.ndarray
-    y1: np.ndarray
-    g: np.ndarray
-    g0: np.ndarray
+    y: np.ndarray = array(1)
+    s: np.ndarray = array(1, np.int64)
+    clock: np.ndarray = array(1)
+    tally: np.ndarray = array(1, np.int64)
+    samples: np.ndarray = array(1)
+    out_y: np.ndarray = array(2)
+    out_s: np.ndarray = array(2, np.int64)
+    log_t: np.ndarray = array(1)
+    log_k: np.ndarray = array(1, np.int64)
+    K: np.ndarray = array(2)
+    w: np.ndarray = array(1)
+    y1: np.ndarray = array(1)
+    g: np.ndarray = array(1)
+    g0: np.ndarray = array(1)
+
+
+_LOOP = Loop._numba_type_
+_I = types.int64
 
 
 @inlined
@@ -127,7 +135,7 @@ def add_stages(b, count, y, h, K, out):
 
 
 @inlined
-def stages(rhs, A, c, model, t, y, s, h, first, until, loop):
+def stages(A, c, model, t, y, s, h, first, until, loop):
     """Stages `first` and later of one step into loop.K.
 
     A stage at the next break `until` sees the time just before it: what jumps there jumps in the step that follows.
@@ -156,9 +164,9 @@ def is_finite(y):
 
 
 @inlined
-def highest(events, model, t, y, s, loop):
+def highest(model, t, y, s, loop):
     """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
-    events(t, y, s, model, loop.g)
+    event_values(t, y, s, model, loop.g)
     value = -1.0
     threads = 2 * model.threads.size
     for k in range(loop.g.size):
@@ -180,8 +188,8 @@ def log_is_short(model, loop):
     return loop.log_t.size - loop.tally[EVENTS] < rounds(n) * (n + 1)
 
 
-@kernel
-def fire(rhs1, inventory1, events, apply, model, t, loop):
+@indirect(_I(MODEL, REAL, _LOOP))
+def fire(model, t, loop):
     """Carry out every event that is due at time t; the releases among them together.
 
     Returns 1 to stop the run, a negative status where it has failed.
@@ -190,7 +198,7 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
     threads = model.threads
     stop = 0
     for _ in range(rounds(threads.size)):
-        events(t, y, s, model, g)
+        event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
             if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and loop.g0[k] < 0.0 and g[k] >= 0.0):
@@ -207,17 +215,17 @@ def fire(rhs1, inventory1, events, apply, model, t, loop):
             loop.log_t[n] = t
             loop.log_k[n] = k
             loop.tally[EVENTS] = n + 1
-        answer = apply(t, y, s, model, due, g, rhs1, inventory1)
+        answer = apply_event(t, y, s, model, due, g)
         if answer < 0:
             return NO_THREAD
         stop = max(stop, answer)
-    events(t, y, s, model, g)
+    event_values(t, y, s, model, g)
     for k in range(g.size):
         loop.g0[k] = g[k]
     return stop
 
 
-@kernel
+@inlined
 def keep_sample(loop, y):
     """Keep the state `y` as the next sample."""
     i = loop.tally[SAMPLE]
@@ -228,7 +236,7 @@ def keep_sample(loop, y):
     loop.tally[SAMPLE] = i + 1
 
 
-@kernel
+@inlined
 def next_break(model, loop, t):
     """Time of the next break after t, or infinity."""
     i = loop.tally[BREAK]
@@ -240,7 +248,7 @@ def next_break(model, loop, t):
     return math.inf
 
 
-@kernel
+@inlined
 def bracket(low, f_low, high, f_high, bias):
     """A point inside a bracket of a sign change: false position (Illinois), or the middle where that stalls."""
     if bias or f_high == f_low:
@@ -248,17 +256,18 @@ def bracket(low, f_low, high, f_high, bias):
     return min(max(low - f_low * (high - low) / (f_high - f_low), low), high)
 
 
-@kernel
-def start_up(rhs1, inventory1, events, apply, project, model, loop):
+@indirect(_I(MODEL, _LOOP))
+def start_up(model, loop):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
     if loop.tally[FRESH] == 0:
         return BUDGET
     loop.tally[FRESH] = 0
     t = loop.clock[TIME]
-    project(t, loop.y, loop.s, model)
+    if is_corrected(model):
+        project(t, loop.y, loop.s, model)
     for k in range(loop.g0.size):
         loop.g0[k] = 0.0
-    stop = fire(rhs1, inventory1, events, apply, model, t, loop)
+    stop = fire(model, t, loop) if loop.g.size > 0 else 0
     if stop < 0:
         return stop
     while loop.tally[SAMPLE] < loop.samples.size and loop.samples[loop.tally[SAMPLE]] <= t:
@@ -266,12 +275,11 @@ def start_up(rhs1, inventory1, events, apply, project, model, loop):
     return STOPPED if stop > 0 else BUDGET
 
 
-@kernel
-def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop, budget):
+@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, _LOOP, _I))
+def fixed_step(A, b, c, model, loop, budget):
     """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
-    rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
     y, s, clock, tally, y1 = loop.y, loop.s, loop.clock, loop.tally, loop.y1
-    status = start_up(rhs1, inventory1, events, apply, project, model, loop)
+    status = start_up(model, loop)
     if status != BUDGET:
         return status
     watch = loop.g.size > 0
@@ -296,38 +304,38 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
         h = target - t
         rhs(t, y, s, model, loop.K[0])
         tally[RHS] += 1
-        if h > model.info[0].step:  # a link that has just been released is stiff while it is short
+        if h > model.info.step:  # a link that has just been released is stiff while it is short
             on_grid = False
-            h = model.info[0].step
+            h = model.info.step
             target = t + h
-        stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
+        stages(A, c, model, t, y, s, h, 1, until, loop)
         add_stages(b, b.size, y, h, loop.K, y1)
         tally[STEPS] += 1
         if not is_finite(y1):
             return NOT_FINITE
         at_event = False
         if watch:
-            f_high = highest(events, model, target, y1, s, loop)
+            f_high = highest(model, target, y1, s, loop)
             if f_high >= 0.0 or (target == end and f_high >= DUE):
                 at_event = True
                 low, high = 0.0, h
-                f_low = highest(events, model, t, y, s, loop)
+                f_low = highest(model, t, y, s, loop)
                 for trial in range(80):
                     if f_low >= 0.0 or f_high < 0.0 or high - low <= 4e-16 * max(abs(target), h):
                         break
                     middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
                     if middle <= low or middle >= high:
                         middle = 0.5 * (low + high)
-                    stages(rhs, A, c, model, t, y, s, middle, 1, until, loop)
+                    stages(A, c, model, t, y, s, middle, 1, until, loop)
                     add_stages(b, b.size, y, middle, loop.K, y1)
-                    f = highest(events, model, t + middle, y1, s, loop)
+                    f = highest(model, t + middle, y1, s, loop)
                     if f >= 0.0:
                         high, f_high = middle, f
                         if f < 1e-13:
                             break
                     else:
                         low, f_low = middle, f
-                stages(rhs, A, c, model, t, y, s, high, 1, until, loop)
+                stages(A, c, model, t, y, s, high, 1, until, loop)
                 add_stages(b, b.size, y, high, loop.K, y1)
                 if high < h:
                     on_grid = False
@@ -341,7 +349,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
             tally[GRID] += 1
         if watch:
             if at_event:
-                stop = fire(rhs1, inventory1, events, apply, model, target, loop)
+                stop = fire(model, target, loop)
                 if stop < 0:
                     return stop
                 if stop > 0:
@@ -357,7 +365,7 @@ def fixed_step(rhs1, inventory1, events1, apply1, project1, A, b, c, model, loop
     return BUDGET
 
 
-@kernel
+@inlined
 def keep_rest(loop, t):
     """On a stop, the state there becomes the last sample (its time replaces the next one's)."""
     i = loop.tally[SAMPLE]
@@ -393,7 +401,7 @@ def error_norm(y, y1, K, E, h, n, rtol, atol, w):
     return math.sqrt((even + odd) / max(active, 1))
 
 
-@kernel
+@inlined
 def interpolate(P, y, K, h, theta, out):
     """Continuous extension at t + theta h."""
     for n in range(y.size):
@@ -405,8 +413,8 @@ def interpolate(P, y, K, h, theta, out):
                 out[n] += a * K[i, n]
 
 
-@kernel
-def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, atol, model, loop, budget):
+@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, _LOOP, _I))
+def adaptive(A, b, c, E, P, rtol, atol, model, loop, budget):
     """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
 
     Notes
@@ -414,13 +422,12 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
     Step factor 0.9 err^-0.17 err_old^0.04 within [0.2, 5] (Hairer, Norsett, Wanner, Solving ODEs I, II.4; Gustafsson's
     controller). The last stage serves as the first of the next step unless an event or a projection changed the state.
     """
-    rhs, events, apply, project = rhs1[0], events1[0], apply1[0], project1[0]
     y, s, clock, tally, y1, K = loop.y, loop.s, loop.clock, loop.tally, loop.y1, loop.K
     fresh = tally[FRESH] != 0
-    status = start_up(rhs1, inventory1, events, apply, project, model, loop)
+    status = start_up(model, loop)
     if status != BUDGET:
         return status
-    n = model.info[0].nq + model.info[0].nv
+    n = model.info.nq + model.info.nv
     watch = loop.g.size > 0
     corrected = is_corrected(model)
     end = loop.samples[loop.samples.size - 1]
@@ -448,7 +455,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
             rhs(clock[TIME], y, s, model, K[0])
             tally[RHS] += 1
             continue
-        stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
+        stages(A, c, model, t, y, s, h, 1, until, loop)
         add_stages(b, b.size, y, h, K, y1)
         tally[STEPS] += 1
         error = error_norm(y, y1, K, E, h, n, rtol, atol, loop.w)
@@ -473,10 +480,10 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         at_event = False
         whole = True
         if watch:
-            f_high = highest(events, model, target, y1, s, loop)
+            f_high = highest(model, target, y1, s, loop)
             if f_high >= 0.0 or (target == end and f_high >= DUE):
                 at_event = True
-                f_low = highest(events, model, t, y, s, loop)
+                f_low = highest(model, t, y, s, loop)
                 low, high = 0.0, 1.0
                 for trial in range(80):
                     if f_low >= 0.0 or f_high < 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
@@ -485,7 +492,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                     if middle <= low or middle >= high:
                         middle = 0.5 * (low + high)
                     interpolate(P, y, K, h, middle, loop.w)
-                    f = highest(events, model, t + middle * h, loop.w, s, loop)
+                    f = highest(model, t + middle * h, loop.w, s, loop)
                     if f >= 0.0:
                         high, f_high = middle, f
                         if f < 1e-13:
@@ -500,7 +507,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
                         keep_sample(loop, loop.w)
                     target = t + high * h
                     h = target - t
-                    stages(rhs, A, c, model, t, y, s, h, 1, until, loop)
+                    stages(A, c, model, t, y, s, h, 1, until, loop)
                     add_stages(b, b.size, y, h, K, y1)
                     landing = False
         if whole:
@@ -513,7 +520,7 @@ def adaptive(rhs1, inventory1, events1, apply1, project1, A, b, c, E, P, rtol, a
         changed = corrected and project(target, y, s, model) != 0
         stop = 0
         if at_event:
-            stop = fire(rhs1, inventory1, events, apply, model, target, loop)
+            stop = fire(model, target, loop)
             if stop < 0:
                 return stop
             changed = True

@@ -13,8 +13,10 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
-from evolvent.flow import bind_rates
+from evolvent.flow.inventory import inventory
+from evolvent.flow.needs import load_explicit
 from evolvent.flow.penalties import flexible_rates
+from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, couplings, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_energies
 
@@ -71,25 +73,25 @@ def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
     from evolvent.solvers.implicit import ImplicitSolution
 
     model, t, y = assembly.model, solution.t, np.ascontiguousarray(solution.y)
-    f, n_q, n_v = model.flexible, int(model.info["nq"][0]), int(model.info["nv"][0])
-    derivative, sums = bind_rates(model)[0][0], bind_rates(model)[1][0]
+    f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
+    load_explicit(model)
     ledger = np.zeros((t.size, at.N_LEDGER))
     cylinders, wrenches = np.zeros((t.size, f.cylinders.size, at.N_CYLINDER)), np.zeros((t.size, model.bodies.size, 6))
     dy, total, own, scratch = np.zeros_like(assembly.y), np.empty(mdl.N_INVENTORY), np.zeros(3), np.zeros(n_v)
     accounts = y[:, n_q + n_v :]
     causes = accounts[:, mdl.N_ACCOUNTS :]
     for k in range(t.size):
-        sums(t[k], y[k], solution.s[k], model, total)
-        derivative(t[k], y[k], solution.s[k], model, dy)
+        inventory(t[k], y[k], solution.s[k], model, total)
+        rhs(t[k], y[k], solution.s[k], model, dy)
         wrenches[k] = model.bodies["F"]
         cylinders[k, :, :6] = f.cylinders["F"]
         cylinders[k, :, 6] = f.cylinders["normal"]
         cylinders[k, :, 8] = f.cylinders["touching"]
         own[:] = 0.0
-        beam_energies(y[k], f, own)
+        beam_energies(y[k], model, own)
         coupled = float(0.5 * f.joints["stiffness"] @ np.where(t[k] < f.joints["until"], f.joints["gap"], 0.0) ** 2)
         if f.hinges.size:
-            coupled += couplings.add_hinges(y[k], n_q, f, model.bodies, scratch)[0]
+            coupled += couplings.add_hinges(y[k], model, scratch)[0]
         ledger[k, at.KINETIC], ledger[k, at.BENDING] = total[mdl.KINETIC], own[2]
         ledger[k, at.ELASTIC], ledger[k, at.COUPLED] = total[mdl.ELASTIC] - coupled, coupled
         ledger[k, at.CONTACT] = f.cylinders["energy"].sum()
@@ -138,7 +140,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     that makes forces counts. Threads are left to their own bounds.
     """
     model, f = assembly.model, assembly.model.flexible
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     saved = f.cylinders.copy(), f.hinges.copy()
     accelerations = _accelerations(assembly)
     touching = _contact_products(model, assembly.y)
@@ -191,8 +193,8 @@ def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float
 def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Accelerations of the start displaced by (a, b), changes of coordinates and rates by velocity."""
     model = assembly.model
-    rates = bind_rates(model)[0][0]
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    load_explicit(model)
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     y, dy, s = assembly.y.copy(), np.zeros_like(assembly.y), assembly.s.copy()
     place = np.full(n_v, -1)
     turning = []
@@ -219,7 +221,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
             y[q] -= 0.5 * u @ a[v : v + 3]
             y[q + 1 : q + 4] += 0.5 * (w * a[v : v + 3] + np.cross(u, a[v : v + 3]))
             y[q : q + 4] /= np.linalg.norm(y[q : q + 4])
-        rates(0.0, y, s, model, dy)
+        rhs(0.0, y, s, model, dy)
         return dy[n_q : n_q + n_v].copy()
 
     return accelerations
@@ -227,7 +229,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
 
 def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndarray], np.ndarray]:
     """M^-1 times the stiffness (0) or damping (1) of all check points, held across the beam, times a vector."""
-    f, n_q, n_v = model.flexible, int(model.info["nq"][0]), int(model.info["nv"][0])
+    f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
     if not f.cylinders.size:
         return lambda what, x: np.zeros_like(x)
     checks = f.checks
@@ -260,7 +262,7 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
 
 def _place(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
-    n_q = int(assembly.model.info["nq"][0])
+    n_q = int(assembly.model.info.nq)
     found = []
     for name, (family, index) in assembly.names.items():
         if family in ("points", "bodies", "beams"):

@@ -8,19 +8,18 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import int64, typeof
 
 from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
-from evolvent.flow import bind_equations, equation_types
-from evolvent.flow.implicit import N_POWERS
+from evolvent.flow import needs
+from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha, cold_start
+from evolvent.solvers import alpha
 from evolvent.solvers.laws import try_laws
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
@@ -93,7 +92,7 @@ def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
     beams = model.flexible.beams
     m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
     n = int(beams["nodes"].sum())
-    rest = int(model.info["nv"][0]) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
+    rest = int(model.info.nv) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
     nodes = int(model.threads["n"].sum())
     n, rest = n + nodes, rest - 3 * nodes
     layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
@@ -104,7 +103,7 @@ def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg)."""
     model = assembly.model
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     flexible = model.flexible
     weight = np.ones(n_v)
     places = [np.zeros(3)] if not flexible.beams.size else []
@@ -145,7 +144,6 @@ class Prepared(NamedTuple):
     """What the compiled loop takes: equations, room for their tangent, options and the state of the loop."""
 
     model: mdl.Model
-    calls: Any
     matrix: blocks.Bordered
     options: np.ndarray
     march: alpha.March
@@ -174,7 +172,6 @@ def prepared(
         positive("solver.step", step, allowed="a finite time above 0, or auto")
     positive("solver.tolerance", tolerance)
     check_implicit(assembly)
-    aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
     check_start(assembly, float(times[0]))
     model = assembly.model
@@ -205,20 +202,12 @@ def prepared(
     options[alpha.SHARE] = (1.0 - options[alpha.ALPHA_M]) / (2.0 * options[alpha.BETA] * (1.0 - options[alpha.ALPHA_F]))
     cylinders = model.flexible.cylinders
     cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, options[alpha.SHARE], 1.0)
-    march = _march(assembly, times, first, weight, matrix)
     began = clock.perf_counter()
-    if aside is not None:
-        kinds = [typeof(a) for a in (model, matrix, options, march)]
-        alpha.advance.compile((equation_types(model, matrix), *kinds, int64))
-        alpha.begin.compile((equation_types(model, matrix), *kinds))
-        aside.wait()
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
-    calls = bind_equations(model, matrix)
-    alpha.advance(calls, model, matrix, options, march, 0)
-    alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
+    jit.load((*needs.implicit_steps(model), *alpha.functions(model)))
     march = _march(assembly, times, first, weight, matrix)
-    return Prepared(model, calls, matrix, options, march, releases, clock.perf_counter() - began)
+    return Prepared(model, matrix, options, march, releases, clock.perf_counter() - began)
 
 
 def solve_implicit(
@@ -268,7 +257,7 @@ def solve_implicit(
         largest_gain=largest_gain,
         longest_step=longest_step,
     )
-    model, calls, matrix, options, march, releases = run[:6]
+    model, matrix, options, march, releases = run[:5]
 
     began = clock.perf_counter()
     status, message = "success", "the run reached its end"
@@ -279,7 +268,7 @@ def solve_implicit(
     try:
         if releases is not None:
             outrun = releases.fire(times[0], march.y) < 0
-        code = alpha.begin(calls, model, matrix, options, march)
+        code = alpha.begin(model, matrix, options, march)
         if code == alpha.REDUNDANT:
             raise InputError(redundant(assembly, matrix))
         if code == alpha.DONE:
@@ -288,11 +277,11 @@ def solve_implicit(
                 first_sample = int(march.tally[alpha.SAMPLE])
                 if first_sample == 1:
                     kept_s[0] = model.flexible.switches
-                code = alpha.advance(calls, model, matrix, options, march, budget)
+                code = alpha.advance(model, matrix, options, march, budget)
                 kept_s[first_sample : int(march.tally[alpha.SAMPLE])] = model.flexible.switches
                 spent = clock.perf_counter() - slice_began
                 if code == alpha.AT_STOP and releases is not None:
-                    outrun = releases.resume(calls, march) < 0
+                    outrun = releases.resume(march) < 0
                 elif code != alpha.BUDGET:
                     break
                 if outrun:
@@ -379,7 +368,7 @@ def check_implicit(assembly: Assembly) -> None:
 
 def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
-    flexible, info = assembly.model.flexible, assembly.model.info[0]
+    flexible, info = assembly.model.flexible, assembly.model.info
     lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
     strained = sum(
         abs(float((flexible.U12 if flexible.beams["kind"][cell["beam"]] == CABLE else flexible.U24)[cell["form"]]))
@@ -392,14 +381,14 @@ def check_start(assembly: Assembly, t: float) -> None:
     """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
     joints = model.flexible.joints
-    n_q, n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
-    rigid.kinematics(t, y, model.bodies)
+    rigid.kinematics(t, y, model)
     for k in range(joints.size):
         if joints["stiffness"][k] > 0.0 or not couplings.holds(t, joints, k):
             continue
-        couplings.joint_geometry(t, y, k, model.flexible, model.bodies, model.parameters)
+        couplings.joint_geometry(t, y, k, model)
         gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
         unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
         if not abs(gap) <= _FITS * length:
@@ -418,7 +407,7 @@ def _march(
     assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray, matrix: blocks.Bordered
 ) -> alpha.March:
     model = assembly.model
-    n_v, n_j = int(model.info["nv"][0]), model.flexible.joints.size
+    n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
     pushes = model.flexible.pushes

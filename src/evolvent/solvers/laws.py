@@ -10,6 +10,7 @@ from evolvent import jit
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow.impulse import prepare
+from evolvent.flow.needs import load_preparation
 from evolvent.kernels import feed, loads, springs
 
 
@@ -28,6 +29,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
         if row["feed"] == feed.LAW:
             for time in (start, end):
                 _attempt(assembly, "threads", k, time, time=time)
+    load_preparation(model)
     prepare(start, y, s, model)  # places bodies and spools
     for k, row in enumerate(model.springs):
         if row["law"] != 0:

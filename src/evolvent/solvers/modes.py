@@ -142,7 +142,7 @@ def modes(
 def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...]:
     """M, C with the gyroscopic part, K with the turn's part, and the constraints' gradients G, about `work`'s state."""
     b, n_v = work.balance, work.n_v
-    eq.unbalance(work.calls, work.time, work.step, 1.0, 1.0, work.model, b, b.r)
+    eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
     whole = work.tangent(0.0, 0.0)
     K = whole[:n_v, :n_v]
     M = work.mass()
@@ -229,7 +229,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         b.d[at] = step
         b.y[:] = rest
         displace(b.y, b.d, model, b.y)
-        eq.unbalance(work.calls, work.time, work.step, 1.0, 1.0, model, b, b.r)
+        eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
         return np.array([b.r[f.place], f.P])
 
     def derivative(at: int) -> Array:
@@ -252,7 +252,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         wrong = np.abs(wanted - column) > 1e-8 * max(np.abs(wanted).max(), np.abs(column).max())
         K[:, [at]] = np.where(wrong, wanted, column)[:, None]
     b.y[:], b.spin[:] = rest, spin
-    eq.unbalance(work.calls, work.time, work.step, 1.0, 1.0, model, b, b.r)
+    eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
     return K.tocsr()
 
 

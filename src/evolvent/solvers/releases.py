@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow import bind_corrections, bind_rates
-from evolvent.flow.events import DUE, OVERRUN
+from evolvent.flow import needs
+from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
+from evolvent.flow.implicit import residual
 from evolvent.kernels.feed import feed
 from evolvent.solvers import alpha
 
@@ -66,16 +68,14 @@ class Releases:
         self.model = model
         self.times: list[float] = []
         self.kinds: list[int] = []
-        self._rates = bind_rates(model)
-        self._apply = bind_corrections(model)[0][0]
-        self._values = np.zeros(int(model.info["ne"][0]))
+        jit.load(needs.explicit(model))
+        self._values = np.zeros(int(model.info.ne))
 
     def fire(self, t: float, y: np.ndarray) -> int:
         """Carry out what is due at t on the state y; returns how many events, -1 where a feed outruns its thread."""
         s, n, count = self.model.flexible.switches, self.model.threads.size, 0
-        derivative, sums, events = self._rates
         for _ in range(2 * n + 64):
-            events[0](t, y, s, self.model, self._values)
+            event_values(t, y, s, self.model, self._values)
             due = np.flatnonzero(self._values[: 2 * n] >= DUE)
             if not due.size:
                 break
@@ -83,14 +83,14 @@ class Releases:
             free = self.model.threads["n"]
             leaves = [int(k) for k in due if k % 2 == 0 and s[k // 2] < free[k // 2]]
             together = leaves if first in leaves else [first]
-            if self._apply(t, y, s, self.model, first, self._values, derivative, sums) < 0:
+            if apply_event(t, y, s, self.model, first, self._values) < 0:
                 return -1
             self.times += [t] * len(together)
             self.kinds += together
             count += len(together)
         return count
 
-    def resume(self, calls: Any, march: alpha.March) -> int:
+    def resume(self, march: alpha.March) -> int:
         """Events at the loop's time: state, accelerations, energies and account; returns what `fire` returns.
 
         Notes
@@ -103,7 +103,7 @@ class Releases:
         count = self.fire(t, march.y)
         if count < 0:
             return count
-        n_q = int(model.info["nq"][0])
+        n_q = int(model.info.nq)
         for p, row in enumerate(model.threads):
             at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
             for i in range(was, now):
@@ -112,12 +112,12 @@ class Releases:
             for i in range(now, was):
                 march.v1[:2, at + 3 * i : at + 3 * i + 3] = 0.0
                 march.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
-        calls.residual[0](t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+        residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
         march.v1[2] = model.flexible.P
         ledger = march.ledger
         energy = [alpha.KINETIC, alpha.ELASTIC, alpha.COUPLED]
         had = ledger[energy].sum()
-        alpha.fill_energies(calls, t, model, march)
+        alpha.fill_energies(t, model, march)
         ledger[alpha.START] += ledger[energy].sum() - had
         ledger[alpha.PEAK] = max(ledger[alpha.PEAK], ledger[energy].sum())
         march.tally[alpha.FRESH] = 1
@@ -126,7 +126,7 @@ class Releases:
 
 def book_accounts(model: mdl.Model, out_y: np.ndarray, ledger: np.ndarray) -> None:
     """Write what the ledger holds into the accounts of the states, where explicit methods have it."""
-    first = int(model.info["nq"][0] + model.info["nv"][0])
+    first = int(model.info.nq + model.info.nv)
     out_y[:, first + mdl.DISSIPATED] = ledger[:, alpha.BY_MASS : alpha.BY_SPRINGS + 1].sum(axis=1)
     out_y[:, first + mdl.SPOOL] = ledger[:, alpha.SPOOLS]
     out_y[:, first + mdl.LOAD] = ledger[:, alpha.LOADS]

@@ -9,8 +9,8 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow import is_flexible
 from evolvent.flow.impulse import prepare
+from evolvent.flow.needs import is_flexible, load_preparation
 from evolvent.kernels import feed, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
@@ -37,6 +37,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     """
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     bodies, points = model.bodies, model.points
+    load_preparation(model)
     prepare(0.0, y, s, model)
     body = np.zeros((2, bodies.size, 6, 6))
     point = np.zeros((2, points.size, 3, 3))
@@ -138,7 +139,7 @@ def _thread_modes(model: mdl.Model, p: int, name: str, body: np.ndarray) -> list
     # links of fixed length: transverse only, by the tension of the whole thread straight at the present rate
     rate2 = float(np.sum(model.bodies["w"][b] ** 2))
     distance = float(np.linalg.norm(row["d"])) + row["segment"] * (n - np.arange(n))
-    tension = np.cumsum(masses * (rate2 * distance + float(np.linalg.norm(model.info["gravity"]))))
+    tension = np.cumsum(masses * (rate2 * distance + float(np.linalg.norm(model.info.gravity))))
     lighter = np.minimum(masses, np.roll(masses, -1))
     return [(4.0 * float(np.max(tension / lighter)) / float(row["segment"]), 0.0, name)]
 

@@ -16,8 +16,9 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
-from evolvent.flow import Equations, bind_equations
-from evolvent.flow.implicit import N_POWERS
+from evolvent.flow import needs
+from evolvent.flow.implicit import residual, tangent
+from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import blocks, contact, rigid, touch
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
@@ -146,7 +147,6 @@ def solve_static(
     try_laws(assembly, time, time)
     began = clock.perf_counter()
     work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
-    work.warm_up()
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
     work.refuse_redundant()
@@ -198,7 +198,7 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
         spin[:3] = _vector("rotating", rotating)
     if centre is not None:
         spin[3:] = _vector("centre", centre)
-    axis, gravity = spin[:3], model.info["gravity"][0]
+    axis, gravity = spin[:3], model.info.gravity
     if not np.any(axis):
         return spin
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
@@ -223,10 +223,9 @@ def _vector(name: str, value: Any) -> Array:
 
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over, nothing latched."""
-    flexible = mdl.Flexible(*(pool.copy() for pool in model.flexible))
-    families = {name: getattr(model, name).copy() for name in mdl.Model._fields if name != "flexible"}
-    copy = mdl.Model(**families, flexible=flexible)
-    rigid.kinematics(time, np.zeros(int(model.info["ny"][0])), copy.bodies)
+    copy = model.copy()
+    flexible = copy.flexible
+    rigid.kinematics(time, np.zeros(int(model.info.ny)), copy)
     driven = copy.bodies["motion"] == rigid.DRIVEN
     copy.bodies["rate"][driven] = 0.0
     for scratch in ("v", "w", "F"):
@@ -249,7 +248,7 @@ class Work:
     def __init__(self, assembly: Assembly, y: Any, time: float, spin: Array) -> None:
         self.assembly, self.time = assembly, float(time)
         self.model = model = at_rest(assembly.model, time)
-        self.n_q, self.n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+        self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
         self.n_j = model.flexible.joints.size
         if self.n_v == 0:
             raise InputError("nothing in the system can move")
@@ -283,20 +282,12 @@ class Work:
             **unknowns,
             **moves,
         )
-        self.calls: Equations = bind_equations(model, self.matrix)
+        jit.load((*needs.balance(model), *eq.functions()))
         # friction is that of displacements from here on
         b = self.balance
-        self.calls.residual[0](self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
-        touch.settle_contacts(b.y, model.flexible, model.bodies)
-
-    def warm_up(self) -> None:
-        """Compile (or load) everything, on no iteration at all."""
-        args = self.calls, self.time, self.step
-        eq.balance(*args, 0.0, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
-        eq.relax(*args, 0.0, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
-        eq.follow(*args, 1.0, 1e-9, 0, self.model, self.matrix, self.balance)
-        self.probe(0.0)
-        eq.accept(self.calls, self.time, self.model, self.balance, np.zeros(5))
+        residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
+        if model.flexible.cylinders.size:
+            touch.settle_contacts(b.y, model)
 
     def refuse_redundant(self) -> None:
         """Refuse constraints that others imply: the tangent with masses is singular only by them."""
@@ -307,12 +298,12 @@ class Work:
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
         """Unbalance and factors of the tangent of the state."""
-        return int(eq.probe(self.calls, self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
+        return int(eq.probe(self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
 
     def tangent(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
-        self.calls.tangent[0](self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
+        tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
         return sparse_of(self.matrix, np.append(self.model.flexible.place, self.rows))
 
     def turning_tangent(self) -> sparse.csr_matrix:
@@ -385,7 +376,7 @@ class Work:
             for j in range(count):
                 b.x[:] = 0.0
                 b.x[self.model.flexible.place] = M @ X[:, j]
-                self.calls.solve[0](self.matrix, b.x)
+                blocks.solve(self.matrix, b.x)
                 X[:, j] = b.x[self.model.flexible.place]
             X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
         size = np.abs(X / b.weight[:, None]).max(axis=1)
@@ -399,7 +390,7 @@ class Work:
 
 def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
     """Velocities of a part that moves, as the model counts them; None of one that does not."""
-    n_q = int(model.info["nq"][0])
+    n_q = int(model.info.nq)
     if family == "beams":
         row = model.flexible.beams[index]
         first = int(row["iv"]) - n_q
@@ -447,9 +438,7 @@ class _Search:
     def _balance(self, factor: float, share: float = 1.0) -> int:
         w = self.work
         return int(
-            eq.balance(
-                w.calls, w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance
-            )
+            eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
         )
 
     def _state(self) -> tuple[Array, Array, Array]:
@@ -470,7 +459,7 @@ class _Search:
         w = self.work
         b, f = w.balance, w.model.flexible
         energies = np.zeros(5)
-        eq.accept(w.calls, w.time, w.model, b, energies)
+        eq.accept(w.time, w.model, b, energies)
         b.clock[eq.FACTOR] = self.reached = factor
         self.worst = min(self.worst, float(b.clock[eq.QUALITY]))
         cylinders = np.zeros((f.cylinders.size, 9))
@@ -493,7 +482,7 @@ class _Search:
         ratio = np.abs(b.r[w.model.flexible.place]) / (m * b.weight)
         shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
         for _ in range(4):
-            found = eq.relax(w.calls, w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
+            found = eq.relax(w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
             if found < 0:
                 return False
             state = self._state()
@@ -517,7 +506,7 @@ class _Search:
             balanced = True
             b.start[:] = 0.0
         if balanced:
-            eq.unbalance(w.calls, w.time, w.step, 0.0, 1.0, w.model, b, b.r)
+            eq.unbalance(w.time, w.step, 0.0, 1.0, w.model, b, b.r)
             self._keep(0.0)
         self._advance(lambda s: (s, s), targets)
 
@@ -596,7 +585,7 @@ class _Search:
                 self._fail(self.reached, f"{self.most} steps along the arc were not enough")
                 return
             state, factor = self._state(), self.reached
-            found = eq.follow(w.calls, w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
+            found = eq.follow(w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
             sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
             if found < 0 or sharp:
                 self._back(state)

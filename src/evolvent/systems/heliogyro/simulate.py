@@ -397,7 +397,7 @@ def _results(
     import xarray as xr
 
     from evolvent import model as mdl
-    from evolvent.flow import observe
+    from evolvent.flow.observations import observe
     from evolvent.results import label, variable
 
     model, n, N = assembly.model, case.blade.nodes, case.body.blades
@@ -437,7 +437,7 @@ def _results(
         "body_rate": variable(time, rate, "rad s-1", "rate of the body about its spin axis"),
         "body_angle": variable(time, _angle(R, rate, solution.t), "rad", "angle of the body about Z, unwrapped"),
     }
-    data |= _accounts(case, solution, seen.inventory, int(model.info["nq"][0] + model.info["nv"][0]), laws)
+    data |= _accounts(case, solution, seen.inventory, int(model.info.nq + model.info.nv), laws)
     if case.body.motion != "driven":
         for name, corrected, what in (
             ("body_rate_paper", False, "rate of the body by (18)"),

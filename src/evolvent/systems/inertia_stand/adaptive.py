@@ -80,6 +80,6 @@ def integrate(
     states[:, :10] = solution.y[:, :10]
     own = solution.y[:, 10:13]
     states[:, 10:13] = np.einsum("tij,tj->ti", rotation_matrices(states[:, 3:7]), own)
-    accounts = int(assembly.model.info["nq"][0] + assembly.model.info["nv"][0])
+    accounts = int(assembly.model.info.nq + assembly.model.info.nv)
     states[:, 13] = solution.y[:, accounts + DISSIPATED]
     return states, dict(solution.statistics), solution.wall_time, solution.compile_time

@@ -642,9 +642,9 @@ def _turn_forces(
     from evolvent.kernels.layers import add_layers
 
     model, elements = assembly.model, case.rib.elements
-    flexible, bodies, n_q = model.flexible, model.bodies, int(model.info["nq"][0])
+    flexible, bodies, n_q = model.flexible, model.bodies, int(model.info.nq)
     hub = assembly.index("hub", "bodies")
-    scratch = np.zeros(int(model.info["nv"][0]))
+    scratch = np.zeros(int(model.info.nv))
     found = np.zeros((solution.t.size, len(rows), elements))
     for k, y in enumerate(solution.y):
         bodies["R"][hub], bodies["x"][hub] = R[k], motion.x[k]

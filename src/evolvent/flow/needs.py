@@ -1,0 +1,158 @@
+"""Which compiled functions a model needs: those of the families that it has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent import jit
+from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
+from evolvent.kernels import blocks, couplings, flexible, joints, layers, loads, rigid, springs, thread, touch
+from evolvent.model import Model
+
+
+def is_flexible(model: Model) -> bool:
+    """Whether a model has beams, or joints between other parts."""
+    return bool(model.flexible.beams.size or model.flexible.joints.size)
+
+
+def is_corrected(model: Model) -> bool:
+    """Whether states are corrected after a step (see `projection.is_corrected`)."""
+    return bool(projection.is_corrected(model))
+
+
+def forces(model: Model) -> Iterator[Any]:
+    """Functions of the families that explicit and implicit methods need alike."""
+    f = model.flexible
+    yield rigid.kinematics
+    if model.springs.size:
+        yield from (springs.spring_forces, springs.springs_energy)
+    if model.loads.size:
+        yield loads.concentrated_loads
+    if model.threads.size:
+        yield from (thread.reels, thread.carry_wound, thread.carry_power, inventory.thread_inventory)
+        if np.any(model.threads["kind"] == thread.SPRINGS):
+            yield thread.spring_thread
+        if model.loads.size or np.any(model.info.gravity):
+            yield thread.node_loads
+    if f.cells.size:
+        yield from (flexible.add_cells, flexible.beam_energies, flexible.beam_momenta)
+        yield from (*jit.at_slots(f.cells["force"]), *jit.at_slots(f.cells["energy"]))
+    if f.pushes.size:
+        yield flexible.add_pushes
+    if f.hinges.size:
+        yield couplings.add_hinges
+    if f.joints.size:
+        yield from (couplings.joint_geometry, couplings.add_joint_force)
+    if f.cylinders.size:
+        yield touch.add_contacts
+        if np.any(f.cylinders["under"] >= 0):
+            yield from (layers.add_layers, layers.settle_layers, layers.nearest)
+
+
+def preparation(model: Model) -> Iterator[Any]:
+    """Functions that place a model's parts: kinematics, masses and constraint rows (`impulse.prepare`)."""
+    yield from (impulse.prepare, rigid.kinematics)
+    if model.threads.size:
+        yield from (thread.reels, thread.carry_wound)
+    if model.rows.size:
+        yield joints.build_rows
+    if model.links.size:
+        yield joints.link_geometry
+    if has_chains(model):
+        yield thread.chain_matrix
+
+
+def has_chains(model: Model) -> bool:
+    """Whether a model has threads of fixed segments."""
+    return bool(np.any(model.threads["kind"] == thread.INEXTENSIBLE))
+
+
+def explicit(model: Model) -> Iterator[Any]:
+    """Functions that explicit methods call."""
+    f = model.flexible
+    yield from (rhs.rhs, inventory.inventory)
+    yield from forces(model)
+    if model.rows.size:
+        yield from preparation(model)
+        yield from (joints.row_velocity_terms, joints.solve_rows, impulse.impulse)
+    if has_chains(model):
+        yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
+        yield from (impulse.kick_chain, events.start_links)
+    if f.beams.size or f.joints.size:
+        yield from (penalties.add_flexible_forces, penalties.flexible_rates, penalties.add_flexible_inventory)
+        yield penalties.release_penalties
+    if is_corrected(model):
+        yield projection.project
+    if model.links.size or model.guides.size:
+        yield projection.project_links
+    yield from changes(model)
+
+
+def changes(model: Model) -> Iterator[Any]:
+    """Functions that events call."""
+    if model.info.ne:
+        yield from (events.event_values, events.apply_event)
+    if model.threads.size:
+        yield from preparation(model)
+        yield from (impulse.impulse, events.release_nodes, events.capture_node, events.let_go)
+
+
+def balance(model: Model) -> Iterator[Any]:
+    """Functions of the implicit equations and their linear solver."""
+    f = model.flexible
+    yield from (implicit.residual, implicit.tangent, implicit.energies)
+    yield from forces(model)
+    yield from blocks.functions()
+    if model.springs.size:
+        yield springs.spring_tangents
+    if f.cells.size:
+        yield from (flexible.add_cell_tangents, *jit.at_slots(f.cells["tangent"]))
+    if f.hinges.size:
+        yield couplings.add_hinge_tangents
+    if f.joints.size:
+        yield couplings.add_joint_tangent
+    if f.joints.size or model.springs.size or model.threads.size:
+        yield from (couplings.side_columns, couplings.add_product, couplings.add_turning)
+    if f.hinges.size or f.cylinders.size:
+        yield from (couplings.side_columns, couplings.add_relative, couplings.add_relative_body)
+    if f.cylinders.size:
+        yield from (touch.add_contact_tangents, touch.settle_contacts)
+        if np.any(f.cylinders["under"] >= 0):
+            yield layers.add_layer_tangents
+    if model.threads.size:
+        yield from (implicit_thread.add_thread_residual, implicit_thread.add_thread_tangent)
+        yield from (implicit_thread.add_thread_energies, implicit_thread._add_segment)
+
+
+def implicit_steps(model: Model) -> Iterator[Any]:
+    """Functions that implicit steps call beside `balance`."""
+    yield from balance(model)
+    yield from (implicit.keep_momentum, implicit.momenta, implicit.add_rigid_motion)
+    if model.flexible.cylinders.size:
+        yield from (touch.count_touching, touch.step_forces)
+    if model.threads.size:
+        yield from explicit(model)  # an event needs the state's sums, impulses and rates
+
+
+def load_preparation(model: Model) -> None:
+    """Load the functions that place a model's parts."""
+    jit.load(preparation(model))
+
+
+def load_weight(model: Model) -> None:
+    """Load the functions that `implicit.add_weight` calls."""
+    if model.flexible.cells.size:
+        jit.load([flexible.add_gravity])
+
+
+def load_explicit(model: Model) -> None:
+    """Load the functions that explicit methods call."""
+    jit.load(explicit(model))
+
+
+def load_implicit(model: Model) -> None:
+    """Load the implicit equations and what implicit steps call beside them."""
+    jit.load(implicit_steps(model))
