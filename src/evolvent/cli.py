@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -164,14 +165,9 @@ def run(
     folder = _claim(case, output, figures, no_figures)
     _spare(loaded, output)
     plan = module.plan(loaded)
-    if plan.solver:
-        from evolvent import jit
-
-        if not jit.is_warm(plan.solver):
-            click.echo("evolvent: compiling for this machine, once; this takes half a minute", err=True)
     if plan.note and not quiet:
         click.echo(f"evolvent: {plan.note}", err=True)
-    with _progress(plan.duration, quiet) as progress:
+    with _compilation(plan), _progress(plan.duration, quiet) as progress:
         found = module.run(loaded, progress=progress)
     _keep(found, output, folder, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
@@ -180,6 +176,28 @@ def run(
     if status == "interrupted":
         click.echo(f"evolvent: {message}", err=True)
         raise click.exceptions.Exit(INTERRUPTED)
+
+
+@contextlib.contextmanager
+def _compilation(plan: Any) -> Iterator[None]:
+    """Show how far compilation is, on one line of a terminal."""
+    if not plan.solver:
+        yield
+        return
+    from evolvent import jit
+
+    def show(state: jit.Progress) -> None:
+        text = f"compiling for this machine, once: {state.done} of {state.needed} functions"
+        if math.isfinite(state.left) and state.done < state.needed:
+            text += f", about {state.left:.0f} s left"
+        if sys.stderr.isatty():
+            end = "\n" if state.done == state.needed else ""
+            click.echo(f"\r\x1b[Kevolvent: {text}{end}", err=True, nl=False)
+        elif state.done == 0:
+            click.echo(f"evolvent: compiling {state.needed} functions for this machine, once", err=True)
+
+    with jit.reporting(show):
+        yield
 
 
 def _claim(case: str, output: str | None, figures: str | None, no_figures: bool) -> str | None:

@@ -1,140 +1,58 @@
-"""The one way to compile in this package: decorators, cache folder and user laws as function pointers.
+"""The one way to compile in this package: kernels, functions called by address, and users' laws.
 
-Every compiled function is kept on disk in a folder named by numba's version and a hash of the sources of all the floors
-that compile, so that a change in one file can never serve a stale result in another (numba alone looks at a function's
-own file only); compiling anything elsewhere in the package is refused. ``NUMBA_DISABLE_JIT=1`` runs everything as
-plain Python (coverage, debugging).
+Only functions made by `indirect` have machine code of their own; kernels go into those. `evolvent.codecache` says where
+that is kept. ``NUMBA_DISABLE_JIT=1`` runs everything as plain Python (coverage, debugging).
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
+import importlib
 import inspect
 import math
 import os
-import pathlib
-import tempfile
+import subprocess
+import sys
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba import config, f8, i8, njit, types
 from numba.core import cgutils
-from numba.core.dispatcher import _FunctionCompiler
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning, TypingError
-from numba.core.targetconfig import TargetConfig
 from numba.extending import _Intrinsic, intrinsic
 
+from evolvent.codecache import CACHE_DIR, COMPILED, Cache, compiling, module_name, sources
 from evolvent.errors import InputError
 from evolvent.pointer import has_addresses, load_attribute
 
 # functions in 1-tuples are typed as pointers, which numba calls experimental; tests pin what is used of it
 warnings.filterwarnings("ignore", message="First-class function type", category=NumbaExperimentalFeatureWarning)
 
-_PACKAGE = pathlib.Path(__file__).parent
-
-
-#: Modules and packages that may hold compiled functions or constants that these use.
-_COMPILED = ("jit", "pointer", "model", "kernels", "flow", "solvers")
-
-
-def _sources() -> list[pathlib.Path]:
-    """Files of the modules that may hold compiled functions."""
-    found = sorted(_PACKAGE.rglob("*.py"))
-    return [path for path in found if path.relative_to(_PACKAGE).with_suffix("").parts[0] in _COMPILED]
-
-
-def _module_name(path: pathlib.Path) -> str:
-    return ".".join(("evolvent", *path.relative_to(_PACKAGE).with_suffix("").parts))
-
-
-def _source_hash() -> str:
-    digest = hashlib.sha256()
-    for path in _sources():
-        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
-
-
-def _find_cache_dir() -> pathlib.Path:
-    """First writable of ``$EVOLVENT_CACHE``, the user's cache folder and one of theirs in the temporary folder."""
-    name = f"numba-{numba.__version__}-{_source_hash()}"
-    user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    shared = os.path.join(tempfile.gettempdir(), f"evolvent-{os.getuid() if hasattr(os, 'getuid') else 'user'}")
-    candidates = [os.environ.get("EVOLVENT_CACHE"), os.path.join(user, "evolvent"), shared]
-    for base in candidates:
-        if not base:
-            continue
-        folder = pathlib.Path(base) / name
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
-                return folder
-        except OSError:
-            continue
-    return pathlib.Path(tempfile.mkdtemp(prefix="evolvent-cache-")) / name
-
-
-CACHE_DIR = _find_cache_dir()
-
 #: Types of arguments: a number, a vector, a matrix, integers.
 REAL, VECTOR, MATRIX, INTEGERS = f8, f8[::1], f8[:, ::1], i8[::1]
 
 
-def _njit(function: Callable, *signature: Any, cache: bool = True, **options: Any) -> Any:
-    """Compile without numba's reference counts, which cost more than the arithmetic of a small model.
+def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
+    """Numba's dispatcher of a function of this package, with nothing compiled yet.
 
-    Arrays are borrowed from the caller; a kernel that tried to allocate one would not compile.
+    Without numba's reference counts, which cost more than the arithmetic of a small model: arrays are borrowed from the
+    caller, and a kernel that tried to allocate one would not compile.
     """
-    options = {"error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True} | options
-    previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
-    try:
-        return njit(*signature, cache=cache, **options)(function)
-    finally:
-        config.CACHE_DIR = previous
-
-
-@contextlib.contextmanager
-def _fast_flags() -> Iterator[None]:
-    """Let numba hash and compare its compiler flags quickly while it compiles for this package.
-
-    Notes
-    -----
-    numba 0.68 does so for every operator that it types, by building a dictionary option by option: a fifth of the time
-    of compilation. These functions return the same.
-    """
-    own = {name: getattr(TargetConfig, name) for name in ("__hash__", "values")}
-    defaults: dict[Any, dict[str, Any]] = {}
-
-    def values(flags: Any) -> dict[str, Any]:
-        kind = type(flags)
-        if kind not in defaults:
-            defaults[kind] = {name: option.default for name, option in kind.options.items()}
-        return defaults[kind] | flags._values
-
-    hashes: dict[Any, int] = {}
-
-    def hash_of(flags: Any) -> int:
-        kind = type(flags)
-        if kind not in hashes:
-            hashes[kind] = own["__hash__"](flags)  # of the names of the options alone
-        return hashes[kind]
-
-    TargetConfig.values, TargetConfig.__hash__ = values, hash_of
-    try:
-        yield
-    finally:
-        TargetConfig.values, TargetConfig.__hash__ = own["values"], own["__hash__"]
+    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(function)
+    if cache:
+        found._cache = Cache(function)
+    return found
 
 
 def _check_followed(function: Callable) -> None:
     package, _, module = function.__module__.partition(".")
-    if package == "evolvent" and module.split(".")[0] not in _COMPILED:
+    if package == "evolvent" and module.split(".")[0] not in COMPILED:
         raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
 
 
@@ -172,7 +90,7 @@ class Kernel:
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         _unloaded()
-        with _fast_flags():
+        with compiling:
             return self._called(*arguments)
 
     @functools.cached_property
@@ -196,7 +114,7 @@ def inlined(function: Callable) -> Any:
 
 #: Functions of one module that may be called by address.
 _SLOTS = 64
-_MODULES = [_module_name(path) for path in _sources()]
+_MODULES = [module_name(path) for path in sources()]
 #: Address of every function made by `indirect`, once it is loaded; a struct that such functions take refers to it.
 ADDRESSES = np.zeros(_SLOTS * len(_MODULES), dtype=np.int64)
 _counts: dict[str, int] = {}
@@ -270,9 +188,9 @@ class Indirect(_Intrinsic):
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
         if not self.is_loaded:
-            with _fast_flags():
+            with compiling:
                 self.dispatcher.compile(self.signature)
-            ADDRESSES[self.slot] = _pointer(self.dispatcher, self.signature)
+                ADDRESSES[self.slot] = _pointer(self.dispatcher, self.signature)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         self.load()
@@ -286,7 +204,11 @@ def _unloaded() -> int:
     def fail() -> None:
         raise RuntimeError("a compiled function was called that was not loaded for this model")
 
-    address = _pointer(_njit(fail, types.void()), types.void())
+    signature = types.void()
+    dispatcher = _njit(fail)
+    with compiling:
+        dispatcher.compile(signature)
+        address = _pointer(dispatcher, signature)
     ADDRESSES[ADDRESSES == 0] = address
     return address
 
@@ -301,12 +223,89 @@ def indirect(signature: Any) -> Callable[[Callable], Any]:
     return decorate
 
 
+class Progress(NamedTuple):
+    """How far compilation is.
+
+    Attributes
+    ----------
+    done, needed : int, functions
+    left : float, s, estimated; not a number at the start
+    """
+
+    done: int
+    needed: int
+    left: float
+
+
+#: Called with a `Progress` while functions are compiled that are not in the cache; see `reporting`.
+_listeners: list[Callable[[Progress], None]] = []
+
+
+@contextlib.contextmanager
+def reporting(listener: Callable[[Progress], None]) -> Iterator[None]:
+    """Report compilation to `listener` for a while: called at its start, and after every function."""
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+
+
 def load(functions: Iterable[Any]) -> None:
-    """Load functions made by `indirect`."""
+    """Load functions made by `indirect`; those that are in no cache are compiled, in two processes at once."""
     if config.DISABLE_JIT:
         return
-    for function in functions:
+    wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
+    missing = [function for function in wanted if not function.dispatcher._cache.exists()]
+    if missing:
+        _compile(missing)
+    for function in wanted:
         function.load()
+
+
+def _compile(missing: list[Any]) -> None:
+    """Compile functions, the first ones here and the last ones in another process, until both meet."""
+    weights = [200 + len(function.py_func.__code__.co_code) for function in missing]
+    aside = _compile_aside(missing[::-1]) if len(missing) > 3 and (os.cpu_count() or 1) > 1 else None
+    began = time.perf_counter()
+    try:
+        _report(Progress(0, len(missing), math.nan))
+        for function in missing:
+            function.load()
+            done = [other.is_loaded or other.dispatcher._cache.exists() for other in missing]
+            part = sum(weight for weight, is_done in zip(weights, done, strict=True) if is_done) / sum(weights)
+            _report(Progress(sum(done), len(missing), (time.perf_counter() - began) * (1.0 / part - 1.0)))
+    finally:
+        if aside is not None:
+            aside.terminate()
+            aside.wait()
+
+
+def _report(progress: Progress) -> None:
+    for listener in _listeners:
+        listener(progress)
+
+
+def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
+    """Start a process that compiles functions into the cache, but those that are there by then."""
+    names = [(function.py_func.__module__, function.py_func.__qualname__) for function in functions]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import compile_named; compile_named({names!r})"],
+            env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+    except OSError:
+        return None
+
+
+def compile_named(names: list[tuple[str, str]]) -> None:
+    """Compile functions, given as modules and names, into the cache, but those that are there by then."""
+    for module, name in names:
+        function = getattr(importlib.import_module(module), name)
+        if not function.dispatcher._cache.exists():
+            with compiling:
+                function.dispatcher.compile(function.signature)
 
 
 # ------------------------------------------------------------------------------------------------ user laws
@@ -333,13 +332,18 @@ FORMS = {
 
 
 def _compile_law(signature: Any, function: Callable) -> Any:
+    """Compile a user's function as numba compiles its own, for the host, and keep it in the cache folder."""
+    options = {"error_model": "numpy", "_nrt": False}
+    previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
-        return _njit(function, signature)
+        return njit(signature, cache=True, **options)(function)
     except (RuntimeError, ImportError) as error:
         # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
         if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
             raise
-        return _njit(function, signature, cache=False)
+        return njit(signature, **options)(function)
+    finally:
+        config.CACHE_DIR = previous
 
 
 def _law(kind: str, function: Callable) -> Any:
@@ -499,15 +503,3 @@ force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 feed_law_at = _make_lookup(LAWS["feed"])
 event_law_at = _make_lookup(LAWS["event"])
-
-
-def is_warm(name: str) -> bool:
-    """Whether a solver called `name` has been compiled into this cache folder before."""
-    return bool(config.DISABLE_JIT) or (CACHE_DIR / f"warm-{name}").exists()
-
-
-def mark_warm(name: str) -> None:
-    """Remember that the solver called `name` now stands in the cache folder."""
-    if not config.DISABLE_JIT:
-        CACHE_DIR.mkdir(parents=True, exist_ok=True)
-        (CACHE_DIR / f"warm-{name}").touch()

@@ -33,7 +33,7 @@ class Field(NamedTuple):
     `value` is that of an attribute that all instances share.
     """
 
-    dtype: np.dtype | None
+    dtype: Any
     ndim: int
     struct: type[Struct] | None = None
     value: np.ndarray | None = None
@@ -107,7 +107,7 @@ class Struct:
             raise TypeError(f"{type(self).__name__} has the attributes {', '.join(own)}")
         words: list[int] = []
         for name, field in self._fields.items():
-            value = values[name] if field.value is None else field.value
+            value: Any = values[name] if field.value is None else field.value
             if field.struct is not None:
                 words.append(value.address)
             else:

@@ -14,12 +14,11 @@ import subprocess
 import sys
 import tempfile
 
-import numba
 import numpy as np
 import pytest
 from numba import config
 
-from evolvent import jit, parts
+from evolvent import codecache, jit, parts
 from evolvent.errors import InputError
 from evolvent.solvers import solve
 from evolvent.system import System
@@ -45,31 +44,31 @@ def python(script: str, *arguments: str, **environment: str) -> dict:
 def copied_package(tmp_path, monkeypatch):
     """A copy of the package's sources that the hash is taken from."""
     copy = tmp_path / "evolvent"
-    shutil.copytree(jit._PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(jit, "_PACKAGE", copy)
+    shutil.copytree(codecache._PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(codecache, "_PACKAGE", copy)
     return copy
 
 
 @pytest.mark.parametrize("name", ["jit.py", "model.py", "kernels/rotations.py", "flow/rhs.py", "solvers/explicit.py"])
 def test_a_change_in_any_compiled_floor_gives_another_cache_folder(copied_package, name):
-    before = jit._source_hash()
+    before = codecache._source_hash()
     path = copied_package / name
     path.write_text(path.read_text() + "\n# changed\n")
-    assert jit._source_hash() != before
+    assert codecache._source_hash() != before
 
 
 @pytest.mark.parametrize("name", ["system.py", "parts/point.py", "errors.py"])
 def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
-    before = jit._source_hash()
+    before = codecache._source_hash()
     path = copied_package / name
     path.write_text(path.read_text() + "\n# changed\n")
-    assert jit._source_hash() == before
+    assert codecache._source_hash() == before
 
 
 def test_the_cache_folder_is_where_the_user_wants_it(tmp_path, monkeypatch):
     monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "mine"))
-    folder = jit._find_cache_dir()
-    assert folder == tmp_path / "mine" / f"numba-{numba.__version__}-{jit._source_hash()}"
+    folder = codecache._find_cache_dir()
+    assert folder == tmp_path / "mine" / codecache.folder_name()
     assert folder.is_dir()
 
 
@@ -77,7 +76,7 @@ def test_an_unusable_cache_folder_falls_back_to_the_users_own(tmp_path, monkeypa
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
-    assert jit._find_cache_dir().parent == tmp_path / "home" / "evolvent"
+    assert codecache._find_cache_dir().parent == tmp_path / "home" / "evolvent"
 
 
 def test_without_any_usable_folder_a_temporary_one_is_taken(tmp_path, monkeypatch):
@@ -85,17 +84,17 @@ def test_without_any_usable_folder_a_temporary_one_is_taken(tmp_path, monkeypatc
     monkeypatch.setenv("EVOLVENT_CACHE", str(tmp_path / "file" / "below"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "too"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    assert jit._find_cache_dir().parent.name.startswith("evolvent-")
-    assert jit._find_cache_dir() == jit._find_cache_dir()
+    assert codecache._find_cache_dir().parent.name.startswith("evolvent-")
+    assert codecache._find_cache_dir() == codecache._find_cache_dir()
 
 
 @compiled_only
 def test_warm_marks_stand_in_the_cache_folder(tmp_path, monkeypatch):
-    monkeypatch.setattr(jit, "CACHE_DIR", tmp_path / "fresh")
-    assert not jit.is_warm("rk4")
-    jit.mark_warm("rk4")
-    assert jit.is_warm("rk4")
-    assert not jit.is_warm("dopri5")
+    monkeypatch.setattr(codecache, "CACHE_DIR", tmp_path / "fresh")
+    assert not codecache.is_warm("rk4")
+    codecache.mark_warm("rk4")
+    assert codecache.is_warm("rk4")
+    assert not codecache.is_warm("dopri5")
 
 
 def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import codecache, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
@@ -121,6 +121,9 @@ def solve(
         check_explicit(assembly)
     try_laws(assembly, times[0], times[-1])
     tableau = METHODS[method]
+    began = clock.perf_counter()
+    advance = _load(assembly.model, tableau, rtol=rtol, atol=atol)
+    compile_time = clock.perf_counter() - began
     fixed = method != "dopri5"
     model = assembly.model
     limit = math.inf
@@ -132,10 +135,6 @@ def solve(
     elif not (rtol > 0.0 and atol > 0.0):
         raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
     loop = _make_loop(assembly, times, tableau, step)
-    began = clock.perf_counter()
-    advance = _load(model, tableau, rtol=rtol, atol=atol)
-    compile_time = clock.perf_counter() - began
-
     start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
     status, message = "success", "the run reached its end"
     began = clock.perf_counter()
@@ -190,7 +189,7 @@ def solve(
         "stability_limit": limit,
         "energy_defect": worst,
     }
-    jit.mark_warm(method)
+    codecache.mark_warm(method)
     return Solution(
         t=loop.samples[:kept].copy(),
         y=loop.out_y[:kept],

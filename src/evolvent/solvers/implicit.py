@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import codecache, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
@@ -323,7 +323,7 @@ def solve_implicit(
         "smallest_pivot": float(march.clock[alpha.QUALITY]),
         "energy_gained": float(march.clock[alpha.NET]),
     }
-    jit.mark_warm("generalized-alpha")
+    codecache.mark_warm("generalized-alpha")
     return ImplicitSolution(
         t=times[:kept].copy(),
         y=march.out_y[:kept],

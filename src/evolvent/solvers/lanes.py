@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import codecache
 from evolvent.kernels import stand
 from evolvent.kernels.stand import DISSIPATED, LANES, N_SPRING, N_STATE
 from evolvent.solvers.march import march
@@ -137,7 +137,7 @@ def warm_up() -> None:
         lateral_stiffness=one, lateral_damping=one, state=np.eye(13)[3],
     )  # fmt: skip
     integrate([still], every=1.0, samples=2, steps=1, method="rk4")
-    jit.mark_warm(NAME)
+    codecache.mark_warm(NAME)
 
 
 def integrate(

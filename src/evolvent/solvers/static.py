@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from evolvent import jit
+from evolvent import codecache, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
@@ -159,7 +159,7 @@ def solve_static(
     except KeyboardInterrupt:
         search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
     wall_time = clock.perf_counter() - began
-    jit.mark_warm("statics")
+    codecache.mark_warm("statics")
     return search.solution(wall_time, compile_time)
 
 

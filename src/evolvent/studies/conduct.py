@@ -183,9 +183,9 @@ class _Sweep:
             return
         if not solver:
             return
-        from evolvent import jit
+        from evolvent import codecache
 
-        if not jit.is_warm(solver):
+        if not codecache.is_warm(solver):
             self.tell("compiling for this machine, once; this takes half a minute")
             self._here([self.pending.popleft()])
 

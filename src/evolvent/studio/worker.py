@@ -69,10 +69,13 @@ def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
     case = cases.load(os.fspath(place / CASE))
     module = cases.system(case.system)
     plan = module.plan(case)
-    if plan.solver and not jit.is_warm(plan.solver):
-        told.say(note="compiling for this machine, once; this takes a minute or two")
     told.reached(0.0, plan.duration)
-    found = module.run(case, progress=lambda reached: told.reached(reached, plan.duration))
+
+    def compiling(state: jit.Progress) -> None:
+        told.say(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
+
+    with jit.reporting(compiling):
+        found = module.run(case, progress=lambda reached: told.reached(reached, plan.duration))
     results.save(found, place / RUN)
     told.say(status=found.attrs["status"], message=found.attrs["message"])
 

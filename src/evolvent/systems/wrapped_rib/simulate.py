@@ -338,7 +338,7 @@ def _solved(
             spectral_radius=solver.spectral_radius,
             progress=progress,
         )
-    from evolvent import jit
+    from evolvent import codecache
     from evolvent.solvers import solve
     from evolvent.solvers.drive import METHODS, choose_step
     from evolvent.solvers.flexible import with_account
@@ -351,7 +351,7 @@ def _solved(
     solution = with_account(
         assembly, solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
     )
-    jit.mark_warm(_compiled(solver.method))
+    codecache.mark_warm(_compiled(solver.method))
     message = solution.message.replace(", or method dopri5", f", or solver.method: {METHOD}")
     statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
     return dataclasses.replace(solution, message=message, statistics=statistics)

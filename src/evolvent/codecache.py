@@ -1,0 +1,230 @@
+"""Where compiled functions are kept, and for which processor they are compiled.
+
+Every compiled function is kept on disk in a folder named by the versions of numba and Python, the processor and a hash
+of the sources of all modules that hold compiled functions, so that a change in one file can never serve a stale result
+in another (numba alone looks at a function's own file). A wheel may ship such a folder, which is then read first.
+
+Functions are compiled for a baseline of the processor's family where it has that, so that the folder serves other
+machines of its kind. Nothing of this changes what other users of numba in the process get.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pathlib
+import platform
+import sys
+import tempfile
+from typing import Any
+
+import numba
+from llvmlite import binding
+from numba import config
+from numba.core import codegen
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.registry import cpu_target
+from numba.core.targetconfig import TargetConfig
+
+_PACKAGE = pathlib.Path(__file__).parent
+#: Modules and packages that may hold compiled functions or constants that these use.
+COMPILED = ("codecache", "jit", "pointer", "model", "kernels", "flow", "solvers")
+#: Baselines by machine: LLVM's name of the processor, and the features of a host that has all of it.
+_BASELINES = {"x86_64": ("x86-64-v3", ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"))}
+_BASELINES["AMD64"] = _BASELINES["x86_64"]
+
+
+def _baseline() -> str | None:
+    """LLVM's name of the processor to compile for; None where it is the host's own."""
+    name, needed = _BASELINES.get(platform.machine(), ("", ("none",)))
+    try:
+        features = binding.get_host_cpu_features()
+    except RuntimeError:  # a host that LLVM does not know
+        return None
+    return name if all(features.get(feature) for feature in needed) else None
+
+
+# ---------------------------------------------------------------------------------------------- folders
+
+
+def sources() -> list[pathlib.Path]:
+    """Files of the modules that may hold compiled functions."""
+    found = sorted(_PACKAGE.rglob("*.py"))
+    return [path for path in found if path.relative_to(_PACKAGE).with_suffix("").parts[0] in COMPILED]
+
+
+def module_name(path: pathlib.Path) -> str:
+    """Dotted name of the module in a file of the package."""
+    return ".".join(("evolvent", *path.relative_to(_PACKAGE).with_suffix("").parts))
+
+
+def _source_hash() -> str:
+    digest = hashlib.sha256()
+    for path in sources():
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def folder_name() -> str:
+    """Name of the folder for this numba, Python, processor and package."""
+    python = f"{sys.implementation.name}{sys.version_info[0]}{sys.version_info[1]}"
+    processor = BASELINE or binding.get_host_cpu_name()
+    return f"numba-{numba.__version__}-{python}-{sys.platform}-{processor}-{_source_hash()}"
+
+
+def _find_cache_dir() -> pathlib.Path:
+    """First writable of ``$EVOLVENT_CACHE``, the user's cache folder and one of theirs in the temporary folder."""
+    name = folder_name()
+    user = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    shared = os.path.join(tempfile.gettempdir(), f"evolvent-{os.getuid() if hasattr(os, 'getuid') else 'user'}")
+    candidates = [os.environ.get("EVOLVENT_CACHE"), os.path.join(user, "evolvent"), shared]
+    for base in candidates:
+        if not base:
+            continue
+        folder = pathlib.Path(base) / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK):
+                return folder
+        except OSError:
+            continue
+    return pathlib.Path(tempfile.mkdtemp(prefix="evolvent-cache-")) / name
+
+
+BASELINE = _baseline()
+CACHE_DIR = _find_cache_dir()
+#: Folder of compiled functions that the package was shipped with; it may be absent, or of other versions.
+SHIPPED = _PACKAGE / "_kernels" / CACHE_DIR.name
+
+
+class _Locator(_CacheLocator):
+    """A module's folder below `base`, without any absolute path."""
+
+    def __init__(self, base: pathlib.Path, function: Any) -> None:
+        self._path = base / function.__module__.removeprefix("evolvent.")
+        self._line = function.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        return os.fspath(self._path)
+
+    def get_source_stamp(self) -> str:
+        return CACHE_DIR.name
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+def _impl_in(base: pathlib.Path) -> type:
+    class Impl(CompileResultCacheImpl):
+        def __init__(self, function: Any) -> None:
+            self._lineno = function.__code__.co_firstlineno
+            self._locator = _Locator(base, function)
+            self._filename_base = self.get_filename_base(function.__qualname__, "")
+
+    return Impl
+
+
+class _Shipped(FunctionCache):
+    _impl_class = _impl_in(SHIPPED)
+
+
+class Cache(FunctionCache):
+    """Cache of one function: what was shipped, then the user's folder; new results go to the user's."""
+
+    _impl_class = _impl_in(CACHE_DIR)
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """Compiled function from either folder, or None."""
+        if self._shipped is not None:
+            found = self._shipped.load_overload(signature, target_context)
+            if found is not None:
+                return found
+        return super().load_overload(signature, target_context)
+
+    def exists(self) -> bool:
+        """Whether something of the function is kept."""
+        caches: list[Any] = [self] if self._shipped is None else [self._shipped, self]
+        return any(os.path.exists(cache._cache_file._index_path) for cache in caches)
+
+
+# ---------------------------------------------------------------------------------------------- compiling
+
+
+class _BaselineCodegen(codegen.JITCPUCodegen):
+    """Machine code for the baseline."""
+
+    def _get_host_cpu_name(self) -> str:
+        return str(BASELINE)
+
+    def _customize_tm_features(self) -> str:
+        return ""
+
+
+class _Compiling:
+    """A context in which numba compiles and loads for this package.
+
+    Notes
+    -----
+    It compiles for the baseline, through a code generator of its own. And compiler flags are hashed and compared
+    quickly: numba 0.68 does so for every operator that it types, by building a dictionary option by option, which is a
+    fifth of the time of compilation. The functions here return the same.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._codegen: Any = None
+        self._outer: tuple[Any, ...] = ()
+        self._defaults: dict[Any, dict[str, Any]] = {}
+        self._hashes: dict[Any, int] = {}
+        hash_slowly = TargetConfig.__hash__
+
+        def values(flags: Any) -> dict[str, Any]:
+            kind = type(flags)
+            if kind not in self._defaults:
+                self._defaults[kind] = {name: option.default for name, option in kind.options.items()}
+            return self._defaults[kind] | flags._values
+
+        def hash_of(flags: Any) -> int:
+            kind = type(flags)
+            if kind not in self._hashes:
+                self._hashes[kind] = hash_slowly(flags)  # of the names of the options alone
+            return self._hashes[kind]
+
+        self._fast = values, hash_of
+
+    def __enter__(self) -> None:
+        self._depth += 1
+        if self._depth > 1:
+            return
+        context = cpu_target.target_context
+        self._outer = TargetConfig.values, TargetConfig.__hash__, context._internal_codegen
+        TargetConfig.values, TargetConfig.__hash__ = self._fast
+        if BASELINE is not None:
+            if self._codegen is None:
+                self._codegen = _BaselineCodegen("evolvent")
+            context._internal_codegen = self._codegen
+
+    def __exit__(self, *exception: Any) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            TargetConfig.values, TargetConfig.__hash__, cpu_target.target_context._internal_codegen = self._outer
+
+
+compiling = _Compiling()
+
+
+def is_warm(name: str) -> bool:
+    """Whether what goes by `name` has been compiled into this cache folder before."""
+    return bool(config.DISABLE_JIT) or SHIPPED.is_dir() or (CACHE_DIR / f"warm-{name}").exists()
+
+
+def mark_warm(name: str) -> None:
+    """Remember that what goes by `name` is in the cache folder."""
+    if not config.DISABLE_JIT:
+        CACHE_DIR.mkdir(parents=True, exist_ok=True)
+        (CACHE_DIR / f"warm-{name}").touch()
