@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 
 from evolvent.errors import InputError
-from evolvent.identification import Modes, cramer_rao, esprit, identify, matrix_pencil, prony, tls_prony, varpro
+from evolvent.identification import (
+    Modes,
+    automatic,
+    cramer_rao,
+    esprit,
+    identify,
+    matrix_pencil,
+    prony,
+    tls_prony,
+    varpro,
+)
+from evolvent.identification.signals import read_signal
+from evolvent.identification.subspace import candidates
+from evolvent.identification.variable_projection import evaluate
 
 RATE = 50.0
 
@@ -43,10 +56,18 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
         (X, {"order": "all"}, "order is 'all'; .* or 'auto'"),
         (X, {"names": ["a", "b"]}, "must be 1 different names"),
         (X, {"rate": 0.0}, "rate is 0.0"),
+        (X, {"rate": 1e300}, r"rate is 1e\+300 .*between 1e-12 and 1e\+12"),
+        (X, {"rate": 1e-300}, "rate is 1e-300 .*between"),
         (X, {"rate": None}, "either rate"),
         (X, {"time": np.arange(600)}, "not both"),
         (X, {"rate": None, "time": np.arange(500)}, "time has 500 values and data 600"),
-        (X, {"rate": None, "time": np.arange(600)[::-1]}, "finite and rise"),
+        (X, {"rate": None, "time": np.arange(600)[::-1]}, "does not rise at sample 2 .*finite and rise"),
+        (X, {"rate": None, "time": np.zeros(600)}, "all 600 samples have the same time, 0 s"),
+        (X, {"rate": None, "time": np.minimum(np.arange(600), 300)}, "does not rise at sample 302"),
+        (X, {"rate": None, "time": np.where(np.arange(600) == 7, np.nan, np.arange(600))}, "first at sample 8"),
+        (X, {"rate": None, "time": 1e-300 * np.arange(600)}, "1e-300 s apart, where 1e-12 s to"),
+        (X, {"rate": None, "time": 1e300 * np.arange(600)}, r"1e\+300 s apart, where 1e-12 s to"),
+        (X, {"rate": None, "time": 1e305 * (np.arange(600) - 300)}, r"1e\+305 s apart"),
         (X, {"rate": None, "time": np.delete(np.arange(601), 300)}, "time is not even: sample"),
         (X, {"band": (10.0, 200.0)}, "nothing above 157.08 rad/s .*sample at 63.662 Hz or more"),
         (X, {"band": (20.0, 10.0)}, "0 <= low < high"),
@@ -84,6 +105,31 @@ def test_noise_alone_is_refused() -> None:
     for _ in range(5):
         with pytest.raises(InputError, match="no mode stands out"):
             identify(rng.standard_normal((300, 2)), rate=RATE)
+
+
+@pytest.mark.parametrize("order", [3, None])
+def test_equations_without_a_solution_are_refused(order: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*given: object, **options: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setitem(automatic.METHODS, "esprit", fails)
+    with pytest.raises(InputError, match=r"esprit cannot find .* modes: .*\(Singular matrix\); ask for fewer modes"):
+        identify(X, rate=RATE, order=order, method="esprit")
+
+
+def test_poles_that_grow_or_decay_beyond_the_record_are_no_candidates() -> None:
+    """exp(700 s x 1.1 1/s) is no number; nor has a mode that is gone within a sample an amplitude."""
+    signal = read_signal(np.tile(X, 70)[:35000], rate=RATE)
+    poles = np.array([1.1 + 14.0j, -0.1 + 14.0j, 0.01 + 20.0j, -300.0 + 20.0j, -0.1 + 200.0j])
+    assert candidates(poles, signal).tolist() == [-0.1 + 14.0j, 0.01 + 20.0j]
+
+
+def test_a_pole_that_does_not_oscillate_has_a_finite_amplitude() -> None:
+    """Its sine is nought at every sample."""
+    point = evaluate(np.array([-0.1 + 0.0j]), read_signal(X, rate=RATE))
+    assert np.all(np.isfinite(point.coefficients))
+    with pytest.raises(InputError, match="the data do not support 1 modes"):
+        identify(X, rate=RATE, order=1, band=(0.0, 1e-5))
 
 
 def test_too_few_samples_of_one_sensor() -> None:

@@ -6,6 +6,7 @@ import pytest
 import evolvent
 from evolvent import cases
 from evolvent.systems import inertia_stand
+from evolvent.systems.inertia_stand import identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}
 
@@ -244,6 +245,66 @@ def test_impulse_and_initial_state_follow_the_linear_model(start, support):
     modes = found.sizes["linear_mode"]
     linear = found.linear_energy.values[modes - 3 :]
     assert found.mode_energy.values == pytest.approx(linear, rel=0.01, abs=1e-3)
+
+
+def test_least_energy_of_a_load_between_the_springs():
+    """A force at (x, z): F^2 / 8 k in heave, (x / a)^2 and (z / b)^2 of it in pitch and roll."""
+    place = run(**{"excitation.at": ["0.3 m", "0 m", "0.2 m"], **QUICK})
+    heave = 9806.65**2 / (8.0 * 740250.0)
+    assert float(place.least_energy) == pytest.approx(heave * (0.3 / 2.0) ** 2, rel=1e-5)
+    assert float(place.least_energy_best) == pytest.approx(heave, rel=1e-5)
+    spring = run(**{"excitation.at": ["2 m", "0 m", "0.8696 m"], "body.offset_x": 0.3, **QUICK})
+    number = run(**{"excitation.at": 1, "body.offset_x": 0.3, **QUICK})
+    assert float(spring.least_energy) == pytest.approx(float(number.least_energy), rel=1e-12)
+
+
+def test_least_energy_of_an_initial_state():
+    """4 k / 2 times y^2, (a gamma)^2, (b alpha)^2; without a load there is no best spring."""
+    start = {"excitation.displacement": [0.0, 1e-3, 0.0], "excitation.rotation": [1e-3, 0.0, 5e-4]}
+    found = run(**{"excitation.force": None, **start, **QUICK})
+    assert float(found.least_energy) == pytest.approx(2.0 * 740250.0 * (0.8696 * 1e-3) ** 2, rel=1e-5)
+    assert not {"least_energy_best", "best_spring"} & set(found.data_vars)
+    assert int(found.loaded_spring) == 0
+
+
+def test_modes_of_one_frequency_are_told():
+    """On a square of springs, roll and pitch of equal moments are one line in the signals."""
+    found = run(
+        **{"stand.half_length": "1 m", "stand.half_width": "1 m", "body.inertia": [4000, 4000, 4000]},
+        sensors__duration="4 s",
+    )
+    assert "2 of heave, roll and pitch have the same frequency, 27.20" in found.attrs["warning"]
+    assert found.mode_frequency.values == pytest.approx([13.962, 27.207], abs=1e-3)
+    assert np.all(np.isnan(found.inertia_identified))
+
+
+def test_more_modes_than_a_long_record_holds_cost_no_run():
+    found = run(sensors__rate="10 Hz", sensors__duration="800 s", identification__order=20)
+    assert found.attrs["status"] == "success"
+    assert found.sizes["time"] == 8001
+    assert np.all(np.isfinite(found.sensor_displacement))
+    assert "identification: " in found.attrs["warning"]
+    assert np.all(np.isnan(found.inertia_identified))
+
+
+def test_inertia_whose_equations_have_no_solution_costs_no_modes(monkeypatch):
+    def fails(*given):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(identify, "inertia_of", fails)
+    found = run(**QUICK)
+    assert "identification: the modes give no inertia by fit" in found.attrs["warning"]
+    assert found.mode_frequency.values == pytest.approx([13.962, 16.422, 24.59], abs=1e-3)
+
+
+def test_sensors_that_no_mode_moves_are_told():
+    found = run(sensors__directions=[[1, 0, 0]] * 4, stand__support="guided", sensors__duration="4 s")
+    assert "identification: no mode of the linear model moves a sensor" in found.attrs["warning"]
+
+
+def test_motion_below_rounding_is_told():
+    with pytest.raises(evolvent.RunFailed, match=r"rounding hides .* stronger motion"):
+        run(**{"excitation.force": [0.0, -1e-6, 0.0], **QUICK})
 
 
 def test_a_batch_gives_the_bits_of_single_runs():

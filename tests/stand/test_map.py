@@ -59,3 +59,32 @@ def test_what_a_study_does_not_keep_is_not_drawn(keep, drawn):
     over = {"body.offset_x": [-0.4, 0.4], "body.offset_z": [-0.2, 0.2]}
     study = studies.sweep({"study": "corners", "case": "inertia-stand", "over": over, "keep": keep})
     assert list(cases.system("inertia-stand").study_figures(study)) == drawn
+
+
+@pytest.mark.parametrize(
+    "fixed",
+    [
+        {"identification.order": 6},  # more modes than three
+        {"identification.way": "none"},  # no inertia
+        {"identification.order": 3, "excitation.force": [0, -50000, 0]},  # 1 % of the top is above 0.3 J
+        {"identification.order": 3, "excitation.force": [0, -0.1, 0]},  # the top is below 0.001 J
+        {"identification.order": 3, "excitation.at": [0.3, 0, 0.2]},
+        {"identification.order": 3, "excitation.force": None, "excitation.rotation": [1e-3, 0, 1e-3]},
+    ],
+)
+def test_every_figure_of_a_map_is_drawn(fixed):
+    over = {"body.offset_x": [-0.4, 0.0, 0.4], "body.offset_z": [-0.2, 0.2]}
+    case = {"sensors.duration": "4 s", **fixed}
+    study = studies.sweep({"study": "map", "case": "inertia-stand", "set": case, "over": over})
+    assert np.all(np.isfinite(study.least_energy))
+    drawn = cases.system("inertia-stand").study_figures(study)
+    assert set(drawn) == {"energies", "amplitudes", "least_energy", "frequencies", "inertia_error"}
+    for sheet in drawn.values():
+        sheet.canvas.draw()
+
+
+def test_a_map_of_one_case_is_drawn():
+    over = {"body.offset_x": [0.1], "body.offset_z": [0.1]}
+    case = {"sensors.duration": "4 s", "identification.order": 3}
+    study = studies.sweep({"study": "one", "case": "inertia-stand", "set": case, "over": over})
+    assert "least_energy" in cases.system("inertia-stand").study_figures(study)

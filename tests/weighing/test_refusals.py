@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import sys
 from typing import Any
 
 import click
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from evolvent import EvolventError, InputError
+from evolvent import EvolventError, InputError, cli
 from evolvent.inertia import Body, linear_model
+from evolvent.signals import Signals
 from evolvent.weighing import identify, json_schema, load, weigh, write
 from weighing import rig
 
@@ -82,6 +84,60 @@ def test_times(tmp_path: pathlib.Path) -> None:
     refused("signals.end is 1 s; it must be after signals.start, 2 s", path, {"signals.start": 2, "signals.end": 1})
     refused("signals.time and signals.rate are both given", path, {"signals.time": "time", "signals.rate": 50})
     refused("signals.time is 'tme', .* did you mean 'time'", path, {"signals.time": "tme"})
+
+
+@pytest.mark.parametrize(
+    ("time", "said"),
+    [
+        (lambda t: 1e-300 * t, "2e-302 s apart, where 1e-12 s to .*check the unit of the time"),
+        (lambda t: 1e300 * t, r"2e\+298 s apart, where 1e-12 s to"),
+        (lambda t: 1e300 + t, r"all 612 samples have the same time, 1e\+300 s"),
+        (lambda t: 0.0 * t, "all 612 samples have the same time, 0 s"),
+        (lambda t: np.where(t == t[5], np.nan, t), "1 of 612 times are empty or not finite, the first at sample 6"),
+        (lambda t: np.where(t == t[5], np.inf, t), "1 of 612 times are empty or not finite, the first at sample 6"),
+        (lambda t: np.where(t == t[-1], 1e300, t), r"1e\+300 s apart"),
+        (lambda t: t[::-1], "does not rise at sample 2"),
+    ],
+)
+def test_absurd_times(time: Any, said: str, tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    refused(said, rig.write_csv(tmp_path / "a.csv", time(t), x))
+
+
+def test_an_absurd_clock(knock: str) -> None:
+    refused("2e-22 s apart", knock, {"signals.clock": 1e-20})
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e300, np.inf])
+def test_an_absurd_rate_of_a_file(rate: float) -> None:
+    source = Signals(("a",), np.sin(np.arange(100.0))[:, None], ("mm",), rate, "a.wav", "WAV", "")
+    content = {"stand": {"kind": "torsion", "stiffness": 0.35}, "body": {}, "signals": {}}
+    with pytest.raises(InputError, match=r"the rate that 'a.wav' states is .* between 1e-12 and 1e\+12"):
+        weigh(source, content)
+
+
+def test_a_wrong_unit_of_time_is_named(tmp_path: pathlib.Path) -> None:
+    t, x = rig.knock()
+    fast = rig.write_csv(tmp_path / "a.csv", 1e-3 * t, x)
+    refused("slowest mode found has 13868.* the body heaves at 13.96.*check the unit of the time", fast)
+    slow = rig.write_csv(tmp_path / "b.csv", 1e3 * t, x)
+    refused("0.05 samples a second show nothing above 0.157.* the body's heave is expected at 13.96", slow)
+
+
+def test_nothing_but_a_time_column(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time (s)\n" + "\n".join(f"{0.02 * k:.2f}" for k in range(600)), encoding="utf-8")
+    stand = tmp_path / "wire.yaml"
+    stand.write_text("stand: {kind: torsion, stiffness: 0.35 N m/rad}\nbody: {name: disc}\nsignals: {unit: mm}\n")
+    monkeypatch.setattr(sys, "argv", ["evolvent", "identify", str(path), "--stand", str(stand)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    told = capsys.readouterr().err.strip()
+    assert "holds no column of numbers but the time, 'time'" in told
+    assert "\n" not in told
 
 
 def test_columns_and_units(knock: str, tmp_path: pathlib.Path) -> None:

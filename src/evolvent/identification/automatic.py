@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from evolvent.errors import InputError, nearest
 from evolvent.identification.linear_prediction import prony, tls_prony
 from evolvent.identification.modes import Modes
@@ -63,7 +65,7 @@ def identify(
     InputError
         One sentence, for data that hold no answer: lengths that differ, uneven times, a rate below twice the band's
         upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the samples
-        do not allow, a fit that does not converge, no mode above the noise.
+        do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
 
     Examples
     --------
@@ -83,21 +85,23 @@ def identify(
         if order != "auto":
             raise InputError(f"order is {order!r}; it must be a whole number of modes, 1 or more, or 'auto'")
         order = None
-    if order is not None:
-        if method != "varpro":
-            return METHODS[method](
-                data, order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend
-            )
-        return varpro(data, order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend)
-    if highest_order is not None and (isinstance(highest_order, bool) or highest_order < 1):
+    options: dict[str, Any] = {
+        "rate": rate, "time": time, "names": names, "noise": noise, "band": band, "detrend": detrend
+    }  # fmt: skip
+    if order is None and highest_order is not None and (isinstance(highest_order, bool) or highest_order < 1):
         raise InputError(f"highest_order is {highest_order!r}; it must be a whole number, 1 or more")
-    signal = read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend)
-    modes, criteria = search(signal, highest_order)
-    if modes is None:
-        raise InputError("no mode stands out of the noise; give the order if one must be there")
-    if method != "varpro":
-        other = METHODS[method](
-            data, modes.order, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend
-        )
-        return replace(other, criteria=criteria)
-    return replace(modes, criteria=criteria)
+    try:
+        if order is not None:
+            return METHODS[method](data, order, **options)
+        modes, criteria = search(read_signal(data, **options), highest_order)
+        if modes is None:
+            raise InputError("no mode stands out of the noise; give the order if one must be there")
+        if method != "varpro":
+            modes = METHODS[method](data, modes.order, **options)
+        return replace(modes, criteria=criteria)
+    except np.linalg.LinAlgError as error:
+        asked = f"{order} modes" if order is not None else "the modes"
+        raise InputError(
+            f"{method} cannot find {asked}: its equations have no solution in floating-point numbers ({error}); "
+            "ask for fewer modes or for another method"
+        ) from None

@@ -24,6 +24,8 @@ FLAT_RUN = 3
 FLAT_SHARE = 5
 #: Largest and least magnitude of a sensor's largest value; beyond, squares and their products leave the numbers.
 LARGEST, LEAST = 1e75, 1e-75
+#: Longest and shortest time between two samples, s; beyond, powers of times and rates leave the numbers.
+LONGEST_STEP, SHORTEST_STEP = 1e12, 1e-12
 
 
 @dataclass(frozen=True)
@@ -114,8 +116,8 @@ def read_signal(
     Raises
     ------
     InputError
-        Lengths that differ, times that are uneven, a rate below twice the band's upper end, a sensor that is empty,
-        constant or clipped, infinite, complex or huge values.
+        Lengths that differ, times that are uneven or absurdly far apart, a rate below twice the band's upper end, a
+        sensor that is empty, constant or clipped, infinite, complex or huge values.
     """
     values, found = _read_data(data)
     length, sensors = values.shape
@@ -184,13 +186,13 @@ def _read_time(rate: float | None, time: Any, length: int) -> tuple[float, float
     if rate is not None:
         if not (isinstance(rate, (int, float, np.number)) and np.isfinite(rate) and rate > 0.0):
             raise InputError(f"rate is {rate!r}; it must be a finite number of samples a second above 0")
+        check_rate(float(rate), "rate")
         return 1.0 / float(rate), 0.0
     times = np.ravel(np.asarray(time, dtype=float))
     if times.size != length:
         raise InputError(f"time has {times.size} values and data {length} samples; they must be equal")
+    check_times(times)
     step = (times[-1] - times[0]) / (length - 1)
-    if not (np.all(np.isfinite(times)) and step > 0.0):
-        raise InputError("time must be finite and rise")
     off = np.abs(times - times[0] - step * np.arange(length)) / step
     worst = int(np.argmax(off))
     if off[worst] > UNEVEN:
@@ -199,6 +201,40 @@ def _read_time(rate: float | None, time: Any, length: int) -> tuple[float, float
             f"{step:.6g} s; at most {UNEVEN} is allowed (put NaN in place of samples that are missing)"
         )
     return float(step), float(times[0])
+
+
+def check_rate(rate: float, what: str) -> None:
+    """Refuse a sampling rate, Hz, that is absurdly low or high; `what` begins the sentence."""
+    least, most = 1.0 / LONGEST_STEP, 1.0 / SHORTEST_STEP
+    if not 0.999 * least <= rate <= 1.001 * most:
+        raise InputError(f"{what} is {rate:.6g} samples a second; it must be between {least:g} and {most:g}")
+
+
+def check_times(times: Array) -> None:
+    """Refuse times (N,), s, that are not finite, do not rise, or are absurdly near or far apart."""
+    infinite = np.flatnonzero(~np.isfinite(times))
+    if infinite.size:
+        raise InputError(
+            f"{infinite.size} of {times.size} times are empty or not finite, the first at sample {infinite[0] + 1}; "
+            "time must be finite and rise"
+        )
+    with np.errstate(over="ignore"):
+        steps = np.diff(times)
+    longest, median = float(np.abs(steps).max()), float(np.median(np.abs(steps)))
+    if longest == 0.0:
+        raise InputError(f"all {times.size} samples have the same time, {times[0]:.9g} s; time must be finite and rise")
+    if longest > 1.001 * LONGEST_STEP or 0.0 < median < 0.999 * SHORTEST_STEP:
+        apart = longest if longest > 1.001 * LONGEST_STEP else median
+        raise InputError(
+            f"the times of samples are {apart:.3g} s apart, where {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s are "
+            "allowed; check the unit of the time"
+        )
+    if np.any(steps <= 0.0):
+        row = int(np.argmax(steps <= 0.0)) + 1
+        raise InputError(
+            f"the time does not rise at sample {row + 1} ({times[row]:.9g} s after {times[row - 1]:.9g} s); "
+            "time must be finite and rise"
+        )
 
 
 def _read_band(band: Sequence[float] | None, step: float) -> tuple[float, float]:
@@ -247,7 +283,7 @@ def _check_sensors(values: Array, names: tuple[str, ...]) -> None:
     dead = highest - lowest <= 1e-13 * size
     if np.any(dead):
         c = int(np.argmax(dead))
-        raise InputError(f"{names[c]} is constant ({highest[c]:.6g}): a dead sensor; leave it out")
+        raise InputError(f"{names[c]} is constant ({highest[c] + 0.0:.6g}): a dead sensor; leave it out")
     for side, extremes in (("highest", highest), ("lowest", lowest)):
         for c in np.flatnonzero((values == extremes).sum(axis=0) >= FLAT_RUN).tolist():
             held = _held(values[:, c], float(extremes[c]))

@@ -137,6 +137,18 @@ def in_band(poles: Array, signal: Signal) -> Array:
     return poles[(poles.imag >= low) & (poles.imag <= high)]
 
 
+def visible(poles: Array, signal: Signal) -> Array:
+    """(m,) bool: modes below half the rate that neither decay faster than the samples nor grow beyond e^30."""
+    slow, fast = -30.0 / signal.time[-1], 4.0 / signal.step
+    w, decay = poles.imag, -poles.real
+    return np.asarray((w > 0.0) & (w < np.pi / signal.step) & (decay > slow) & (decay < fast))
+
+
+def candidates(poles: Array, signal: Signal) -> Array:
+    """The poles that the samples can show and whose frequency lies in the band."""
+    return in_band(poles[visible(poles, signal)], signal)
+
+
 class Starts:
     """Start poles for any order of one signal, from the few subspaces that its samples allow.
 
@@ -167,11 +179,11 @@ class Starts:
     def _from(self, subspace: Subspace, order: int) -> Array:
         if len(subspace.vectors) < 2 * order + 1:
             return add_peaks(self.signal, np.empty(0, dtype=complex), order)
-        poles = in_band(shift_poles(subspace, order, self.signal.step, total=True), self.signal)
+        poles = candidates(shift_poles(subspace, order, self.signal.step, total=True), self.signal)
         if len(poles) < order:
             # a mode outside the band, or one that does not oscillate, took a place in the subspace
             for more in range(order + 1, min(2 * order + 4, (len(subspace.vectors) - 1) // 2)):
-                trial = in_band(shift_poles(subspace, more, self.signal.step, total=True), self.signal)
+                trial = candidates(shift_poles(subspace, more, self.signal.step, total=True), self.signal)
                 if len(trial) >= order:
                     poles = strongest(self.signal, trial, order)
                     break
@@ -220,7 +232,7 @@ def fill(signal: Signal, poles: Array | None = None) -> Signal:
 
 def enough(signal: Signal, order: int, poles: Array, method: str) -> Array:
     """`order` of the poles, those that lie in the band and hold most energy; refused where there are fewer."""
-    poles = in_band(poles, signal)
+    poles = candidates(poles, signal)
     if len(poles) < order:
         raise InputError(
             f"{method} finds {len(poles)} of {order} modes (poles that oscillate within the band); ask for fewer"

@@ -23,7 +23,7 @@ from evolvent.identification.signals import (
     read_signal,
     split,
 )
-from evolvent.identification.subspace import Starts, add_peaks, in_band
+from evolvent.identification.subspace import Starts, add_peaks, in_band, visible
 
 #: Steps at most. From ESPRIT's start 3 to 5 are usual.
 MOST_STEPS = 100
@@ -95,7 +95,10 @@ def evaluate(poles: Array, signal: Signal) -> Point:
     for rows, members in signal.groups:
         R = np.asarray(np.linalg.qr(np.hstack((A[rows], signal.data[rows][:, members])), mode="r"))
         right = R[:, width + 2 * m :]
-        coefficients[:, members] = np.linalg.solve(R[:width, :width], right[:width])
+        try:
+            coefficients[:, members] = np.linalg.solve(R[:width, :width], right[:width])
+        except np.linalg.LinAlgError:  # two poles are equal: the smallest coefficients of all that fit
+            coefficients[:, members] = np.linalg.lstsq(R[:width, :width], right[:width], rcond=None)[0]
         squares[members] = (right[width:] ** 2).sum(axis=0)
         residual[members] = right[width : width + 2 * m].T
         slopes = R[width : width + 2 * m, width : width + 2 * m]
@@ -112,7 +115,7 @@ def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, b
         J = (point.jacobian / noise[:, np.newaxis, np.newaxis]).reshape(-1, 2 * m)
         r = (point.residual / noise[:, np.newaxis]).ravel()
         scale = np.sqrt((J**2).sum(axis=0))
-        if not np.all(scale > 0.0):
+        if not (np.all(scale > 0.0) and np.all(np.isfinite(scale)) and np.all(np.isfinite(r))):
             return point, step, False
         J /= scale
         if damping > 0.0:
@@ -138,20 +141,8 @@ def _minimise(point: Point, signal: Signal, noise: Array) -> tuple[Point, int, b
 
 
 def _attempt(poles: Array, signal: Signal) -> Point | None:
-    """The fit at `poles`; None where the samples cannot show them, or two are the same."""
-    if not _visible(poles, signal):
-        return None
-    try:
-        return evaluate(poles, signal)
-    except np.linalg.LinAlgError:
-        return None
-
-
-def _visible(poles: Array, signal: Signal) -> bool:
-    """Whether the samples can show such modes: below half the rate, no faster than the samples nor exploding."""
-    slow, fast = -30.0 / signal.time[-1], 4.0 / signal.step
-    w, decay = poles.imag, -poles.real
-    return bool(np.all((w > 0.0) & (w < np.pi / signal.step) & (decay > slow) & (decay < fast)))
+    """The fit at `poles`; None where the samples cannot show them."""
+    return evaluate(poles, signal) if np.all(visible(poles, signal)) else None
 
 
 def fit(poles: Array, signal: Signal) -> Fit:
@@ -300,7 +291,7 @@ def varpro(
     if start is not None:
         poles = np.atleast_1d(np.asarray(start, dtype=complex))
         fits = poles.shape == (order,) and len(np.unique(poles)) == order and np.all(np.isfinite(poles))
-        if not (fits and _visible(poles, signal)):
+        if not (fits and np.all(visible(poles, signal))):
             raise InputError(
                 f"start is {start!r}; it must be {order} different complex poles with imaginary parts above 0 and "
                 f"below half the rate, {np.pi / signal.step:.6g} rad/s"

@@ -96,7 +96,7 @@ def _layout(lines: list[str], name: str) -> tuple[str, int]:
             if even:
                 break
     if best is None:
-        raise InputError(f"cannot read {name!r}: it is no table of numbers")
+        raise InputError(f"cannot read {name!r}: it is no table of numbers of two lines or more")
     return found
 
 

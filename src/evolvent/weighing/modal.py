@@ -21,6 +21,9 @@ EDGE = 0.9
 DRIFT = 0.5
 #: Change of the samples, of the largest, below which a recording is quiet before the swing.
 QUIET = 0.2
+#: All modes this many times faster than the body's heave are no modes of the body: its springs would stand that many
+#: radii of gyration apart.
+TOO_FAST = 30.0
 #: Residual over the stated noise above which the noise is stated too small.
 UNDERSTATED = 3.0
 
@@ -205,4 +208,14 @@ def refuse_rate(expected: float, rate: float, what: str) -> None:
         raise InputError(
             f"{rate:.6g} samples a second show nothing above {np.pi * rate:.6g} rad/s, but {what} is expected at "
             f"{expected:.6g} rad/s; sample at {expected / np.pi:.6g} Hz or more"
+        )
+
+
+def refuse_fast(heave: float, frequency: np.ndarray) -> None:
+    """Refuse frequencies, rad/s, that are all far above the heave, rad/s, that stiffness and mass give."""
+    slowest = float(frequency.min())
+    if slowest > TOO_FAST * heave:
+        raise InputError(
+            f"the slowest mode found has {slowest:.6g} rad/s, but by the stated stiffness and mass the body heaves at "
+            f"{heave:.6g} rad/s; check the unit of the time, the sampling rate, the stiffness and the mass"
         )

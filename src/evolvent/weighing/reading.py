@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.errors import InputError, nearest
+from evolvent.identification.signals import check_rate, check_times
 from evolvent.signals import Signals
 from evolvent.weighing import description as schema
 
@@ -67,6 +68,11 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     """
     time, clock = _time(source, given)
     sensors = given.sensors or tuple(schema.Sensor(column=name) for k, name in enumerate(source.names) if k != clock)
+    if not sensors:
+        raise InputError(
+            f"{source.path!r} holds no column of numbers but the time, {source.names[0]!r}; at least one must be a "
+            "signal"
+        )
     places = [source.index(s.column, f"signals.sensors.{k}.column") for k, s in enumerate(sensors)]
     names = tuple(s.name or source.names[c] for s, c in zip(sensors, places, strict=True))
     if len(set(names)) < len(names):
@@ -76,6 +82,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     if time is None:
         rate = given.rate or source.rate
         assert rate is not None
+        check_rate(rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
         time = np.arange(len(data)) / rate
     else:
         time, data, filled = _even(time, data)
@@ -89,10 +96,12 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     noise = _noise(converted, factors, names)
     _gaps(data, names, given, notes)
     start = float(time[0])
+    time = (time - start) * given.clock.value
+    check_times(time)
     return Reading(
         source=source,
         names=names,
-        time=(time - start) * given.clock.value,
+        time=time,
         start=start,
         data=data,
         unit=unit,
@@ -159,12 +168,8 @@ def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, i
     """Samples on an even grid, with empty rows where rows are missing; and their number."""
     if len(time) < 3:
         raise InputError(f"the file has {len(time)} samples; at least 8 are needed")
-    if not np.all(np.isfinite(time)):
-        raise InputError(f"the time column has {np.count_nonzero(~np.isfinite(time))} empty entries; it must be whole")
+    check_times(time)
     steps = np.diff(time)
-    if np.any(steps <= 0.0):
-        row = int(np.argmax(steps <= 0.0)) + 1
-        raise InputError(f"the time does not rise at sample {row + 1} ({time[row]:.9g} s after {time[row - 1]:.9g} s)")
     step = float(np.median(steps))
     count = np.round(steps / step)
     if np.all(count <= 1):

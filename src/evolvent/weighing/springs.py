@@ -16,7 +16,7 @@ from evolvent.inertia.stand import broken
 from evolvent.weighing import amplitude, choice
 from evolvent.weighing.description import DIRECTIONS, PROPERTIES, OnSprings
 from evolvent.weighing.found import Evaluation, Output, Share
-from evolvent.weighing.modal import Modal, refuse_rate
+from evolvent.weighing.modal import Modal, refuse_fast, refuse_rate
 from evolvent.weighing.uncertain import Uncertain
 
 #: Agreement of measured and model shapes below which nothing is certified, and below which it is told.
@@ -103,6 +103,10 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     """
     stand = _stand(given)
     used, why, warnings = choice.chosen(given, modal)
+    if np.isfinite(given.body.mass.value):
+        heave = float(np.sqrt(stand.stiffness.sum() / given.body.mass.value))
+        refuse_rate(heave, modal.reading.rate, "the body's heave")
+        refuse_fast(heave, modal.frequency[list(used)])
     body, _ = _body(given, stand, modal.frequency[list(used)])
     _expected(given, stand, body, modal)
     sensors, directions = _sensors(given, stand)
@@ -331,9 +335,6 @@ def _expected(given: OnSprings, stand: Stand, body: Body, modal: Modal) -> None:
     """Refuse a stand that cannot hold the body, and a rate too low for modes that are known beforehand."""
     found = linear_model(stand, body).modes()  # refuses
     b = given.body
-    if np.isfinite(b.mass.value):
-        heave = float(np.sqrt(stand.stiffness.sum() / b.mass.value))
-        refuse_rate(heave, modal.reading.rate, "the body's heave")
     if all(np.isfinite(v.value) for v in (b.mass, b.Ixx, b.Izz)):
         vertical = np.abs(found.at(stand.points)).max(axis=-1)
         seen = found.natural_frequency[vertical > 1e-3 * vertical.max()]

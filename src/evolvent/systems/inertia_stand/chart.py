@@ -19,6 +19,11 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 NAMES = ("lowest", "middle", "highest")
 
 
+def _name(k: int, modes: int) -> str:
+    """Name of mode k, from 0, of so many."""
+    return NAMES[k] if modes == len(NAMES) else f"mode {k + 1}"
+
+
 def study_figures(study: xr.Dataset) -> dict[str, Figure]:
     """Figures of a grid over both offsets; none for other studies.
 
@@ -32,7 +37,7 @@ def study_figures(study: xr.Dataset) -> dict[str, Figure]:
     drawn: dict[str, tuple[Callable[[xr.Dataset], Figure], set[str]]] = {
         "energies": (_energies, {"linear_frequency", "linear_energy", "mode_energy"}),
         "amplitudes": (_amplitudes, {"mode_amplitude"}),
-        "least_energy": (_least, {"least_energy", "least_energy_best"}),
+        "least_energy": (_least, {"least_energy"}),
         "frequencies": (_frequencies, {"mode_frequency", "mode_frequency_linear"}),
         "inertia_error": (_errors, {"inertia_identified", "inertia_true"}),
     }
@@ -77,8 +82,11 @@ def _energies(study: xr.Dataset) -> Figure:
     ):
         order = np.argsort(line.linear_frequency.values, axis=1)[:, -3:]
         linear = np.take_along_axis(line.linear_energy.values, order, axis=1)
-        for k in range(line.sizes["mode"]):
-            axis.plot(line[key], line.mode_energy[:, k], "o", ms=3, color=COLORS[k], label=f"{NAMES[k]}, identified")
+        modes = line.sizes["mode"]
+        for k in range(modes):
+            label = f"{_name(k, modes)}, identified"
+            axis.plot(line[key], line.mode_energy[:, k], "o", ms=3, color=COLORS[k % len(COLORS)], label=label)
+        for k in range(linear.shape[1]):
             axis.plot(line[key], linear[:, k], "-", lw=1.2, color=COLORS[k], label="linear model")
         axis.plot(line[key], line.mode_energy.sum("mode"), ":", color="gray", label="sum")
         axis.set_xlabel(f"{key.partition('.')[2]}, m")
@@ -91,14 +99,15 @@ def _energies(study: xr.Dataset) -> Figure:
 def _amplitudes(study: xr.Dataset) -> Figure:
     """Amplitude of each mode at each spring along offset_x (figure 3)."""
     line, z = _line(study)
-    sheet, axes = _sheet(1, line.sizes["mode"], (12.0, 3.8), f"Amplitudes at the sensors, offset_z = {z:.3g} m")
-    for k in range(line.sizes["mode"]):
+    modes = line.sizes["mode"]
+    sheet, axes = _sheet(1, modes, (4.0 * modes, 3.8), f"Amplitudes at the sensors, offset_z = {z:.3g} m")
+    for k in range(modes):
         axis = axes[0, k]
         for c in range(min(line.sizes["sensor"], 4)):
             axis.plot(line[KEYS[0]], 1e3 * line.mode_amplitude[:, k, c], ".-", lw=1, ms=4, label=f"sensor {c + 1}")
         axis.set_xlabel("offset_x, m")
         axis.set_ylabel("amplitude, mm")
-        _plain(axis, f"{NAMES[k]} mode")
+        _plain(axis, f"{NAMES[k]} mode" if modes == len(NAMES) else _name(k, modes))
     axes[0, 0].legend(frameon=False, fontsize=8)
     return sheet
 
@@ -128,28 +137,37 @@ def _least(study: xr.Dataset) -> Figure:
     inside = (np.abs(x)[:, None] <= BOX * case.stand.half_length + 1e-9) & (
         np.abs(z)[None, :] <= BOX * case.stand.half_width + 1e-9
     )
-    top = float(np.nanmax(study.least_energy_best.values))
-    levels = LogNorm(vmin=1e-3, vmax=top)
-    sheet, axes = _sheet(1, 2, (13.0, 4.6), "Energy of the weakest of three modes; dashed: 20 % of the spacing")
-    for axis, name, title in (
-        (axes[0, 0], "least_energy", "as the case loads it"),
-        (axes[0, 1], "least_energy_best", "loaded at the best spring for each offset"),
-    ):
+    titles = {"least_energy": "as the case sets it in motion"}
+    if "least_energy_best" in study:  # an initial state acts at no spring
+        titles["least_energy_best"] = "loaded at the best spring for each offset"
+    top = max(float(np.nan_to_num(study[name].values).max()) for name in titles)
+    top = top if top > 0.0 else 1.0
+    least = min(1e-3, 1e-4 * top)
+    levels = LogNorm(vmin=least, vmax=top)
+    sheet, axes = _sheet(
+        1, len(titles), (6.5 * len(titles), 4.6), "Energy of the weakest of three modes; dashed: 20 % of the spacing"
+    )
+    for axis, (name, title) in zip(axes[0], titles.items(), strict=True):
         values = study[name].values
-        image = axis.pcolormesh(x, z, np.maximum(values, 1e-3).T, norm=levels, cmap="viridis", shading="nearest")
-        axis.contour(x, z, values.T, levels=[0.01 * top, 0.3], colors=["white", "black"], linewidths=1.0)
+        image = axis.pcolormesh(x, z, np.maximum(values, least).T, norm=levels, cmap="viridis", shading="nearest")
+        for level, color in ((0.01 * top, "white"), (0.3, "black")):
+            if min(values.shape) > 1 and np.any(values < level) and np.any(values > level):
+                axis.contour(x, z, values.T, levels=[level], colors=[color], linewidths=1.0)
         _box(axis, case)
-        part = values[inside]
-        share = 100.0 * float(np.mean(part < 0.01 * top))
+        part = values[inside & np.isfinite(values)]
+        share = 100.0 * float(np.mean(part < 0.01 * top)) if part.size else np.nan
         axis.set_title(
             f"{title}\nin the box: least {part.min():.2g} J, median {np.median(part):.2g} J, below 1 % of the top "
-            f"{share:.0f} %",
+            f"{share:.0f} %"
+            if part.size
+            else f"{title}\nno case in the box",
             loc="left",
             fontsize=9,
         )
+        axis.set_facecolor("lightgray")
         axis.set_xlabel("offset_x, m")
         axis.set_ylabel("offset_z, m")
-    sheet.colorbar(image, ax=axes, label="energy, J (white line: 1 % of the top, black: 0.3 J)")
+    sheet.colorbar(image, ax=axes, label="energy, J (white line: 1 % of the top, black: 0.3 J; gray: no run)")
     return sheet
 
 
@@ -157,11 +175,13 @@ def _frequencies(study: xr.Dataset) -> Figure:
     """Frequencies along offset_x (figure 5), and how far the identified lie from the linear model's."""
     line, z = _line(study)
     sheet, axes = _sheet(1, 2, (11.0, 4.2), f"Frequencies, offset_z = {z:.3g} m")
-    for k in range(line.sizes["mode"]):
+    modes = line.sizes["mode"]
+    for k in range(modes):
         f, linear = line.mode_frequency[:, k], line.mode_frequency_linear[:, k]
-        axes[0, 0].plot(line[KEYS[0]], f, "o", ms=3, color=COLORS[k], label=f"{NAMES[k]}, identified")
-        axes[0, 0].plot(line[KEYS[0]], linear, "-", lw=1.2, color=COLORS[k], label="linear model")
-        axes[0, 1].plot(line[KEYS[0]], 1e6 * (f / linear - 1.0), ".-", lw=1, ms=4, color=COLORS[k])
+        color = COLORS[k % len(COLORS)]
+        axes[0, 0].plot(line[KEYS[0]], f, "o", ms=3, color=color, label=f"{_name(k, modes)}, identified")
+        axes[0, 0].plot(line[KEYS[0]], linear, "-", lw=1.2, color=color, label="linear model")
+        axes[0, 1].plot(line[KEYS[0]], 1e6 * (f / linear - 1.0), ".-", lw=1, ms=4, color=color)
     axes[0, 0].set_ylabel("frequency, rad/s")
     axes[0, 1].set_ylabel("identified less linear, ppm")
     for axis in axes[0]:
@@ -185,9 +205,10 @@ def _errors(study: xr.Dataset) -> Figure:
         image = axis.pcolormesh(x, z, np.clip(values, 1e-5, None).T, norm=norm, cmap="magma_r", shading="nearest")
         axis.set_facecolor("lightgray")
         _box(axis, case)
+        known = values[np.isfinite(values)]
+        found = f"median {np.median(known):.2g} %, worst {known.max():.2g} %, " if known.size else ""
         axis.set_title(
-            f"I{component}: median {np.nanmedian(values):.2g} %, worst {np.nanmax(values):.2g} %, "
-            f"not identified {int(np.sum(np.isnan(values)))}",
+            f"I{component}: {found}not identified {values.size - known.size}",
             loc="left",
             fontsize=9,
         )

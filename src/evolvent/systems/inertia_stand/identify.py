@@ -16,6 +16,7 @@ from evolvent.identification.variable_projection import fit
 from evolvent.inertia.inverse import solve
 from evolvent.inertia.problem import mac, problem
 from evolvent.solvers import lanes
+from evolvent.systems.inertia_stand.prepare import COMPONENTS, distinct
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +64,8 @@ def identified(item: Prepared, measured: np.ndarray, true: np.ndarray) -> dict[s
     order = _order(item)
     modes, body, reason, swing = None, None, "", None
     try:
+        if order == 0:
+            raise InputError("no mode of the linear model moves a sensor along its direction; turn or move the sensors")
         modes = identify(
             measured,
             rate=item.case.sensors.rate,
@@ -74,6 +77,8 @@ def identified(item: Prepared, measured: np.ndarray, true: np.ndarray) -> dict[s
             body = inertia_of(item, modes)
     except InputError as error:
         reason = str(error)
+    except np.linalg.LinAlgError as error:
+        reason = f"the modes give no inertia by {chosen.way}: its equations have no solution ({error})"
     if modes is not None:
         swing = swing_of(item, modes, body, true)
     return _variables(item, modes, body, swing, reason, order)
@@ -105,7 +110,7 @@ def swing_of(item: Prepared, modes: Modes, body: weigh.Inertia | None, true: np.
         return Swing(shift, dict.fromkeys(body.identified, np.nan))
     try:
         small_body = inertia_of(item, dataclasses.replace(modes, frequency=modes.frequency / (1.0 + shift)))
-    except InputError:
+    except (InputError, np.linalg.LinAlgError):
         return Swing(shift, {})
     return Swing(shift, {name: body[name] - small_body[name] for name in body.identified})
 
@@ -150,7 +155,7 @@ def _order(item: Prepared) -> int | None:
         return None
     # without noise, whatever is above rounding would count as a mode: harmonics, and sway in the millionths
     seen = np.abs(item.modes.amplitude(item.z, item.case.sensor_points, item.case.sensor_directions)).max(axis=1)
-    return int(np.sum(seen > SEEN * seen.max()))
+    return int(np.sum(distinct(item.modes.natural_frequency[seen > SEEN * seen.max()])))
 
 
 def _vertical(modes: Modes, item: Prepared) -> np.ndarray:
@@ -168,11 +173,14 @@ def partners(item: Prepared, modes: Modes) -> dict[int, int]:
 
     Notes
     -----
-    The assignment of least sum of |log frequency ratio| + 1 - MAC; what is more than `PARTNER` apart is no pair.
+    The assignment of least sum of |log frequency ratio| + 1 - MAC; what is more than `PARTNER` apart is no pair, nor is
+    a mode that moves no sensor.
     """
     shapes = item.modes.at(item.case.sensor_points, item.case.sensor_directions)
     agreement = np.nan_to_num(mac(modes.mode_shapes().real[:, None], shapes[None]))
     apart = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency))
+    moved = np.abs(shapes).max(axis=1)
+    apart[:, moved < 1e-12 * moved.max()] = np.inf
     cost = np.where(apart < PARTNER, apart + 1.0 - agreement, 3.0)  # any true pair costs less than none
     row, column = linear_sum_assignment(cost)
     return {int(i): int(j) for i, j in zip(row, column, strict=True) if apart[i, j] < PARTNER}
@@ -251,7 +259,6 @@ def _variables(
     order: int | None,
 ) -> dict[str, xr.Variable]:
     from evolvent.results import variable
-    from evolvent.systems.inertia_stand.prepare import COMPONENTS
 
     case, c = item.case, len(item.case.sensor_points)
     m = modes.order if modes is not None else order or 3

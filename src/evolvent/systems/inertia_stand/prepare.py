@@ -15,6 +15,8 @@ from evolvent.systems.inertia_stand.case import Case
 
 #: Largest number of steps that a run may take.
 MOST_STEPS = 100_000_000
+#: Relative difference of two frequencies below which they are one.
+COINCIDING = 1e-6
 #: Components of the inertia tensor.
 COMPONENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
@@ -167,13 +169,23 @@ def _place(case: Case, stand: Stand, modes: NormalModes) -> tuple[np.ndarray, in
     return stand.points[best], best
 
 
+def heave_roll_pitch(modes: NormalModes) -> np.ndarray:
+    """(3,) int, numbers of the modes with most kinetic energy in heave, roll and pitch, frequencies rising."""
+    shares = modes.shapes * (modes.model.mass @ modes.shapes)
+    return np.sort(np.argsort(shares[[1, 3, 5]].sum(axis=0))[-3:])
+
+
+def distinct(frequency: np.ndarray) -> np.ndarray:
+    """(m,) bool, whether each of the rising frequencies differs from the one before by more than `COINCIDING`."""
+    return np.diff(frequency, prepend=0.0) > COINCIDING * frequency
+
+
 def least_energies(case: Case, stand: Stand, modes: NormalModes) -> np.ndarray:
     """(n,) J, energy of the weakest of heave, roll and pitch, were the case's load to act at each spring."""
     given = case.excitation
     knock = modes.release if given.force is not None else modes.impulse
     load = given.force if given.force is not None else given.impulse
-    shares = modes.shapes * (modes.model.mass @ modes.shapes)
-    vertical = np.argsort(shares[[1, 3, 5]].sum(axis=0))[-3:]
+    vertical = heave_roll_pitch(modes)
     return np.array([modes.energy(knock(load, point))[vertical].min() for point in stand.points])
 
 

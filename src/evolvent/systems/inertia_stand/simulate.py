@@ -16,13 +16,22 @@ from evolvent.motion import quaternions, rotation_matrices
 from evolvent.solvers import lanes
 from evolvent.systems._common import refuse_laws
 from evolvent.systems.inertia_stand.case import Case
-from evolvent.systems.inertia_stand.prepare import COMPONENTS, Prepared, least_energies, prepare
+from evolvent.systems.inertia_stand.prepare import (
+    COMPONENTS,
+    Prepared,
+    distinct,
+    heave_roll_pitch,
+    least_energies,
+    prepare,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Numerical gain or loss of energy, of the motion's, above which a run has failed, and above which it is told.
 ENERGY_LIMIT, ENERGY_TOLD = 0.1, 1e-3
+#: Rounding errors of the potential energy over its size at rest.
+ROUNDING = 1e-13
 #: Change of length of a spring, of its natural one, above which it is told.
 STRETCH = 1.0
 #: What a mode can mostly be.
@@ -263,6 +272,8 @@ def _account(
     dissipated = states[:, DISSIPATED]
     total = kinetic + potential + dissipated
     largest = max(float(kinetic.max()), float(potential.max()), 1e-300)
+    fall = float(body.mass * item.stand.gravity) * (np.abs(pose.position).max() + float(item.stand.length.max()))
+    rounding = ROUNDING * max(abs(float(rest)), fall)
     balance = (total - total[0]) / largest
     worst = float(np.abs(balance).max())
     time = ("time",)
@@ -279,6 +290,12 @@ def _account(
     if not complete:
         status = "failed"
         message = f"the state stopped being finite after t = {t:.6g} s with {method}; {advice}"
+    elif worst > ENERGY_LIMIT and largest < rounding:
+        status = "failed"
+        message = (
+            f"the motion holds {largest:.2g} J at most, which rounding hides beside the potential energy at rest; "
+            "set the body in stronger motion"
+        )
     elif worst > ENERGY_LIMIT:
         status = "failed"
         message = f"the energy account is off by {worst:.2g} of the motion's energy by t = {t:.6g} s; {advice}"
@@ -299,12 +316,11 @@ def _linear(item: Prepared) -> dict[str, xr.Variable]:
     at_springs = modes.amplitude(item.z, item.stand.points)
     at_sensors = modes.amplitude(item.z, item.case.sensor_points, item.case.sensor_directions)
     tilt = float(modes.model.pose.tilt)
-    acts = item.case.excitation.force is not None or item.case.excitation.impulse is not None
-    least = least_energies(item.case, item.stand, modes) if acts else np.array([np.nan])
-    return {
+    energies = modes.energy(item.z)
+    data = {
         "linear_frequency": variable(mode, modes.frequency, "rad s-1", "frequency of the linear model at the rest"),
         "linear_decay_rate": variable(mode, modes.decay_rate, "s-1", "decay rate of the linear model"),
-        "linear_energy": variable(mode, modes.energy(item.z), "J", "energy that the excitation gives the mode"),
+        "linear_energy": variable(mode, energies, "J", "energy that the excitation gives the mode"),
         "linear_amplitude": variable(
             ("linear_mode", "sensor"), np.abs(at_sensors), "m", "amplitude at the sensor, linear model"
         ),
@@ -313,15 +329,34 @@ def _linear(item: Prepared) -> dict[str, xr.Variable]:
         ),
         "static_tilt": variable((), tilt, "rad", "angle of the body's y axis to the vertical at rest"),
         "least_energy": variable(
-            (), least[item.loaded] if item.loaded >= 0 else np.nan, "J", "energy of the weakest of heave, roll, pitch"
+            (), energies[heave_roll_pitch(modes)].min(), "J", "energy of the weakest of heave, roll, pitch"
         ),
-        "least_energy_best": variable((), least.max(), "J", "the same, were the best spring loaded"),
-        "best_spring": variable((), int(np.argmax(least)) + 1 if acts else 0, "1", "spring whose load does that"),
         "loaded_spring": variable((), item.loaded + 1, "1", "spring at which the excitation acts, 0 for none"),
         "inertia_true": variable(
             ("component",), [item.body.inertia[i, j] for i, j in COMPONENTS.values()], "kg m2", "inertia of the case"
         ),
     }
+    data["least_energy"].attrs["warning"] = _coinciding(modes)
+    if item.case.excitation.force is not None or item.case.excitation.impulse is not None:
+        least = least_energies(item.case, item.stand, modes)
+        data |= {
+            "least_energy_best": variable((), least.max(), "J", "the same, were the best spring loaded"),
+            "best_spring": variable((), int(np.argmax(least)) + 1, "1", "spring whose load does that"),
+        }
+    return data
+
+
+def _coinciding(modes: NormalModes) -> str:
+    """A sentence where two of heave, roll and pitch have one frequency; else nothing."""
+    vertical = heave_roll_pitch(modes)
+    same = np.flatnonzero(~distinct(modes.natural_frequency[vertical]))
+    if not same.size:
+        return ""
+    return (
+        f"{same.size + 1} of heave, roll and pitch have the same frequency, "
+        f"{modes.natural_frequency[vertical[same[0]]]:.6g} rad/s: no signal tells them apart, and how their energy is "
+        "divided between them (linear_energy, least_energy) is arbitrary"
+    )
 
 
 def kinds(modes: NormalModes) -> list[str]:
