@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -40,7 +42,7 @@ def fill(matrix: SparseBlocks, A: Array) -> None:
 def pattern_of(sizes: list[int], pairs: list[tuple[int, int]]) -> Pattern:
     """Blocks without multipliers."""
     ends = np.cumsum([0, *sizes])
-    blocks = [np.arange(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    blocks = [np.arange(a, b) for a, b in itertools.pairwise(ends)]
     some = np.zeros(len(sizes), dtype=bool)
     return Pattern(blocks, some, np.array(pairs, dtype=np.int64).reshape(-1, 2), some)
 
@@ -281,7 +283,7 @@ def held(n: int, m: int, at: int, rows: int) -> tuple[Pattern, Array]:
     return pattern, np.block([[A, G.T], [G, np.zeros((rows, rows))]])
 
 
-@pytest.mark.parametrize(("n", "m"), [(2, 3), (12, 6), (5, 12), (200, 6)])
+@pytest.mark.parametrize(("n", "m"), [(2, 3), (12, 6), (5, 12), (60, 6)])
 @pytest.mark.parametrize("place", [0.0, 0.5, 1.0])
 def test_chains_that_only_constraints_hold(rng: np.random.Generator, n: int, m: int, place: float) -> None:
     pattern, A = held(n, m, round(place * (n - 1)), m)
@@ -398,7 +400,7 @@ def test_cost_is_linear_in_the_number_of_bodies(system: object) -> None:
 def test_chain_has_no_fill() -> None:
     matrix = ordering.matrix_of(springs_of(20, 6)[0])
     assert matrix.values.size == 20 * 36 + 19 * 72
-    assert matrix.unknown.tolist() == list(range(120)) or matrix.unknown[-6:].tolist() == list(range(114, 120))
+    assert matrix.unknown.tolist() == list(range(120))  # from one end to the other
 
 
 def test_order_is_the_same_each_time() -> None:

@@ -27,9 +27,10 @@ def factor(matrix):
 
     Notes
     -----
-    Block after block: D = P^T l u by partial pivoting, U = l^-1 P U, Lt = u^-T Lt, and from all later blocks p, q that it
-    couples to, A_pq -= Lt_p^T U_q. A pivot p that vanishes is raised by d, and the unknown z = x_p joins the corner with
-    A x - d z e_p = f, which is factored last, by complete pivoting after scaling. `solve` sets redundant z to zero.
+    Block after block: D = P^T l u by partial pivoting, U = l^-1 P U, Lt = u^-T Lt, and A_pq -= Lt_p^T U_q for all later
+    blocks p and q that it couples to. A pivot p that vanishes is raised by d, and the unknown z = x_p joins the corner
+    with A x - d z e_p = f. The corner is factored last, by complete pivoting after scaling; `solve` sets redundant z to
+    zero.
     """
     table, counts = matrix.table, matrix.counts
     counts[DEFERRED] = 0
@@ -43,10 +44,7 @@ def factor(matrix):
             _measure(matrix, b, m)
     for b in range(table.shape[0]):
         # the size usual for beams and bodies is compiled with its loops unrolled
-        if table[b, SIZE] == 6:
-            done = _factor_diagonal(matrix, b, 6)
-        else:
-            done = _factor_diagonal(matrix, b, table[b, SIZE])
+        done = _factor_diagonal(matrix, b, 6) if table[b, SIZE] == 6 else _factor_diagonal(matrix, b, table[b, SIZE])
         if not done:
             return SINGULAR
         if table[b, SIZE] == 6 and table[b, WIDTH] == 6 and table[b, COUNT] == 1:
@@ -124,7 +122,7 @@ def _factor_diagonal(matrix, b, m):
 
 @kernel
 def _multiplier_size(D, k, terms):
-    """Size of a multiplier's column before its pivot k: the terms that make up its entries, without their cancelling."""
+    """Size of a multiplier's column before its pivot k: sum of the absolute terms that make up its largest entry."""
     largest = terms
     for r in range(k, D.shape[0]):
         s = abs(D[r, k])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ Array = np.ndarray
 
 #: Stands for the ground among the blocks that a group of multipliers acts on.
 _GROUND = -1
+#: Stands for no edge; edges of no group have names from here down.
+_NONE = -1
 
 
 class Pattern(NamedTuple):
@@ -143,7 +146,7 @@ def _owners(pattern: Pattern) -> dict[int, int]:
         if pattern.multipliers[a] != pattern.multipliers[b]:
             acts[a if pattern.multipliers[a] else b].add(b if pattern.multipliers[a] else a)
     edges: dict[int, tuple[int, int]] = {}
-    free = -2  # edges of no group: fixed blocks, and groups that act on more than two
+    free = _NONE - 1  # edges of no group: fixed blocks, and groups that act on more than two
     for block in np.flatnonzero(pattern.fixed).tolist():
         edges[free] = (_GROUND, block)
         free -= 1
@@ -153,7 +156,7 @@ def _owners(pattern: Pattern) -> dict[int, int]:
             edges[group] = (_GROUND, ends[0])
         elif len(ends) == 2:
             edges[group] = (ends[0], ends[1])
-        for a, b in zip(ends, ends[1:], strict=False) if len(ends) > 2 else ():
+        for a, b in itertools.pairwise(ends) if len(ends) > 2 else ():
             edges[free], edges[free - 1] = (a, b), (a, b)
             free -= 2
     found = {}
@@ -163,7 +166,7 @@ def _owners(pattern: Pattern) -> dict[int, int]:
     return found
 
 
-def _bridges(edges: dict[int, tuple[int, int]]) -> Iterable[tuple[int, int]]:
+def _bridges(edges: dict[int, tuple[int, int]]) -> Iterator[tuple[int, int]]:
     """Edges in no loop, with their end away from the root: the ground, else the vertex with most edges of a component.
 
     Notes
@@ -180,7 +183,7 @@ def _bridges(edges: dict[int, tuple[int, int]]) -> Iterable[tuple[int, int]]:
         if root in reached:
             continue
         reached[root] = lowest[root] = len(reached)
-        stack = [(root, None, iter(at[root]))]
+        stack = [(root, _NONE, iter(at[root]))]
         while stack:
             vertex, above, rest = stack[-1]
             for name, other in rest:
