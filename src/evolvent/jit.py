@@ -197,6 +197,35 @@ class Indirect(_Intrinsic):
         return self.dispatcher(*arguments)
 
 
+def _matrix_view(values: Any, at: int, rows: int, columns: int) -> Any:
+    return values[at : at + rows * columns].reshape(rows, columns)
+
+
+@intrinsic
+def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-untyped-def]
+    kind = types.Array(values.dtype, 2, "C")
+
+    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        source = context.make_array(signature.args[0])(context, builder, args[0])
+        shape = [context.cast(builder, args[k], signature.args[k], types.intp) for k in (2, 3)]
+        offset = context.cast(builder, args[1], signature.args[1], types.intp)
+        view = context.make_array(kind)(context, builder)
+        view.data = builder.gep(source.data, [offset])
+        view.shape = cgutils.pack_array(builder, shape)
+        view.strides = cgutils.pack_array(builder, [builder.mul(shape[1], source.itemsize), source.itemsize])
+        view.nitems, view.itemsize = builder.mul(*shape), source.itemsize
+        view.meminfo = context.get_constant_null(types.MemInfoPointer(values.dtype))
+        view.parent = context.get_constant_null(types.pyobject)
+        return view._getvalue()
+
+    return kind(values, at, rows, columns), codegen
+
+
+#: ``matrix_view(values, at, rows, columns)``: consecutive entries of a vector, from place `at`, as a matrix; the bounds
+#: are not checked. A slice and a reshape would cost more than the arithmetic of a block of six.
+matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
+
+
 @functools.cache
 def _unloaded() -> int:
     """Address of a function that says what is wrong, in the place of all that are not loaded."""

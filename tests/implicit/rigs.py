@@ -11,7 +11,8 @@ from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
 from evolvent.kernels import blocks, touch
-from evolvent.solvers import alpha
+from evolvent.model import Model
+from evolvent.solvers import alpha, graph, ordering
 from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
 
 Array = np.ndarray
@@ -56,7 +57,9 @@ class Equations(NamedTuple):
         implicit.tangent(self.t, self.y, la, self.c_mass, self.c_rate, 1.0, model, matrix)
         whole = dense(matrix)
         where = np.concatenate([model.flexible.place, np.arange(whole.shape[0] - la.size, whole.shape[0])])
-        return whole[np.ix_(where, where)]
+        found = whole[np.ix_(where, where)]
+        assert not np.any(found[~pattern_mask(model)])
+        return found
 
     def differences(self, la: Array, sizes: Array, h: float = 1e-4) -> Array:
         """Central differences of sixth order of the residual by dq (steps h times `sizes`) and la."""
@@ -72,6 +75,15 @@ class Equations(NamedTuple):
                     column = column + np.sign(s) * w * self.residual(x[:n_v], x[n_v:])
             columns.append(column / (60.0 * d[k]))
         return np.array(columns).T
+
+
+def pattern_mask(model: Model) -> Array:
+    """Which entries the sparse matrix of a model has room for, unknowns as in `Equations.tangent`."""
+    matrix = ordering.matrix_of(graph.pattern_of(model))
+    mask = np.zeros((matrix.place.size,) * 2, dtype=bool)
+    _, rows, columns = ordering.entries(matrix)
+    mask[rows, columns] = True
+    return mask
 
 
 def dense(matrix: blocks.Bordered) -> Array:

@@ -1,0 +1,185 @@
+"""Sparse matrices of dense blocks, factored along a given elimination order by `evolvent.kernels.sparse_lu`.
+
+The unknowns form blocks of any size; `evolvent.solvers.ordering` finds the order in which blocks are eliminated and
+where their entries are stored. Block b keeps its diagonal part D (m, m), its rows U (m, w) in the columns of the later
+blocks that it couples to (fill included) and its columns, transposed, Lt (m, w), in the rows of the same blocks.
+
+Inner unknowns z stand for a low-rank product outside the blocks: A x + B z = f with C^T x - z = 0 is
+(A + B C^T) x = f, and the solution leaves them out.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.jit import inlined, kernel
+
+#: What `factor` returns where the matrix is singular beyond repair, or not finite.
+SINGULAR = -1
+#: A pivot below this part of its column's size is round-off: its unknown goes to the corner.
+TINY_PIVOT = 1e-12
+#: A pivot of the corner below this part of the largest one, after scaling, stands for a redundant row.
+TINY_CORNER = 1e-10
+# columns of SparseBlocks.table: unknowns of the block, of the later blocks it couples to, its first position; place of
+# D in the values; its first entry in `later` and their number; its first entry in `target`; multipliers at its end
+SIZE, WIDTH, START, AT, FIRST, COUNT, TARGET, MULTIPLIERS, N_TABLE = range(9)
+# columns of SparseBlocks.later: the block, and its first column in U and Lt
+BLOCK, COLUMN = range(2)
+# places in SparseBlocks.counts: inner unknowns, deferred pivots, rank of the corner, vanishing pivots for which there
+# was no room, entries added outside the pattern
+INNER, DEFERRED, RANK, LOST, OUTSIDE, N_COUNTS = range(6)
+
+
+class SparseBlocks(NamedTuple):
+    """The matrix before, and its factors after `factor`.
+
+    Attributes
+    ----------
+    values : (nz,) float, D, U and Lt of each block, row by row
+    table : (nb, N_TABLE) int, blocks in the order of their elimination
+    later : (ns, 2) int, later blocks that each block couples to, in ascending order
+    target : (np,) int, where the product of rows of later block p with columns of later block q >= p is subtracted, for
+        all pairs of all blocks: place in the values of the diagonal part of p, or of the columns of q in U of p
+    place, unknown : (n,) int, position of each unknown in the order of elimination, and its inverse
+    block : (n,) int, block of each position
+    pivots : (n,) int, row of the block interchanged with each row
+    size, terms : (n,) float, size of each column; sum of the absolute products in a multiplier's diagonal entry
+    x, loose : (n,) and (largest block,) float, scratch
+    B, C : (n, inner + spare) float, columns and transposed rows beside the blocks, by position
+    E : (inner + spare, inner + spare) float, corner
+    order : (2, inner + spare) int, rows and columns of the corner in the order of its pivots
+    scale, work : (2, inner + spare) float, factors of the corner's rows and columns; scratch
+    deferred : (spare,) int, unknowns whose pivots were deferred to the corner
+    counts : (N_COUNTS,) int
+    quality : (1,) float, smallest pivot beside the size of its column
+    """
+
+    values: np.ndarray
+    table: np.ndarray
+    later: np.ndarray
+    target: np.ndarray
+    place: np.ndarray
+    unknown: np.ndarray
+    block: np.ndarray
+    pivots: np.ndarray
+    size: np.ndarray
+    terms: np.ndarray
+    x: np.ndarray
+    loose: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    E: np.ndarray
+    order: np.ndarray
+    scale: np.ndarray
+    work: np.ndarray
+    deferred: np.ndarray
+    counts: np.ndarray
+    quality: np.ndarray
+
+
+# ---------------------------------------------------------------------------------------------- assembly
+
+
+@kernel
+def clear(matrix):
+    """Set all entries to zero and drop the inner unknowns."""
+    values, B, C, counts = matrix.values, matrix.B, matrix.C, matrix.counts
+    for i in range(values.size):
+        values[i] = 0.0
+    for r in range(B.shape[0] if counts[INNER] > 0 else 0):
+        for q in range(counts[INNER]):
+            B[r, q] = 0.0
+            C[r, q] = 0.0
+    counts[INNER] = 0
+    counts[OUTSIDE] = 0
+
+
+@inlined
+def find(matrix, b, c):
+    """Entry in `later` of the pair of block b and a later block c; -1 where they do not couple."""
+    later = matrix.later
+    low, high = matrix.table[b, FIRST], matrix.table[b, FIRST] + matrix.table[b, COUNT]
+    while low < high:
+        middle = (low + high) // 2
+        if later[middle, BLOCK] < c:
+            low = middle + 1
+        else:
+            high = middle
+    if low < matrix.table[b, FIRST] + matrix.table[b, COUNT] and later[low, BLOCK] == c:
+        return low
+    return -1
+
+
+@inlined
+def place_of_entry(matrix, i, j):
+    """Place in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
+
+    Returns (-1, 0, 0) outside the pattern.
+    """
+    table, p, q = matrix.table, matrix.place[i], matrix.place[j]
+    b, c = matrix.block[p], matrix.block[q]
+    r, s = p - table[b, START], q - table[c, START]
+    if b == c:
+        return table[b, AT] + r * table[b, SIZE] + s, 1, table[b, SIZE]
+    if b < c:
+        k = find(matrix, b, c)
+        if k < 0:
+            return -1, 0, 0
+        m, w = table[b, SIZE], table[b, WIDTH]
+        return table[b, AT] + m * m + r * w + matrix.later[k, COLUMN] + s, 1, w
+    k = find(matrix, c, b)
+    if k < 0:
+        return -1, 0, 0
+    m, w = table[c, SIZE], table[c, WIDTH]
+    return table[c, AT] + m * m + m * w + s * w + matrix.later[k, COLUMN] + r, w, 1
+
+
+@inlined
+def add_entry(matrix, i, j, value):
+    """Add to the entry of unknowns i and j; what lies outside the pattern is left out and counted."""
+    at, _, _ = place_of_entry(matrix, i, j)
+    if at >= 0:
+        matrix.values[at] += value
+    else:
+        matrix.counts[OUTSIDE] += 1
+
+
+@kernel
+def add_block(matrix, i, j, K, row, column, rows, columns):
+    """Add K[row : row + rows, column : column + columns] to unknowns from i on and from j on, each of one block."""
+    at, right, down = place_of_entry(matrix, i, j)
+    if at < 0:
+        matrix.counts[OUTSIDE] += 1
+        return
+    values = matrix.values
+    for r in range(rows):
+        for c in range(columns):
+            values[at + r * down + c * right] += K[row + r, column + c]
+
+
+@inlined
+def diagonal(matrix, i):
+    """Diagonal entry of unknown i."""
+    at, _, _ = place_of_entry(matrix, i, i)
+    return matrix.values[at]
+
+
+@inlined
+def inner(matrix, count):
+    """The first of `count` new inner unknowns, to be filled by `add_inner`."""
+    q = matrix.counts[INNER]
+    matrix.counts[INNER] += count
+    for p in range(q, q + count):
+        for s in range(p + 1):
+            matrix.E[p, s] = 0.0
+            matrix.E[s, p] = 0.0
+        matrix.E[p, p] = -1.0
+    return q
+
+
+@inlined
+def add_inner(matrix, i, q, right, left):
+    """Add `right` to B and `left` to C, in unknown i and inner unknown q."""
+    p = matrix.place[i]
+    matrix.B[p, q] += right
+    matrix.C[p, q] += left

@@ -1,0 +1,124 @@
+"""The graph of a model: blocks of unknowns, and which of them couple in the implicit equations.
+
+Unknowns are the velocities of the model in their order, then one multiplier for each row of the family joints.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.kernels import couplings, rigid, springs
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.solvers.ordering import Pattern
+
+Array = np.ndarray
+
+
+class _Graph:
+    """Blocks and pairs as they are collected."""
+
+    def __init__(self, model: mdl.Model) -> None:
+        self.model = model
+        self.n_q, self.n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+        self.blocks: list[Array] = []
+        self.pairs: set[tuple[int, int]] = set()
+        #: Block of each velocity, and of each body (-1 of driven ones).
+        self.block = np.full(self.n_v, -1, dtype=np.int64)
+        self.body = np.full(model.bodies.size, -1, dtype=np.int64)
+        self.fixed: set[int] = set()
+
+    def add(self, first: int, size: int) -> int:
+        """Make a block of velocities, the first given by its place in the state."""
+        at = first - self.n_q
+        self.block[at : at + size] = len(self.blocks)
+        self.blocks.append(np.arange(at, at + size))
+        return len(self.blocks) - 1
+
+    def couple(self, *blocks: int) -> None:
+        """Couple all of these blocks; -1 stands for what has no unknowns."""
+        found = sorted({int(b) for b in blocks if b >= 0})
+        self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
+
+    def of(self, iv: int) -> int:
+        """Block of a velocity, given by its place in the state."""
+        return int(self.block[iv - self.n_q])
+
+
+def pattern_of(model: mdl.Model) -> Pattern:
+    """Blocks of a model's unknowns and their couplings."""
+    graph = _Graph(model)
+    _add_coordinates(graph)
+    _couple_forces(graph)
+    size = len(graph.blocks)
+    _add_multipliers(graph)
+    return Pattern(
+        blocks=graph.blocks,
+        multipliers=np.arange(len(graph.blocks)) >= size,
+        pairs=np.array(sorted(graph.pairs), dtype=np.int64).reshape(-1, 2),
+        fixed=np.isin(np.arange(len(graph.blocks)), sorted(graph.fixed)),
+    )
+
+
+def _add_coordinates(graph: _Graph) -> None:
+    """A block for each node of beams and threads, each point and each body that moves."""
+    model = graph.model
+    for beam in model.flexible.beams:
+        size = 3 * NODE_VECTORS[beam["kind"]]
+        nodes = [graph.add(int(beam["iv"]) + size * i, size) for i in range(beam["nodes"])]
+        for a, b in itertools.pairwise(nodes):
+            graph.couple(a, b)
+    for thread in model.threads:
+        nodes = [graph.add(int(thread["iv"]) + 3 * i, 3) for i in range(thread["n"])]
+        for a, b in itertools.pairwise(nodes):
+            graph.couple(a, b)
+    for point in model.points:
+        graph.add(int(point["iv"]), 3)
+    for k, body in enumerate(model.bodies):
+        if body["motion"] != rigid.DRIVEN:
+            graph.body[k] = graph.add(int(body["iv"]), 6 if body["motion"] == rigid.FREE else 1)
+        if body["motion"] == rigid.SPIN:
+            graph.fixed.add(int(graph.body[k]))
+
+
+def _couple_forces(graph: _Graph) -> None:
+    """What threads, springs, hinges and contacts couple; turns of a coil on one another are inner unknowns."""
+    model = graph.model
+    for thread in model.threads:  # its departure moves from node to node
+        for i in range(thread["n"]):
+            graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]])
+    for spring in model.springs:
+        ends = []
+        for marker in model.markers[[spring["a"], spring["b"]]]:
+            if marker["kind"] == springs.ON_POINT:
+                ends.append(graph.of(int(model.points["iv"][marker["index"]])))
+            elif marker["kind"] == springs.ON_BODY:
+                ends.append(int(graph.body[marker["index"]]))
+        graph.couple(*ends)
+    for hinge in model.flexible.hinges:
+        graph.couple(graph.of(int(hinge["iv"])), graph.body[hinge["body"]])
+    for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
+        for check in model.flexible.checks[int(cylinder["first"]) : int(cylinder["last"])]:
+            graph.couple(*(graph.of(int(iv)) for iv in check["iv"]), graph.body[cylinder["body"]])
+
+
+def _add_multipliers(graph: _Graph) -> None:
+    """A block for the multipliers of all joints between the same two blocks."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for k, joint in enumerate(graph.model.flexible.joints):
+        ends = []
+        for side in range(2):
+            if joint["on"][side] == couplings.ON_COORDINATES:
+                ends.append(graph.of(int(joint["iv"][side])))
+            elif joint["on"][side] == couplings.ON_BODY:
+                ends.append(int(graph.body[joint["index"][side]]))
+        groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
+        if joint["kind"] in (couplings.DIRECTION, couplings.DISTANCE):  # the force turns with the other side
+            graph.couple(*ends)
+    for blocks, rows in groups.items():
+        group = len(graph.blocks)
+        graph.blocks.append(graph.n_v + np.array(rows, dtype=np.int64))
+        for block in blocks:
+            graph.couple(group, block)
