@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.builder import Assembly
-from evolvent.errors import InputError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.flow import bind_rates
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
@@ -18,7 +18,8 @@ from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.solvers import alpha
 from evolvent.solvers.drive import METHODS, choose_step, solve
-from evolvent.solvers.implicit import prepared, reason
+from evolvent.solvers.implicit import moments, prepared, reason
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import book_accounts, reason_of_outrun
 from evolvent.system import System
 
@@ -109,10 +110,12 @@ class Stepper:
             self._begin()
         else:
             fixed = method != "dopri5"
+            try_laws(self.assembly, start, start)
             self._fixed = choose_step(self.assembly, method, step, until - start)[0] if fixed else None
             self._tolerance = tolerance
             self._y, self._s = self.assembly.y.copy(), self.assembly.s.copy()
-        self._look()
+        with refusing_laws(self.assembly):
+            self._look()
 
     @classmethod
     def of_case(
@@ -223,10 +226,15 @@ class Stepper:
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
         try:
-            if self.method == IMPLICIT:
-                self._go_on(end)
-            else:
-                self._solve(end)
+            try:
+                if self.method == IMPLICIT:
+                    self._go_on(end)
+                else:
+                    self._solve(end)
+            except EvolventError:
+                raise
+            except Exception as error:
+                raise self._law_failed(error) from error
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
@@ -236,11 +244,20 @@ class Stepper:
         self._changed = False
         self._look()
 
+    def _law_failed(self, error: Exception) -> RunFailed:
+        """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""
+        run = self._run
+        failure = law_failure(self.assembly, error, moments(run))
+        run.march.y[:] = run.march.y0
+        rigid.kinematics(float(run.march.clock[alpha.TIME]), run.march.y, run.model.bodies)
+        return RunFailed(failure, self)
+
     def _begin(self) -> None:
         run = self._run
-        if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
-            raise RunFailed(reason_of_outrun(self.time), self)
-        code = alpha.begin(run.calls, run.model, run.matrix, run.options, run.march)
+        with refusing_laws(self.assembly):
+            if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
+                raise RunFailed(reason_of_outrun(self.time), self)
+            code = alpha.begin(run.calls, run.model, run.matrix, run.options, run.march)
         if code != alpha.DONE:
             raise RunFailed(reason(code, run.march, self._fixed, run.options, self.assembly), self)
 
@@ -270,10 +287,13 @@ class Stepper:
         kept = self._y[accounts:].copy()
         self._y[accounts:] = 0.0
         now = dataclasses.replace(self.assembly, y=self._y, s=self._s)
-        found = solve(
-            now, samples=[self.time, end], method=self.method, step=self._fixed, rtol=self._tolerance,
-            atol=1e-2 * self._tolerance,
-        )  # fmt: skip
+        try:
+            found = solve(
+                now, samples=[self.time, end], method=self.method, step=self._fixed, rtol=self._tolerance,
+                atol=1e-2 * self._tolerance,
+            )  # fmt: skip
+        except InputError as error:  # of the state that is reached: the arguments have been checked
+            raise RunFailed(str(error), self) from error
         if not found.success:
             raise RunFailed(found.message, self)
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()

@@ -52,7 +52,9 @@ def cable(
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
             system.add(parts.PointLoad(node=("cable", end), force=tuple(force)), end)
-    drum = parts.Cylinder(body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, sunk=0.05)
+    drum = parts.Cylinder(
+        body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, sunk=0.05
+    )
     system.add(drum, "drum")
     return system.assemble(), tension
 

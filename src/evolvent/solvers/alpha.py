@@ -304,8 +304,8 @@ def _add_mean_forces(calls, t, h, model, matrix, options, march):
 
     Notes
     -----
-    Steps go on with accelerations that hold the part g of f which stiffness bears, and nothing of the rest, M w. A start
-    without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
+    Steps go on with accelerations that hold the part g of f which stiffness bears, and nothing of the rest, M w. A
+    start without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
     """
     n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
     place, first = model.flexible.place, march.x.size - march.la.size
@@ -402,8 +402,8 @@ def _solve_step(calls, t1, h, model, matrix, options, march):
     -----
     Newton's method starts from the accelerations of the step's start. Contact forces that have not built up yet (a taut
     cable that begins to touch a cylinder) are not among them: such a start may lie so far inside the cylinder that the
-    method finds no solution. A fixed step is then solved from constant velocities, and with all of the mean forces taken by
-    masses; an adaptive one is cut.
+    method finds no solution. A fixed step is then solved from constant velocities, and with all of the mean forces
+    taken by masses; an adaptive one is cut.
     """
     adaptive, coasts = options[TOLERANCE] > 0.0, False
     for k in range(model.flexible.cylinders.size):

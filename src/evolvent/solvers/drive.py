@@ -19,7 +19,7 @@ from evolvent.flow import bind_corrections, bind_rates, is_flexible, pointer, si
 from evolvent.kernels import thread
 from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
@@ -57,7 +57,8 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     InputError
         If `step` is above the stability limit, or none is given and the model has no frequency to choose by.
     """
-    mode = fastest_mode(assembly)
+    with refusing_laws(assembly):
+        mode = fastest_mode(assembly)
     limit = stability_limit(METHODS[method], mode, duration)
     if step is None:
         if not math.isfinite(limit):
@@ -129,7 +130,9 @@ def solve(
     limit = math.inf
     if fixed:
         if unsafe_step and step is not None:
-            step, limit = float(step), stability_limit(tableau, fastest_mode(assembly), times[-1] - times[0])
+            with refusing_laws(assembly):
+                mode = fastest_mode(assembly)
+            step, limit = float(step), stability_limit(tableau, mode, times[-1] - times[0])
         else:
             step, limit, _ = choose_step(assembly, method, step, times[-1] - times[0])
     elif not (rtol > 0.0 and atol > 0.0):
@@ -147,7 +150,12 @@ def solve(
     try:
         while True:
             slice_began = clock.perf_counter()
-            code = advance(loop, budget)
+            try:
+                code = advance(loop, budget)
+            except Exception:  # of a user's law: up to where it raises, the samples are kept
+                if fixed or not _shorter(model, loop, 1e-6 * (times[-1] - times[0])):
+                    raise
+                continue
             spent = clock.perf_counter() - slice_began
             reached = float(loop.clock[ex.TIME])
             if code == ex.LOG_FULL and reached - filled > CHATTER * (times[-1] - times[0]):
@@ -182,6 +190,10 @@ def solve(
         wall_time = clock.perf_counter() - began
         reached = float(loop.clock[ex.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        wall_time = clock.perf_counter() - began
+        failure = law_failure(assembly, error, _moments(loop, tableau))
+        status, message = "failed", f"{failure}; what was computed is kept"
     kept = int(loop.tally[ex.SAMPLE])
     n_events = int(loop.tally[ex.EVENTS])
     statistics = {
@@ -232,6 +244,27 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
     )
+
+
+def _shorter(model: mdl.Model, loop: ex.Loop, least: float) -> bool:
+    """Try the step of the adaptive method again with a fifth of its length, unless that is below `least`."""
+    if not 0.2 * loop.clock[ex.STEP] > least:
+        return False
+    loop.clock[ex.STEP] *= 0.2
+    bind_rates(model)[0][0](float(loop.clock[ex.TIME]), loop.y, loop.s, model, loop.K[0])
+    return True
+
+
+def _moments(loop: ex.Loop, tableau: ex.Method) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Times and states at which the last step may have called a user's law."""
+    t, h = float(loop.clock[ex.TIME]), float(loop.clock[ex.STEP])
+    later = loop.samples[loop.samples > t]
+    lengths = [h] if not later.size else [h, min(h, float(later[0]) - t)]
+    found = [(t, loop.y, loop.s)]
+    for length in lengths:
+        found += [(t + float(c) * length, loop.w, loop.s) for c in np.unique(tableau.c)]
+        found.append((t + length, loop.y1, loop.s))
+    return found
 
 
 def _grow_log(loop: ex.Loop) -> ex.Loop:

@@ -21,7 +21,7 @@ from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import alpha, cold_start
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, owner, refusing_laws, try_laws
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Wall time between two looks at how a run gets on, s, and steps beyond which what is left of it is given up.
@@ -176,7 +176,8 @@ def prepared(
     check_implicit(assembly)
     aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
-    check_start(assembly, float(times[0]))
+    with refusing_laws(assembly):
+        check_start(assembly, float(times[0]))
     model = assembly.model
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
@@ -216,7 +217,8 @@ def prepared(
     releases = Releases(model) if model.threads.size else None
     calls = bind_equations(model, matrix)
     alpha.advance(calls, model, matrix, options, march, 0)
-    alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
+    with refusing_laws(assembly):
+        alpha.begin(calls, model, matrix, options, march._replace(tally=march.tally.copy()))
     march = _march(assembly, times, first, weight, matrix)
     return Prepared(model, calls, matrix, options, march, releases, clock.perf_counter() - began)
 
@@ -319,6 +321,11 @@ def solve_implicit(
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, moments(run))
+        status, message = "failed", f"{failure}; what was computed is kept"
     wall_time = clock.perf_counter() - began
     kept = int(march.tally[alpha.SAMPLE])
     if releases is not None:
@@ -352,6 +359,15 @@ def solve_implicit(
         event_times=np.array(releases.times if releases is not None else [], dtype=float),
         event_kinds=np.array(releases.kinds if releases is not None else [], dtype=np.int64),
     )
+
+
+def moments(run: Prepared) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Times and states at which the last step may have called a user's law."""
+    march, s = run.march, run.model.flexible.switches
+    t, h = float(march.clock[alpha.TIME]), float(march.clock[alpha.STEP])
+    later = np.concatenate([march.samples, march.stops])
+    ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
+    return [(end, march.y, s) for end in ends] + [(t, march.y0, s), (t, march.y, s)]
 
 
 def check_implicit(assembly: Assembly) -> None:
@@ -404,13 +420,13 @@ def check_start(assembly: Assembly, t: float) -> None:
         unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
                 f"move what it joins, or its feed"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the velocities at the start: what it holds together parts "
-                f"at {rate:.6g}{unit}/s; give velocities that keep it"
+                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: what it holds together "
+                f"parts at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
 
@@ -472,17 +488,11 @@ def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
     width = int(matrix.counts[blocks.BORDER])
     left = matrix.order[1, int(matrix.counts[blocks.RANK]) : width + int(matrix.counts[blocks.INNER])]
     rows = sorted(int(k) - first for k in left if first <= k < width)
-    names = sorted({_joint_name(assembly, k) for k in rows})
+    names = sorted({owner(assembly, "joints", k) for k in rows})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
         f"{len(rows)} of its constraints say"
     )
-
-
-def _joint_name(assembly: Assembly, row: int) -> str:
-    """Name of the part that wrote a row of the family joints."""
-    found = [(index, name) for name, (family, index) in assembly.names.items() if family == "joints" and index <= row]
-    return max(found)[1] if found else "a joint"
 
 
 def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:

@@ -13,11 +13,12 @@ import scipy.sparse as sparse
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from evolvent.builder import Assembly
-from evolvent.errors import InputError, RunFailed
+from evolvent.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import couplings, loads, rigid, springs
 from evolvent.kernels.flexible import FIELD, NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha import displace
+from evolvent.solvers.laws import law_failure
 from evolvent.solvers.static import StaticSolution, Work, places_of, solve_static
 
 Array = np.ndarray
@@ -128,9 +129,14 @@ def modes(
         raise InputError("give an equilibrium, or y and rotating to find one, not both")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
-    work = Work(assembly, equilibrium.y[-1], equilibrium.time, equilibrium.spin)
-    work.balance.la[:] = equilibrium.la[-1]
-    M, C, K, G = matrices(work, damped=damped)
+    try:
+        work = Work(assembly, equilibrium.y[-1], equilibrium.time, equilibrium.spin)
+        work.balance.la[:] = equilibrium.la[-1]
+        M, C, K, G = matrices(work, damped=damped)
+    except EvolventError:
+        raise
+    except Exception as error:
+        raise RunFailed(law_failure(assembly, error), equilibrium) from error
     problem = _Problem(M, C, K, G, work.balance.weight, conservative=_conservative(work))
     pole, shape = problem.solve(count)
     return Modes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly)

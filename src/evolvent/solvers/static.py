@@ -23,7 +23,7 @@ from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.implicit import check_implicit, matrix_of, redundant, sizes
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 
 Array = np.ndarray
 
@@ -145,11 +145,13 @@ def solve_static(
         raise InputError(f"{threads[0]!r} is one of the threads, which statics and modes do not know; take a Beam")
     try_laws(assembly, time, time)
     began = clock.perf_counter()
-    work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
-    work.warm_up()
+    with refusing_laws(assembly):
+        work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
+        work.warm_up()
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
-    work.refuse_redundant()
+    with refusing_laws(assembly):
+        work.refuse_redundant()
     search = _Search(work, tolerance, most_steps, progress)
     try:
         if arc_length:
@@ -158,6 +160,11 @@ def solve_static(
             search.by_steps(targets, whole=load_steps is None)
     except KeyboardInterrupt:
         search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, [(work.time, work.balance.y, assembly.s)])
+        search.status, search.message = "failed", f"beyond load factor {search.reached:.6g}, {failure}; {_KEPT}"
     wall_time = clock.perf_counter() - began
     jit.mark_warm("statics")
     return search.solution(wall_time, compile_time)
