@@ -10,14 +10,14 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.builder import Assembly
-from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow import bind_rates
 from evolvent.kernels import rigid
 from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.solvers import alpha
-from evolvent.solvers.drive import METHODS, choose_step, solve
+from evolvent.solvers.drive import METHODS, STEP_ALLOWED, choose_step, solve
 from evolvent.solvers.implicit import moments, prepared, reason
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import book_accounts, reason_of_outrun
@@ -95,7 +95,7 @@ class Stepper:
         start, until = _time("start", start), _time("until", until)
         if not until > start:
             raise InputError(f"until is {until!r} s; it must be after the start, {start!r} s")
-        step = None if step is None else positive("step", step, allowed="a finite time above 0, or None")
+        step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
         tolerance = positive("tolerance", tolerance)
         self.method, self.time, self.until = method, start, until
         self.inputs = _listed(inputs)
@@ -103,6 +103,7 @@ class Stepper:
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
+        self._keys: Mapping[str, str] = {}
         times = np.array([self.time, self.until])
         if method == IMPLICIT:
             self._run = prepared(self.assembly, times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
@@ -139,8 +140,13 @@ class Stepper:
         InputError
             If the case cannot be used, or its system cannot be stepped from outside.
         """
-        system, options, end = of_case(cases.load(case, overrides), until)
-        return cls(system, inputs=inputs, until=end, **options)
+        loaded = cases.load(case, overrides)
+        system, options, end = of_case(loaded, until)
+        keys = cases.solver_keys(loaded)
+        with naming_keys(keys):
+            stepper = cls(system, inputs=inputs, until=end, **options)
+        stepper._keys = keys
+        return stepper
 
     # -------------------------------------------------------------------------------------------- in and out
 
@@ -226,15 +232,8 @@ class Stepper:
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
         try:
-            try:
-                if self.method == IMPLICIT:
-                    self._go_on(end)
-                else:
-                    self._solve(end)
-            except EvolventError:
-                raise
-            except Exception as error:
-                raise self._law_failed(error) from error
+            with naming_keys(self._keys):
+                self._advance(end)
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
@@ -243,6 +242,17 @@ class Stepper:
         self.time = end
         self._changed = False
         self._look()
+
+    def _advance(self, end: float) -> None:
+        try:
+            if self.method == IMPLICIT:
+                self._go_on(end)
+            else:
+                self._solve(end)
+        except EvolventError:
+            raise
+        except Exception as error:
+            raise self._law_failed(error) from error
 
     def _law_failed(self, error: Exception) -> RunFailed:
         """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""

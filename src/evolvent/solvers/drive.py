@@ -17,9 +17,10 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.flow import bind_corrections, bind_rates, is_flexible, pointer, signatures, state_sums
 from evolvent.kernels import thread
+from evolvent.parts.checks import positive
 from evolvent.solvers import cold_start
 from evolvent.solvers import explicit as ex
-from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
@@ -36,6 +37,8 @@ ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
+#: What a step may be, in messages.
+STEP_ALLOWED = "a finite time above 0, or `None`"
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -62,7 +65,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     limit = stability_limit(METHODS[method], mode, duration)
     if step is None:
         if not math.isfinite(limit):
-            raise InputError("solver.step is auto, but nothing in the model sets a frequency; give a step in seconds")
+            raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
         if assembly.names.get(mode.where, ("",))[0] == "threads" or is_flexible(assembly.model):
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
@@ -70,12 +73,11 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
         order, factor = ENERGY_LOSS[method]
         accurate = (FASTEST_MODE_LOSS * factor / (mode.frequency * duration)) ** (1.0 / order) / mode.frequency
         return min(limit * SAFETY[method], accurate), limit, mode
-    if not (math.isfinite(step) and step > 0.0):
-        raise InputError(f"solver.step is {step!r}; it must be a finite time above 0, or auto")
+    step = positive("step", step, allowed=STEP_ALLOWED)
     if step > limit:
         raise InputError(
-            f"solver.step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
-            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller step or auto"
+            f"step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
+            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller one, or `None`"
         )
     return float(step), limit, mode
 
@@ -114,10 +116,8 @@ def solve(
         For an unknown method, an unstable step, samples out of order, or a law that fails at the start.
     """
     if method not in METHODS:
-        raise InputError(f"solver.method is {method!r}; {nearest(method, METHODS)}")
-    times = np.array(samples, dtype=float)
-    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
-        raise InputError("samples must be two or more increasing times")
+        raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
+    times = sample_times(samples)
     if is_flexible(assembly.model):
         from evolvent.solvers.flexible import check_explicit
 
@@ -135,8 +135,8 @@ def solve(
             step, limit = float(step), stability_limit(tableau, mode, times[-1] - times[0])
         else:
             step, limit, _ = choose_step(assembly, method, step, times[-1] - times[0])
-    elif not (rtol > 0.0 and atol > 0.0):
-        raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
+    else:
+        rtol, atol = positive("rtol", rtol), positive("atol", atol)
     loop = _make_loop(assembly, times, tableau, step)
     began = clock.perf_counter()
     advance = _bind(model, loop, tableau, rtol=rtol, atol=atol, aside=aside)
@@ -176,14 +176,7 @@ def solve(
             _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
             worst = max(worst, abs(defect) / max(scale, 1e-300))
             if not worst <= ENERGY_LIMIT:
-                status, message = (
-                    "failed",
-                    (
-                        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s: the step is "
-                        f"too large for this motion; take a smaller step"
-                        + (f" than {loop.clock[ex.STEP]:.3g} s, or method dopri5" if fixed else " or tolerance")
-                    ),
-                )
+                status, message = "failed", _unbalanced(assembly, worst, reached, float(loop.clock[ex.STEP]), fixed)
             elif code == ex.STOPPED:
                 status, message = "stopped by event", f"an event stopped the run at t = {reached:.9g} s"
     except KeyboardInterrupt:
@@ -243,6 +236,31 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
         y1=np.zeros(n),
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
+    )
+
+
+def sample_times(samples: Any) -> np.ndarray:
+    """`samples` as an array of times, s; refused unless two or more that increase."""
+    try:
+        times = np.array(samples, dtype=float)
+    except (TypeError, ValueError):
+        times = np.zeros(0)
+    if times.ndim != 1 or times.size < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
+        raise InputError(f"samples is {_short(samples)}; it must be two or more finite times that increase, s")
+    return times
+
+
+def _short(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"
+
+
+def _unbalanced(assembly: Assembly, worst: float, reached: float, step: float, fixed: bool) -> str:
+    """What is known of a run whose energy does not balance, and what to try."""
+    smaller = f"take a smaller `step` than {step:.3g} s, or `method` dopri5" if fixed else "take a smaller `rtol`"
+    return (
+        f"by t = {reached:.6g} s the energy account is off by {worst:.2g} of the energy, more than {ENERGY_LIMIT:g}: "
+        f"the steps do not resolve the motion{what_may_jump(assembly)}; {smaller}"
     )
 
 
@@ -306,7 +324,7 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
         worst = int(np.argmax(~np.isfinite(loop.y1)))
         return (
             f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
-            "take a smaller step, or check loads, laws and constraints there"
+            "take a smaller `step`, or check loads, laws and constraints there"
         )
     if code == ex.TOO_SMALL:
         return (

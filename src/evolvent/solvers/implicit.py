@@ -21,7 +21,8 @@ from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import alpha, cold_start
-from evolvent.solvers.laws import law_failure, owner, refusing_laws, try_laws
+from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.laws import law_failure, owner, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Wall time between two looks at how a run gets on, s, and steps beyond which what is left of it is given up.
@@ -165,14 +166,12 @@ def prepared(
     longest_step: float | None = None,
 ) -> Prepared:
     """Check the arguments of `solve_implicit`, compile, and stand at the start."""
-    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
-        raise InputError("samples must be two or more increasing times")
     span = float(times[-1] - times[0])
-    if not 0.0 <= number("solver.spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
-        raise InputError(f"solver.spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
+    if not 0.0 <= number("spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
+        raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
     if step is not None:
-        positive("solver.step", step, allowed="a finite time above 0, or auto")
-    positive("solver.tolerance", tolerance)
+        step = positive("step", step, allowed=STEP_ALLOWED)
+    tolerance = positive("tolerance", tolerance)
     check_implicit(assembly)
     aside = cold_start.start("generalized-alpha")
     try_laws(assembly, times[0], times[-1])
@@ -259,7 +258,7 @@ def solve_implicit(
     InputError
         For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
     """
-    times = np.array(samples, dtype=float)
+    times = sample_times(samples)
     run = prepared(
         assembly,
         times,
@@ -499,7 +498,7 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
-    smaller = "take a smaller solver.step, or auto" if step is not None else "take a smaller solver.tolerance"
+    smaller = "take a smaller `step`, or `None`" if step is not None else "take a smaller `tolerance`"
     if code == alpha.NO_CONVERGENCE:
         met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
         touching = " with contact" if met else ""
@@ -510,14 +509,15 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = "a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
+            law = "a `law` without jump (hunt-crossley or conservative), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only the smallest of steps is given up
             smaller = "look at the last samples" if not law else "take"
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
-            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
+            f"{what_may_jump(assembly)}; "
             f"{smaller}{joined}{law}"
         )
     if code == alpha.NOT_FINITE:
@@ -531,8 +531,8 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
     share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
-        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
-        f"lower solver.spectral_radius"
+        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
 
 
@@ -542,7 +542,7 @@ def _stalled(march: alpha.March, steps: int, time: float, rest: float) -> str:
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
         f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
-        f"(damping.beta), touch more softly, or take a greater solver.tolerance or a fixed solver.step"
+        f"(`stiffness_damping`), touch more softly, or take a greater `tolerance` or a fixed `step`"
     )
 
 

@@ -104,6 +104,14 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     return f"{when}{named} raises {type(error).__name__}: {error}"
 
 
+def what_may_jump(assembly: Assembly) -> str:
+    """A half sentence on the user's laws of a model as a possible reason for a failure; empty where there is none."""
+    names = list(dict.fromkeys(owner(assembly, use.family, use.number) for use in _uses(assembly)))
+    if not names:
+        return ""
+    return f", or a law of the user's jumps ({', '.join(repr(name) for name in names[:3])})"
+
+
 def _users(assembly: Assembly, law: Any) -> str:
     """Names of the parts that call a law."""
     names = [

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import cases
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError, in_keys, naming_keys, nearest
 from evolvent.systems._common import sample_times
 from evolvent.systems.heliogyro.case import Case
 
@@ -196,19 +197,22 @@ def run(
     assembly, samples, step = _prepared(case, laws)
     solver = case.solver
     solution: Solution | ImplicitSolution
-    if solver.method == "generalized-alpha":
-        step = IMPLICIT_STEP if step is None else step
-        solution = solve_implicit(assembly, samples=samples, step=step, progress=progress)
-    else:
-        solution = solve(
-            assembly,
-            samples=samples,
-            method=solver.method,
-            step=step,
-            rtol=solver.rtol,
-            atol=solver.atol,
-            progress=progress,
-        )
+    keys = cases.solver_keys(case)
+    with naming_keys(keys):
+        if solver.method == "generalized-alpha":
+            step = IMPLICIT_STEP if step is None else step
+            solution = solve_implicit(assembly, samples=samples, step=step, progress=progress)
+        else:
+            solution = solve(
+                assembly,
+                samples=samples,
+                method=solver.method,
+                step=step,
+                rtol=solver.rtol,
+                atol=solver.atol,
+                progress=progress,
+            )
+    solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
     return _results(case, assembly, solution, laws)
 
 
@@ -231,7 +235,8 @@ def plan(case: Case) -> cases.Plan:
 
         check_implicit(assembly)
     elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
-        choose_step(assembly, case.solver.method, step, float(samples[-1]))
+        with naming_keys(cases.solver_keys(case)):
+            choose_step(assembly, case.solver.method, step, float(samples[-1]))
     return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
 
 
