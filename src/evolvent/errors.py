@@ -45,7 +45,7 @@ def in_keys(message: str, keys: Mapping[str, str]) -> str:
 
     Examples
     --------
-    >>> in_keys("step is None; take a smaller `tolerance`, or `None`", {"step": "solver.step"})
+    >>> in_keys("step is None; take a smaller `tolerance`, or None", {"step": "solver.step"})
     'solver.step is auto; take a smaller `tolerance`, or auto'
     """
     if not keys:
@@ -53,8 +53,8 @@ def in_keys(message: str, keys: Mapping[str, str]) -> str:
     first = re.match(r"(\w+) is ", message)
     if first and first[1] in keys:
         message = keys[first[1]] + re.sub(r"^ is None\b", " is auto", message[len(first[1]) :])
-    known = {"None": "auto", **keys}
-    return re.sub(r"`(\w+)`", lambda found: known.get(found[1], found[0]), message)
+    message = re.sub(r"\bor None\b", "or auto", message)
+    return re.sub(r"`(\w+)`", lambda found: keys.get(found[1], found[0]), message)
 
 
 @contextlib.contextmanager

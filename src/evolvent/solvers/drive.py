@@ -38,7 +38,7 @@ ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
 #: What a step may be, in messages.
-STEP_ALLOWED = "a finite time above 0, or `None`"
+STEP_ALLOWED = "a finite time above 0, or None"
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -77,7 +77,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step > limit:
         raise InputError(
             f"step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
-            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller one, or `None`"
+            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller one, or None"
         )
     return float(step), limit, mode
 

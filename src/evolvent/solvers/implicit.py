@@ -498,7 +498,7 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
-    smaller = "take a smaller `step`, or `None`" if step is not None else "take a smaller `tolerance`"
+    smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
     if code == alpha.NO_CONVERGENCE:
         met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
         touching = " with contact" if met else ""
