@@ -259,7 +259,7 @@ def _unbalanced(assembly: Assembly, worst: float, reached: float, step: float, f
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = f"take a smaller `step` than {step:.3g} s, or `method` dopri5" if fixed else "take a smaller `rtol`"
     return (
-        f"by t = {reached:.6g} s the energy account is off by {worst:.2g} of the energy, more than {ENERGY_LIMIT:g}: "
+        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
         f"the steps do not resolve the motion{what_may_jump(assembly)}; {smaller}"
     )
 

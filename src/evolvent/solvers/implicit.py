@@ -509,7 +509,7 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = "a `law` without jump (hunt-crossley or conservative), or less `damping`"
+            law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only the smallest of steps is given up
