@@ -219,6 +219,12 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
         raise InputError(sentence(error.errors(include_url=False), kind)) from None
 
 
+def solver_keys(case: Section) -> dict[str, str]:
+    """Keys of a case that say what arguments of the solvers do: argument -> key (see `evolvent.errors.in_keys`)."""
+    fields = type(case.solver).model_fields  # type: ignore[attr-defined]
+    return {"tolerance": "solver.rtol"} | {name: f"solver.{name}" for name in fields}
+
+
 def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A case as it is written, with `overrides` in place, unchecked but for what they need.
 

@@ -190,6 +190,7 @@ class Indirect(_Intrinsic):
         if not self.is_loaded:
             with compiling:
                 self.dispatcher.compile(self.signature)
+                self.dispatcher.disable_compile()
                 ADDRESSES[self.slot] = _pointer(self.dispatcher, self.signature)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
@@ -361,8 +362,8 @@ FORMS = {
 
 
 def _compile_law(signature: Any, function: Callable) -> Any:
-    """Compile a user's function as numba compiles its own, for the host, and keep it in the cache folder."""
-    options = {"error_model": "numpy", "_nrt": False}
+    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
+    options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
         return njit(signature, cache=True, **options)(function)
@@ -381,11 +382,15 @@ def _law(kind: str, function: Callable) -> Any:
     if config.DISABLE_JIT:
         return function
     try:
-        return _compile_law(LAWS[kind], function)
+        # its indices are checked: beyond its parameters stand those of others, and then foreign memory
+        compiled = _compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
         raise InputError(
             f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
         ) from error
+    if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
+        raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
+    return compiled
 
 
 def describe_law(law: Any) -> str:
@@ -409,15 +414,31 @@ def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
     InputError
         If it raises an exception, or returns anything else.
     """
+    count = len(arguments[-1])
+    given = "1 parameter is" if count == 1 else f"{count} parameters are"
     try:
         result = law(*arguments)
         values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
     except Exception as error:  # whatever a user's code may raise
-        raise InputError(f"{describe_law(law)} fails: {type(error).__name__}: {error}") from error
+        raise InputError(
+            f"{describe_law(law)} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
+        ) from error
     if not all(math.isfinite(x) for x in values):
         shown = values if isinstance(result, tuple) else values[0]
         raise InputError(f"{describe_law(law)} returns {shown}; it must return finite numbers")
     return values
+
+
+def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
+    """What an exception of a law says; of an index out of bounds, which one it is, by the law as plain Python."""
+    if isinstance(error, IndexError):
+        try:
+            getattr(law, "py_func", law)(*arguments)
+        except IndexError as plain:
+            error = plain
+        except Exception:  # noqa: BLE001  (another one: what it said when compiled stands)
+            pass
+    return " ".join(str(error).split())
 
 
 def force_law(function: Callable) -> Any:
@@ -432,7 +453,8 @@ def force_law(function: Callable) -> Any:
     Returns
     -------
     compiled function
-        Its address goes into the model; editing the law recompiles the law alone. Exceptions reach the user.
+        Its address goes into the model; editing the law recompiles the law alone. Its indices are checked, and a run
+        in which it raises an exception fails with a message that names it.
 
     Notes
     -----

@@ -355,12 +355,19 @@ def test_laws_take_their_places(quick):
         ({"force": (weight,)}, "has 1 entries"),
         ({3: weight}, "no law is called 3; known: event, feed, force"),
         ([weight], "the laws are .*; they must be a mapping"),
-        ({"force": fails}, "the law 'force' raised ValueError: no force is known beyond half a second"),
     ],
 )
 def test_laws_that_cannot_be_used(laws, words):
     with pytest.raises(evolvent.InputError, match=words):
         evolvent.run("heliogyro", QUICK, laws=laws)
+
+
+def test_a_law_that_raises_ends_the_run_and_keeps_what_was_computed():
+    words = r"the law 'fails' \(.*test_run.py:\d+\) .*ValueError: no force is known beyond half a second"
+    with pytest.raises(evolvent.RunFailed, match=words) as failed:
+        evolvent.run("heliogyro", QUICK, laws={"force": fails})
+    assert failed.value.run.attrs["status"] == "failed"
+    assert 0.3 < float(failed.value.run.time[-1]) <= 0.5
 
 
 def test_a_short_run_has_its_start_and_end():

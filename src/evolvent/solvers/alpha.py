@@ -55,6 +55,8 @@ KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 
 ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(
     14
 )
+#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from what March holds.
+ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
 #: Iterations of Newton's method before a step is given up.
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
@@ -62,6 +64,8 @@ SLOW = 0.15
 #: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
 #: it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
+#: Change of that part, beside the forces, below which a step is not solved once more.
+KEPT = 1e-9
 #: Steps between two looks at the energies, where nothing touches; they take half of an iteration's time.
 EACH = 8
 #: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
@@ -120,11 +124,11 @@ _I, _B = types.int64, types.boolean
 def functions(model: Any) -> list[Any]:
     """Functions of this module that a model needs."""
     found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, book, gain, paths,
-        fill_energies, keep, anew, _back,
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, _solve_step, book, gain,
+        paths, fill_energies, keep, anew, _back,
     ]  # fmt: skip
     if model.flexible.cylinders.size:
-        found += [_bear, _borne, _mean_forces, _whole_wrenches]
+        found += [_add_mean_forces, _bear, _borne, _mean_forces, _whole_wrenches]
     if model.threads.size:
         found += [settle]
     return found
@@ -313,6 +317,56 @@ def start_accelerations(model, matrix, options, march):
             y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
     residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
     march.clock[LAST] = h
+    if model.flexible.cylinders.size > 0:
+        return _add_mean_forces(t, h, model, matrix, options, march)
+    return DONE
+
+
+@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+def _add_mean_forces(t, h, model, matrix, options, march):
+    """Add the contact forces f that are means over a step to the start, where nothing of them stands; returns a status.
+
+    Notes
+    -----
+    Steps go on with accelerations that hold the part g of f which stiffness bears, and nothing of the rest, M w. A
+    start without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
+    """
+    n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
+    place, first = model.flexible.place, march.x.size - march.la.size
+    if not touch.step_forces(model, f):
+        return DONE
+    rubs = False
+    for k in range(cylinders.size):
+        rubs = rubs or cylinders[k].friction > 0.0
+    for i in range(n_v):
+        g[i] = 0.0
+    if options[TOLERANCE] == 0.0 and not rubs and _borne(t, h, model, matrix, options, march) < 0:
+        return SINGULAR
+    c_mass = _short(options)
+    march.tally[FRESH] = 1
+    for part in range(2):
+        if factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
+            return SINGULAR
+        for i in range(march.x.size):
+            march.x[i] = 0.0
+        for i in range(n_v):
+            march.x[place[i]] = g[i] if part == 0 else f[i]
+        blocks.solve(matrix, march.x)
+        for i in range(n_v):
+            if part == 0:
+                march.spare[i] = c_mass * march.x[place[i]]
+                march.v1[0, i] += march.spare[i]
+                march.v1[1, i] += march.spare[i]
+            else:
+                f[i] = c_mass * march.x[place[i]] - march.spare[i]  # w
+        if part == 1:
+            for k in range(march.la.size):
+                march.la[k] += c_mass * options[MASS] * march.x[first + k]
+    residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    for k in range(cylinders.size):
+        if cylinders[k].law == contact.CONSERVATIVE:
+            for i in range(6):
+                model.bodies[cylinders[k].body].F[i] += cylinders[k].F[i]
     return DONE
 
 
@@ -342,7 +396,7 @@ def settle(model, matrix, options, march):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = step_of(t + d, d, False, model, matrix, options, march)
+            found = step_of(t + d, d, ACCELERATED, model, matrix, options, march)
             for i in range(march.y.size):
                 march.y[i] = march.y0[i]
             for i in range(march.la.size):
@@ -364,11 +418,43 @@ def settle(model, matrix, options, march):
     march.tally[FRESH] = 1
 
 
-@indirect(_I(REAL, REAL, _B, MODEL, BORDERED, VECTOR, _MARCH))
-def step_of(t1, h, goes_on, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+def _solve_step(t1, h, model, matrix, options, march):
+    """Solve one step of length h that ends at t1; returns as `step_of` does.
+
+    Notes
+    -----
+    Newton's method starts from the accelerations of the step's start. Contact forces that have not built up yet (a taut
+    cable that begins to touch a cylinder) are not among them: such a start may lie so far inside the cylinder that the
+    method finds no solution. A fixed step is then solved from constant velocities, and with all of the mean forces
+    taken by masses; an adaptive one is cut.
+    """
+    adaptive, coasts = options[TOLERANCE] > 0.0, False
+    for k in range(model.flexible.cylinders.size):
+        row = model.flexible.cylinders[k]
+        coasts = coasts or (row.law == contact.CONSERVATIVE and row.friction > 0.0 and row.touching > 0.0)
+    begins = COASTING if coasts and not adaptive else ACCELERATED
+    found = step_of(t1, h, begins, model, matrix, options, march)
+    if adaptive or model.flexible.cylinders.size == 0:
+        return found
+    for trial in range(3):
+        if found > 0:
+            return found
+        if trial == 1:
+            for i in range(march.dq.size):
+                march.v1[4, i] = 0.0
+        for i in range(march.la.size):
+            march.la[i] = march.la0[i]
+        march.tally[FRESH] = 1
+        found = step_of(t1, h, begins if trial == 1 else COASTING, model, matrix, options, march)
+    return found
+
+
+@indirect(_I(REAL, REAL, _I, MODEL, BORDERED, VECTOR, _MARCH))
+def step_of(t1, h, start, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
-    `goes_on`: from what march holds, not from the start of the step.
+    `start`: ACCELERATED, COASTING or AS_IT_IS.
     """
     n_q, n_v = model.info.nq, model.info.nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
@@ -379,10 +465,14 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
     c_rate = gamma / (beta * h)
     scale = c_mass * options[MASS]
     a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
-    if not goes_on:
+    if start != AS_IT_IS:
         for i in range(n_v):
-            A[i] = A0[i]
-            a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+            if start == ACCELERATED:
+                A[i] = A0[i]
+                a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+            else:
+                a[i] = (beta - 0.5) / beta * a0[i]
+                A[i] = ((1.0 - am) * a[i] + am * a0[i] - af * A0[i]) / (1.0 - af)
             dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
             y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
         displace(y0, dq, model, y)
@@ -609,13 +699,11 @@ def advance(model, matrix, options, march, budget):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
             march.powers[1, i] = march.powers[0, i]
-        for i in range(n_v):
-            march.v1[4, i] = 0.0
         paths(t, h, model, march)
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = step_of(t_end, h, False, model, matrix, options, march)
+        found = _solve_step(t_end, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
@@ -700,30 +788,38 @@ def _bear(t, h, found, model, matrix, options, march):
     Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
     does with friction, whose forces go on as those of rest do.
     """
-    f, before, n_v = march.v1[3], march.v0[4], march.dq.size
+    f, before, g, n_v = march.v1[3], march.v0[4], march.v1[4], march.dq.size
     for k in range(model.flexible.cylinders.size):
         if model.flexible.cylinders[k].friction > 0.0:
             return found
+    last = march.spare[n_v : 2 * n_v]
+    for i in range(n_v):
+        last[i] = g[i]
     borne = _borne(t, h, model, matrix, options, march)
-    if borne <= 0:
-        return found if borne == 0 else SINGULAR
+    if borne < 0:
+        return SINGULAR
+    change = largest = 0.0
     for i in range(n_v):
+        change, largest = max(change, abs(g[i] - last[i])), max(largest, abs(f[i]), abs(last[i]))
         before[i] = f[i]
-    again = step_of(t, h, True, model, matrix, options, march)
-    if again > 0:
-        residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-        touch.step_forces(model, f)
-        change = largest = 0.0
-        for i in range(n_v):
-            change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
-        if change <= FOLLOWS * largest:
-            return found + again
+    if change <= KEPT * largest:
+        return found
+    if borne > 0:
+        again = step_of(t, h, AS_IT_IS, model, matrix, options, march)
+        if again > 0:
+            residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+            touch.step_forces(model, f)
+            change = largest = 0.0
+            for i in range(n_v):
+                change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
+            if change <= FOLLOWS * largest:
+                return found + again
     for i in range(n_v):
-        march.v1[4, i] = 0.0
+        g[i] = 0.0
     for i in range(march.la.size):
         march.la[i] = march.la0[i]
     march.tally[FRESH] = 1
-    again = step_of(t, h, False, model, matrix, options, march)
+    again = _solve_step(t, h, model, matrix, options, march)
     if again > 0:
         residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     return again
@@ -743,6 +839,8 @@ def _borne(t, h, model, matrix, options, march):
     n_v, f, g, A = model.info.nv, march.v1[3], march.v1[4], march.v1[1]
     cylinders, place = model.flexible.cylinders, model.flexible.place
     if not touch.step_forces(model, f):
+        for i in range(n_v):
+            g[i] = 0.0
         return 0
     for i in range(march.x.size):
         march.x[i] = 0.0

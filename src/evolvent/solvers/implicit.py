@@ -13,6 +13,7 @@ from evolvent import codecache, families, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
+from evolvent.families import owner
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import blocks, contact, couplings, rigid
@@ -20,7 +21,8 @@ from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import alpha
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Wall time between two looks at how a run gets on, s, and steps beyond which what is left of it is given up.
@@ -163,17 +165,16 @@ def prepared(
     longest_step: float | None = None,
 ) -> Prepared:
     """Check the arguments of `solve_implicit`, compile, and stand at the start."""
-    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
-        raise InputError("samples must be two or more increasing times")
     span = float(times[-1] - times[0])
-    if not 0.0 <= number("solver.spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
-        raise InputError(f"solver.spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
+    if not 0.0 <= number("spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
+        raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
     if step is not None:
-        positive("solver.step", step, allowed="a finite time above 0, or auto")
-    positive("solver.tolerance", tolerance)
+        step = positive("step", step, allowed=STEP_ALLOWED)
+    tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.IMPLICIT)
     try_laws(assembly, times[0], times[-1])
-    check_start(assembly, float(times[0]))
+    with refusing_laws(assembly):
+        check_start(assembly, float(times[0]))
     model = assembly.model
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
@@ -246,7 +247,7 @@ def solve_implicit(
     InputError
         For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
     """
-    times = np.array(samples, dtype=float)
+    times = sample_times(samples)
     run = prepared(
         assembly,
         times,
@@ -308,6 +309,11 @@ def solve_implicit(
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, moments(run))
+        status, message = "failed", f"{failure}; what was computed is kept"
     wall_time = clock.perf_counter() - began
     kept = int(march.tally[alpha.SAMPLE])
     if releases is not None:
@@ -343,6 +349,15 @@ def solve_implicit(
     )
 
 
+def moments(run: Prepared) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Times and states at which the last step may have called a user's law."""
+    march, s = run.march, run.model.flexible.switches
+    t, h = float(march.clock[alpha.TIME]), float(march.clock[alpha.STEP])
+    later = np.concatenate([march.samples, march.stops])
+    ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
+    return [(end, march.y, s) for end in ends] + [(t, march.y0, s), (t, march.y, s)]
+
+
 def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
     flexible, info = assembly.model.flexible, assembly.model.info
@@ -370,13 +385,13 @@ def check_start(assembly: Assembly, t: float) -> None:
         unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
                 f"move what it joins, or its feed"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the velocities at the start: what it holds together parts "
-                f"at {rate:.6g}{unit}/s; give velocities that keep it"
+                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: what it holds together "
+                f"parts at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
 
@@ -438,23 +453,18 @@ def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
     width = int(matrix.counts[blocks.BORDER])
     left = matrix.order[1, int(matrix.counts[blocks.RANK]) : width + int(matrix.counts[blocks.INNER])]
     rows = sorted(int(k) - first for k in left if first <= k < width)
-    names = sorted({_joint_name(assembly, k) for k in rows})
+    names = sorted({owner(assembly, "joints", k) for k in rows})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
         f"{len(rows)} of its constraints say"
     )
 
 
-def _joint_name(assembly: Assembly, row: int) -> str:
-    """Name of the part that wrote a row of the family joints."""
-    return assembly.joint_parts[row] or "a joint"
-
-
 def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
-    smaller = "take a smaller solver.step, or auto" if step is not None else "take a smaller solver.tolerance"
+    smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
     if code == alpha.NO_CONVERGENCE:
         met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
         touching = " with contact" if met else ""
@@ -465,14 +475,15 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = "a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
+            law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only the smallest of steps is given up
             smaller = "look at the last samples" if not law else "take"
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
-            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
+            f"{what_may_jump(assembly)}; "
             f"{smaller}{joined}{law}"
         )
     if code == alpha.NOT_FINITE:
@@ -486,8 +497,8 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
     share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
-        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
-        f"lower solver.spectral_radius"
+        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
 
 
@@ -497,7 +508,7 @@ def _stalled(march: alpha.March, steps: int, time: float, rest: float) -> str:
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
         f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
-        f"(damping.beta), touch more softly, or take a greater solver.tolerance or a fixed solver.step"
+        f"(`stiffness_damping`), touch more softly, or take a greater `tolerance` or a fixed `step`"
     )
 
 

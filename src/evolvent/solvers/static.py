@@ -19,12 +19,13 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import blocks, contact, rigid, touch
+from evolvent.kernels import blocks, contact, loads, rigid, springs, touch
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
+from evolvent.parts.checks import number, positive
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.implicit import matrix_of, redundant, sizes
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 
 Array = np.ndarray
 
@@ -136,17 +137,17 @@ def solve_static(
     Dampers rest. Friction acts where the path rubs.
     """
     targets = _targets(load_steps)
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise InputError(f"tolerance is {tolerance!r}; it must be above 0")
-    if not math.isfinite(time):
-        raise InputError(f"time is {time!r}; it must be a finite time, s")
+    tolerance = positive("tolerance", tolerance)
+    time = number("time", time, allowed="a finite time, s")
     families.check(assembly, families.STATIC)
     try_laws(assembly, time, time)
     began = clock.perf_counter()
-    work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
+    with refusing_laws(assembly):
+        work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
-    work.refuse_redundant()
+    with refusing_laws(assembly):
+        work.refuse_redundant()
     search = _Search(work, tolerance, most_steps, progress)
     try:
         if arc_length:
@@ -155,6 +156,11 @@ def solve_static(
             search.by_steps(targets, whole=load_steps is None)
     except KeyboardInterrupt:
         search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, [(work.time, work.balance.y, assembly.s)])
+        search.status, search.message = "failed", f"beyond load factor {search.reached:.6g}, {failure}; {_KEPT}"
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
     return search.solution(wall_time, compile_time)
@@ -624,12 +630,36 @@ class _Search:
             free = w.free_motions(self.reached)
             if free:
                 self.free = free
-                return f"nothing holds {_names(free)} against {_motions(found)}"
+                return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
             return f"the state stopped being finite at load factor {factor:.6g}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.clock[eq.QUALITY] < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
         return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
+
+    def _acting(self, free: list[str]) -> str:
+        """Which loads act on parts that nothing holds, in words."""
+        w = self.work
+        model, names = w.model, w.assembly.names
+        found = []
+        for name, (family, index) in names.items():
+            if family == "pushes":
+                push = model.flexible.pushes[index]
+                acts = push["value"] != 0.0 and push["start"] <= w.time < push["end"]
+                target = ("beams", int(push["beam"]))
+            elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
+                row = model.loads[index]
+                p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
+                acts = np.any(p[:3]) and p[4] <= w.time < p[5]
+                target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
+            else:
+                continue
+            if acts and any(names[part] == target for part in free):
+                found.append(name)
+        if not found:
+            return ""
+        acts = "acts" if len(found) == 1 else "act"
+        return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
 
     def _fail(self, factor: float, why: str) -> bool:
         self.reached = factor
