@@ -164,7 +164,7 @@ def _check(run: xr.Dataset) -> None:
             mapping = False
         if not mapping:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
-    case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
+    case = cases.of_run(attrs["case"])
     if case.system != attrs["system"]:
         raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
     for name, sizes in cases.system(case.system).layout(case).items():
