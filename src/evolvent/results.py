@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases
+from evolvent import __version__, cases, netcdf
 from evolvent.errors import InputError
 from evolvent.figures import Number
 
@@ -196,7 +196,10 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         If the file cannot be written.
     """
     with writing(path) as temporary:
-        dataset.to_netcdf(temporary, engine=_ENGINE)
+        if netcdf.is_plain(dataset):
+            netcdf.write(dataset, temporary)
+        else:
+            dataset.to_netcdf(temporary, engine=_ENGINE)
 
 
 @contextlib.contextmanager
