@@ -49,7 +49,7 @@ class Process:
             solve = float(subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True).stdout)
         self.wall.append(wall - solve)
         spent = after.children_user + after.children_system - before.children_user - before.children_system
-        self.cpu.append(spent - solve)
+        self.cpu.append(spent * (wall - solve) / wall)  # the solve has the same share of a busy processor
 
     def result(self) -> dict[str, float]:
         """Medians, s."""
