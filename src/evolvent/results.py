@@ -12,6 +12,7 @@ import numbers
 import os
 import pathlib
 import platform
+import re
 import tempfile
 import uuid
 from collections.abc import Iterator, Mapping
@@ -164,7 +165,7 @@ def _check(run: xr.Dataset) -> None:
             mapping = False
         if not mapping:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
-    case = cases.of_run(attrs["case"])
+    case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
     if case.system != attrs["system"]:
         raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
     for name, sizes in cases.system(case.system).layout(case).items():
@@ -196,10 +197,16 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         If the file cannot be written.
     """
     with writing(path) as temporary:
-        if netcdf.is_plain(dataset):
-            netcdf.write(dataset, temporary)
-        else:
-            dataset.to_netcdf(temporary, engine=_ENGINE)
+        try:
+            if netcdf.is_plain(dataset):
+                netcdf.write(dataset, temporary)
+            else:
+                dataset.to_netcdf(temporary, engine=_ENGINE)
+        except RuntimeError as error:  # how HDF5 reports a full disk
+            number = re.search(r"errno = (\d+)", str(error))
+            if number is None:
+                raise
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
 
 
 @contextlib.contextmanager
