@@ -225,6 +225,22 @@ def solver_keys(case: Section) -> dict[str, str]:
     return {"tolerance": "solver.rtol"} | {name: f"solver.{name}" for name in fields}
 
 
+@functools.lru_cache(maxsize=16)
+def of_run(text: str) -> Any:
+    """The checked case that a run was made from.
+
+    Parameters
+    ----------
+    text : str, the run's attribute ``case``
+
+    Raises
+    ------
+    InputError
+        If it cannot be used.
+    """
+    return load(parse_yaml(text, "the run's case"))
+
+
 def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A case as it is written, with `overrides` in place, unchecked but for what they need.
 

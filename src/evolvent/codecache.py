@@ -139,12 +139,20 @@ class Cache(FunctionCache):
         self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Compiled function from either folder, or None."""
-        if self._shipped is not None:
-            found = self._shipped.load_overload(signature, target_context)
-            if found is not None:
-                return found
-        return super().load_overload(signature, target_context)
+        """Compiled function from either folder, or None.
+
+        Notes
+        -----
+        numba sets up its compiler before it looks into a cache, which takes half as long as importing it and loads
+        scipy.linalg. What was compiled before needs none of that; compiling sets it up by itself.
+        """
+        for cache in (self._shipped, self):
+            if cache is not None:
+                with cache._guard_against_spurious_io_errors():
+                    found = cache._load_overload(signature, target_context)
+                if found is not None:
+                    return found
+        return None
 
     def exists(self) -> bool:
         """Whether something of the function is kept."""

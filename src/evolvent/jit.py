@@ -25,7 +25,8 @@ from numba import config, f8, i8, njit, types
 from numba.core import cgutils
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning, TypingError
-from numba.extending import _Intrinsic, intrinsic
+from numba.core.typing.templates import infer, make_intrinsic_template
+from numba.extending import intrinsic
 
 from evolvent.codecache import CACHE_DIR, COMPILED, Cache, compiling, module_name, sources
 from evolvent.errors import InputError
@@ -80,13 +81,18 @@ class Kernel:
     """
 
     def __init__(self, function: Callable, *, inline: bool) -> None:
-        self.py_func = function
-        inside = _njit(function, cache=False, forceinline=inline, no_cpython_wrapper=True)
-        old = inside._compiler
-        inside._compiler = _IntoCallers(function, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
-        self._inside = inside
-        self._numba_type_ = types.Dispatcher(inside)
+        self.py_func, self._inline = function, inline
         functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a dispatcher whose functions go into their callers."""
+        self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
+        old = inside._compiler
+        inside._compiler = _IntoCallers(
+            self.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class
+        )
+        return types.Dispatcher(inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         _unloaded()
@@ -121,7 +127,7 @@ _counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
 
 
-class Indirect(_Intrinsic):
+class Indirect:
     """A function with a signature of its own that compiled code calls by its address.
 
     It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
@@ -134,16 +140,8 @@ class Indirect(_Intrinsic):
     """
 
     def __init__(self, function: Callable, signature: Any) -> None:
-
-        def define(typing_context: Any, *arguments: Any) -> Any:
-            return self._define(arguments)
-
-        own = inspect.signature(function)
-        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
-        super().__init__(function.__name__, define)
-        functools.update_wrapper(self, function)
         self.py_func, self.signature = function, signature
+        functools.update_wrapper(self, function)
         module = function.__module__
         place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
         number = _counts[module] = _counts.get(module, -1) + 1
@@ -151,12 +149,25 @@ class Indirect(_Intrinsic):
             raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
         self.slot = place + number
         _BY_SLOT[self.slot] = self
-        self._register()
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a function of one signature, which calls the address."""
+
+        def define(typing_context: Any, *arguments: Any) -> Any:
+            return self._define(arguments)
+
+        own = inspect.signature(self.py_func)
+        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+        template = make_intrinsic_template(self, define, self.py_func.__name__)
+        infer(template)
+        return types.Function(template)
 
     def _define(self, arguments: tuple[Any, ...]) -> Any:
         signature = self.signature
         if len(arguments) != len(signature.args):
-            raise TypingError(f"{self._name} takes {len(signature.args)} arguments, not {len(arguments)}")
+            raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
         holder = next(k for k, kind in enumerate(signature.args) if has_addresses(kind))
         kind, slot = signature.args[holder], self.slot
 
@@ -183,7 +194,8 @@ class Indirect(_Intrinsic):
     @property
     def is_loaded(self) -> bool:
         """Whether it can be called."""
-        return bool(ADDRESSES[self.slot] != _unloaded())
+        unloaded = _unloaded()  # which fills the table when it is first called
+        return bool(ADDRESSES[self.slot] != unloaded)
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
