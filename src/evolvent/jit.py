@@ -183,7 +183,8 @@ class Indirect(_Intrinsic):
     @property
     def is_loaded(self) -> bool:
         """Whether it can be called."""
-        return bool(ADDRESSES[self.slot] != _unloaded())
+        unloaded = _unloaded()  # the first call fills the table
+        return bool(ADDRESSES[self.slot] != unloaded)
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
