@@ -107,6 +107,21 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
         jit.kernel(f)
 
 
+FIRST = """
+import json
+from evolvent import jit
+from evolvent.kernels import flexible
+jit.load([flexible.add_gravity])
+print(json.dumps({"loaded": flexible.add_gravity.signature in flexible.add_gravity.dispatcher.overloads}))
+"""
+
+
+@compiled_only
+def test_the_first_function_of_a_process_is_loaded(tmp_path):
+    (tmp_path / "first.py").write_text(FIRST)
+    assert python(str(tmp_path / "first.py"))["loaded"]
+
+
 # ------------------------------------------------------------------------------------------------ laws
 
 

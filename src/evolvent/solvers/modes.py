@@ -176,10 +176,16 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     K = whole[:n_v, :n_v]
     M = work.mass()
     C = work.damping() if damped else sparse.csr_matrix((n_v, n_v))
-    joints = work.model.flexible.joints
-    held = [k for k in range(work.n_j) if joints["stiffness"][k] == 0.0 and couplings.holds(work.time, joints, k)]
-    G = whole[n_v:, :n_v][held]
+    joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
+    held = np.array([couplings.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
+    penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
+    G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     K = _completed(work, K)
+    # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
+    g = gradients[penalties]
+    K = K + g.T @ sparse.diags(joints["stiffness"][penalties]) @ g
+    if damped:
+        C = C + g.T @ sparse.diags(joints["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M)
