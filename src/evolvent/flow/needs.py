@@ -9,7 +9,19 @@ import numpy as np
 
 from evolvent import jit
 from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
-from evolvent.kernels import blocks, couplings, flexible, joints, layers, loads, rigid, springs, thread, touch
+from evolvent.kernels import (
+    couplings,
+    flexible,
+    joints,
+    layers,
+    loads,
+    rigid,
+    sparse,
+    sparse_lu,
+    springs,
+    thread,
+    touch,
+)
 from evolvent.model import Model
 
 
@@ -105,7 +117,7 @@ def balance(model: Model) -> Iterator[Any]:
     f = model.flexible
     yield from (implicit.residual, implicit.tangent, implicit.energies)
     yield from forces(model)
-    yield from blocks.functions()
+    yield from (*sparse.functions(), *sparse_lu.functions())
     if model.springs.size:
         yield springs.spring_tangents
     if f.cells.size:

@@ -22,7 +22,7 @@ class _Graph:
 
     def __init__(self, model: mdl.Model) -> None:
         self.model = model
-        self.n_q, self.n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+        self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
         self.blocks: list[Array] = []
         self.pairs: set[tuple[int, int]] = set()
         #: Block of each velocity, and of each body (-1 of driven ones).
