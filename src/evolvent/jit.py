@@ -183,7 +183,7 @@ class Indirect(_Intrinsic):
     @property
     def is_loaded(self) -> bool:
         """Whether it can be called."""
-        return bool(ADDRESSES[self.slot] != _unloaded())
+        return _unloaded() != int(ADDRESSES[self.slot])  # the first call of `_unloaded` fills the table
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""

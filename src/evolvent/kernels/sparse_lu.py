@@ -68,7 +68,10 @@ def factor(matrix):
 
 @inlined
 def _measure(matrix, b, m):
-    """Sizes of the columns of block b: the largest entry of its diagonal part, as assembled."""
+    """Sizes of the columns of block b: the largest entry of column and row in its diagonal part, as assembled.
+
+    The row counts because that of a body which turns freely about an axis may be all that differs from round-off.
+    """
     table, size = matrix.table, matrix.size
     start = table[b, START]
     D = matrix_view(matrix.values, table[b, AT], m, m)
@@ -80,6 +83,8 @@ def _measure(matrix, b, m):
             s = abs(D[r, c])
             if s > column[0, c]:
                 column[0, c] = s
+            if s > column[0, r]:
+                column[0, r] = s
     for r in range(m - table[b, MULTIPLIERS], m):
         matrix.terms[start + r] = abs(D[r, r])
 
