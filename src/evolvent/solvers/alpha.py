@@ -59,6 +59,9 @@ ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
 SLOW = 0.15
+#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
+#: where they depend on one another).
+ROUND_OFF = 1e-10
 #: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
 #: it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
@@ -402,7 +405,9 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
+        # a thread's directions must be fresh
+        renewed = march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0
+        if renewed:
             found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -434,6 +439,8 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
+            return iteration + 1
+        if renewed and ratio > 0.5 and norm <= ROUND_OFF:
             return iteration + 1
         last = norm
     march.tally[FRESH] = 1
