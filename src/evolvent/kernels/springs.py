@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel, spring_law_at
 from evolvent.kernels import couplings
-from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import add_product, add_turning, side_columns
 from evolvent.kernels.rigid import add_wrench, point_kinematics
+from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 ON_BODY, ON_POINT = 0, 1
@@ -130,7 +130,7 @@ def spring_forces(t, y, model):
     return dissipated, law_power
 
 
-@indirect(void(REAL, VECTOR, REAL, MODEL, BORDERED))
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def spring_tangents(t, y, c_rate, model, matrix):
     """Tangents of all springs; those of users' laws by central differences."""
     springs, bodies, points = model.springs, model.bodies, model.points

@@ -32,10 +32,10 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies, keep_momentum, residual, tangent
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import blocks, contact, couplings, rigid, touch
-from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels import contact, couplings, rigid, sparse_lu, touch
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
 
@@ -61,6 +61,9 @@ ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
 SLOW = 0.15
+#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
+#: where they depend on one another).
+ROUND_OFF = 1e-10
 #: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
 #: it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
@@ -81,7 +84,7 @@ class March(Struct):
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     v1 : (5, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
         over the step, the part g of those that stiffness bears; those of its start in `v0`
-    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
+    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
@@ -177,17 +180,17 @@ def turned(y0, q, px, py, pz, y):
     y[q], y[q + 1], y[q + 2], y[q + 3] = n * a, n * b, n * d, n * e
 
 
-@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, BORDERED, _MARCH))
+@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE, _MARCH))
 def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
-    """Assemble and factor the matrix; returns what `blocks.factor` returns."""
+    """Assemble and factor the matrix; returns what `sparse_lu.factor` returns."""
     tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
-    found = blocks.factor(matrix)
+    found = sparse_lu.factor(matrix)
     march.tally[FACTORED] += 1
     march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
     return found
 
 
-@indirect(void(REAL, VECTOR, MODEL, BORDERED, VECTOR, _MARCH, VECTOR, VECTOR))
+@indirect(void(REAL, VECTOR, MODEL, SPARSE, VECTOR, _MARCH, VECTOR, VECTOR))
 def accelerations_at(t, state, model, matrix, options, march, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
@@ -197,7 +200,7 @@ def accelerations_at(t, state, model, matrix, options, march, A, la):
     """
     n_q, n_v, y0 = model.info.nq, model.info.nv, march.y0
     joints, n_j = model.flexible.joints, model.flexible.joints.size
-    first = march.r.size - n_j
+    first = n_v
     c_mass = _short(options)
     scale = c_mass * options[MASS]
     d = 1e-3 * options[SPAN]
@@ -223,9 +226,9 @@ def accelerations_at(t, state, model, matrix, options, march, A, la):
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
             march.x[i] = -march.r[i]
-        blocks.solve(matrix, march.x)
+        sparse_lu.solve(matrix, march.x)
         for i in range(n_v):
-            A[i] += c_mass * march.x[model.flexible.place[i]]
+            A[i] += c_mass * march.x[i]
         for k in range(n_j):
             la[k] += scale * march.x[first + k]
 
@@ -236,7 +239,7 @@ def _short(options):
     return 1e16 / (options[SPAN] * options[SPAN])
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH))
 def start_accelerations(model, matrix, options, march):
     """Accelerations and multipliers at march.y; returns a status.
 
@@ -311,10 +314,10 @@ def start_accelerations(model, matrix, options, march):
         residual(t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
         residual(t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
         for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
-            march.x[i] = march.r[i] - march.x[i] if i < march.x.size - la.size else 0.0
-        blocks.solve(matrix, march.x)
+            march.x[i] = march.r[i] - march.x[i] if i < n_v else 0.0
+        sparse_lu.solve(matrix, march.x)
         for i in range(n_v):
-            y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
+            y[n_q + i] += h * h * (J[i] - c_mass * march.x[i])
     residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
     march.clock[LAST] = h
     if model.flexible.cylinders.size > 0:
@@ -322,7 +325,7 @@ def start_accelerations(model, matrix, options, march):
     return DONE
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _add_mean_forces(t, h, model, matrix, options, march):
     """Add the contact forces f that are means over a step to the start, where nothing of them stands; returns a status.
 
@@ -332,7 +335,7 @@ def _add_mean_forces(t, h, model, matrix, options, march):
     start without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
     """
     n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
-    place, first = model.flexible.place, march.x.size - march.la.size
+    first = march.x.size - march.la.size
     if not touch.step_forces(model, f):
         return DONE
     rubs = False
@@ -350,15 +353,15 @@ def _add_mean_forces(t, h, model, matrix, options, march):
         for i in range(march.x.size):
             march.x[i] = 0.0
         for i in range(n_v):
-            march.x[place[i]] = g[i] if part == 0 else f[i]
-        blocks.solve(matrix, march.x)
+            march.x[i] = g[i] if part == 0 else f[i]
+        sparse_lu.solve(matrix, march.x)
         for i in range(n_v):
             if part == 0:
-                march.spare[i] = c_mass * march.x[place[i]]
+                march.spare[i] = c_mass * march.x[i]
                 march.v1[0, i] += march.spare[i]
                 march.v1[1, i] += march.spare[i]
             else:
-                f[i] = c_mass * march.x[place[i]] - march.spare[i]  # w
+                f[i] = c_mass * march.x[i] - march.spare[i]  # w
         if part == 1:
             for k in range(march.la.size):
                 march.la[k] += c_mass * options[MASS] * march.x[first + k]
@@ -370,7 +373,7 @@ def _add_mean_forces(t, h, model, matrix, options, march):
     return DONE
 
 
-@indirect(void(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(void(MODEL, SPARSE, VECTOR, _MARCH))
 def settle(model, matrix, options, march):
     """Give a model with threads at march.y the accelerations that its steps go on with; without a solution none.
 
@@ -418,7 +421,7 @@ def settle(model, matrix, options, march):
     march.tally[FRESH] = 1
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _solve_step(t1, h, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns as `step_of` does.
 
@@ -450,7 +453,7 @@ def _solve_step(t1, h, model, matrix, options, march):
     return found
 
 
-@indirect(_I(REAL, REAL, _I, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, _MARCH))
 def step_of(t1, h, start, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
@@ -458,8 +461,7 @@ def step_of(t1, h, start, model, matrix, options, march):
     """
     n_q, n_v = model.info.nq, model.info.nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
-    place, weight, n_j = model.flexible.place, march.weight, march.la.size
-    first = r.size - n_j
+    weight, n_j, first = march.weight, march.la.size, n_v
     am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
     c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
     c_rate = gamma / (beta * h)
@@ -484,7 +486,7 @@ def step_of(t1, h, start, model, matrix, options, march):
         residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
         if model.flexible.cylinders.size > 0:
             for i in range(n_v):
-                r[place[i]] += (options[SHARE] - 1.0) * march.v1[4, i]
+                r[i] += (options[SHARE] - 1.0) * march.v1[4, i]
         if not is_finite(r):
             return NOT_FINITE
         touching = touch.count_touching(model) if model.flexible.cylinders.size > 0 else 0
@@ -493,7 +495,9 @@ def step_of(t1, h, start, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
+        # a thread's directions must be fresh
+        renewed = march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0
+        if renewed:
             found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -507,10 +511,10 @@ def step_of(t1, h, start, model, matrix, options, march):
             x[i] = -r[i]
         for k in range(n_j):
             x[first + k] = -scale * r[first + k]
-        blocks.solve(matrix, x)
+        sparse_lu.solve(matrix, x)
         norm = 0.0
         for i in range(n_v):
-            d = x[place[i]]
+            d = x[i]
             norm = max(norm, abs(d) / weight[i])
             dq[i] += d
             y[n_q + i] += c_rate * d
@@ -525,6 +529,8 @@ def step_of(t1, h, start, model, matrix, options, march):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
+            return iteration + 1
+        if renewed and ratio > 0.5 and norm <= ROUND_OFF:
             return iteration + 1
         last = norm
     march.tally[FRESH] = 1
@@ -642,7 +648,7 @@ def keep(n, model, march):
             march.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH))
 def begin(model, matrix, options, march):
     """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
     status = start_accelerations(model, matrix, options, march)
@@ -665,7 +671,7 @@ def begin(model, matrix, options, march):
     return DONE
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH, _I))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH, _I))
 def advance(model, matrix, options, march, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     clock, tally, ledger = march.clock, march.tally, march.ledger
@@ -781,7 +787,7 @@ def advance(model, matrix, options, march, budget):
     return BUDGET
 
 
-@indirect(_I(REAL, REAL, _I, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, _MARCH))
 def _bear(t, h, found, model, matrix, options, march):
     """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
 
@@ -825,7 +831,7 @@ def _bear(t, h, found, model, matrix, options, march):
     return again
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _borne(t, h, model, matrix, options, march):
     """Find the part g of contact forces f, means over the step, that stiffness and joints bear at once.
 
@@ -837,7 +843,7 @@ def _borne(t, h, model, matrix, options, march):
     one little is left of what `_mean_forces` would set right in motions that the step does not resolve.
     """
     n_v, f, g, A = model.info.nv, march.v1[3], march.v1[4], march.v1[1]
-    cylinders, place = model.flexible.cylinders, model.flexible.place
+    cylinders = model.flexible.cylinders
     if not touch.step_forces(model, f):
         for i in range(n_v):
             g[i] = 0.0
@@ -845,7 +851,7 @@ def _borne(t, h, model, matrix, options, march):
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
-        march.x[place[i]] = f[i]
+        march.x[i] = f[i]
     c_mass = (1.0 - options[ALPHA_M]) / (options[BETA] * h * h * (1.0 - options[ALPHA_F]))
     march.tally[FRESH] = 1
     for k in range(cylinders.size):
@@ -855,17 +861,17 @@ def _borne(t, h, model, matrix, options, march):
         cylinders[k].share = options[SHARE] if cylinders[k].law == contact.CONSERVATIVE else 1.0
     if found != 0:
         return -1
-    blocks.solve(matrix, march.x)
+    sparse_lu.solve(matrix, march.x)
     for i in range(n_v):
         march.spare[i] = A[i]
-        A[i] += c_mass * march.x[place[i]]
+        A[i] += c_mass * march.x[i]
     residual(t, march.y, A, march.la, h, 1.0, model, march.x, march.powers[0])
     for i in range(n_v):
         A[i] = march.spare[i]
     residual(t, march.y, A, march.la, h, 1.0, model, march.r, march.powers[0])
     most = largest = 0.0
     for i in range(n_v):
-        g[i] = f[i] - (march.x[place[i]] - march.r[place[i]])
+        g[i] = f[i] - (march.x[i] - march.r[i])
         most, largest = max(most, abs(g[i])), max(largest, abs(f[i]))
     if most > BORNE * largest:
         return 1
@@ -874,7 +880,7 @@ def _borne(t, h, model, matrix, options, march):
     return 0
 
 
-@indirect(_B(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_B(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _mean_forces(t, h, model, matrix, options, march):
     """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
     n_q, n_v, w, g = model.info.nq, model.info.nv, march.v1[3], march.v1[4]
@@ -883,7 +889,7 @@ def _mean_forces(t, h, model, matrix, options, march):
         march.x[i] = 0.0
     for i in range(n_v):
         some = some or g[i] != 0.0
-        march.x[model.flexible.place[i]] = w[i] - g[i]
+        march.x[i] = w[i] - g[i]
         w[i] = 0.0
     if not some:
         _whole_wrenches(model, march)
@@ -892,15 +898,15 @@ def _mean_forces(t, h, model, matrix, options, march):
     march.tally[FRESH] = 1
     if factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
         return False
-    blocks.solve(matrix, march.x)
+    sparse_lu.solve(matrix, march.x)
     beta, gamma = options[BETA], options[GAMMA]
     for i in range(n_v):
-        w[i] = c_mass * march.x[model.flexible.place[i]]
+        w[i] = c_mass * march.x[i]
         march.y[n_q + i] += h * w[i] * (1.0 - gamma / (2.0 * beta))
         march.v1[0, i] -= w[i] / (2.0 * beta)
         march.v1[1, i] -= options[SHARE] * w[i]
     for k in range(march.la.size):
-        march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[march.x.size - march.la.size + k]
+        march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[n_v + k]
     # powers and wrenches of the velocities as they are now
     residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     _whole_wrenches(model, march)
@@ -927,7 +933,7 @@ def _driven(cylinders, bodies, k):
     return -(w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def anew(t, h, model, matrix, options, march):
     """Start anew just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
     ledger = march.ledger

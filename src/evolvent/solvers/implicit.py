@@ -16,11 +16,12 @@ from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import blocks, contact, couplings, rigid
+from evolvent.kernels import contact, couplings, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
+from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha, graph, ordering
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
@@ -29,6 +30,8 @@ from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun,
 LOOK, MOST_STEPS = 10.0, 1e8
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
+#: Redundant rows of joints that can be named.
+MOST_REDUNDANT = 64
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
@@ -89,17 +92,13 @@ def gained(ledger: np.ndarray) -> np.ndarray:
     return energy - ledger[..., a.START] - work + lost
 
 
-def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
-    """Room for the tangent of a model."""
-    beams = model.flexible.beams
-    m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
-    n = int(beams["nodes"].sum())
-    rest = int(model.info.nv) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
-    nodes = int(model.threads["n"].sum())
-    n, rest = n + nodes, rest - 3 * nodes
+def matrix_of(model: mdl.Model, *, spare: int | None = None) -> SparseBlocks:
+    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need."""
     layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
     inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
-    return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare, inner=inner)
+    if spare is None:
+        spare = min(model.flexible.joints.size, MOST_REDUNDANT)
+    return ordering.matrix_of(graph.pattern_of(model), spare=spare, inner=inner)
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
@@ -146,7 +145,7 @@ class Prepared(NamedTuple):
     """What the compiled loop takes: equations, room for their tangent, options and the state of the loop."""
 
     model: mdl.Model
-    matrix: blocks.Bordered
+    matrix: SparseBlocks
     options: np.ndarray
     march: alpha.March
     releases: Releases | None
@@ -207,7 +206,7 @@ def prepared(
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
     jit.load((*needs.implicit_steps(model), *alpha.functions(model)))
-    march = _march(assembly, times, first, weight, matrix)
+    march = _march(assembly, times, first, weight)
     return Prepared(model, matrix, options, march, releases, clock.perf_counter() - began)
 
 
@@ -395,13 +394,11 @@ def check_start(assembly: Assembly, t: float) -> None:
             )
 
 
-def _march(
-    assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray, matrix: blocks.Bordered
-) -> alpha.March:
+def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha.March:
     model = assembly.model
     n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
-    n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
+    n_u = n_v + n_j
     pushes = model.flexible.pushes
     ends = [pushes["start"] + pushes["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
@@ -446,14 +443,10 @@ def _march(
     )
 
 
-def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
+def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     """Which joints repeat what others say."""
-    joints = assembly.model.flexible.joints
-    first = int(matrix.counts[blocks.BORDER]) - joints.size
-    width = int(matrix.counts[blocks.BORDER])
-    left = matrix.order[1, int(matrix.counts[blocks.RANK]) : width + int(matrix.counts[blocks.INNER])]
-    rows = sorted(int(k) - first for k in left if first <= k < width)
-    names = sorted({owner(assembly, "joints", k) for k in rows})
+    rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
+    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
         f"{len(rows)} of its constraints say"

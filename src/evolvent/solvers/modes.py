@@ -265,7 +265,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         b.y[:] = rest
         displace(b.y, b.d, model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
-        return np.array([b.r[f.place], f.P])
+        return np.array([b.r[: work.n_v], f.P])
 
     def derivative(at: int) -> Array:
         h = 1e-3 * b.weight[at]
