@@ -91,14 +91,14 @@ JOINTS: dict[str, list[parts.Joint]] = {
 def together(system: System, joint: parts.Joint) -> parts.Joint:
     """The joint as it is where its places coincide: `b` on a body is put where `a` stands."""
     from evolvent.builder import Builder
-    from evolvent.parts.joint import _place
+    from evolvent.parts.joint import place_side
 
     if joint.kind == "distance":
         return joint
     builder = Builder(np.zeros(3))
     for name, part in system._parts.items():
         part.write(builder, name)
-    a, b = _place(builder, joint.a), _place(builder, joint.b)
+    a, b = place_side(builder, joint.a), place_side(builder, joint.b)
     fields = {f: getattr(joint, f) for f in ("kind", "axis", "stiffness", "damping")}
     if b.on == 0:
         pose = builder.poses[b.body]
