@@ -199,13 +199,15 @@ def refused(add: Any, match: str) -> None:
 
 def test_what_explicit_methods_refuse() -> None:
     pin = parts.Joint(a=(0.0, 1.0, 0.0), b=("rib", "root"))
-    refused(lambda s: s.add(pin, "pin"), "'pin' is a constraint.* `stiffness` above 0.* generalized-alpha")
+    refused(
+        lambda s: s.add(pin, "pin"), "'pin' is a joint that is a constraint.* `stiffness` above 0.* generalized-alpha"
+    )
     turn = parts.Turn(body="drum", feed=parts.ConstantFeed(rate=1.0))
-    refused(lambda s: s.add(turn, "turn"), "'turn' is driven along a path.*generalized-alpha")
+    refused(lambda s: s.add(turn, "turn"), "'turn' is a joint driven along a path.*generalized-alpha")
     hub = parts.Cylinder(body="ground", beams=["rib"], radius=0.6, friction=0.3)
-    refused(lambda s: s.add(hub, "hub"), "'hub' has friction.*generalized-alpha")
+    refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")
     hinge = parts.Hinge(body="ground", beam=("rib", "root"), latch=0.5, latch_stiffness=1.0)
-    refused(lambda s: s.add(hinge, "lock"), "'lock' has a latch.*generalized-alpha")
+    refused(lambda s: s.add(hinge, "lock"), "'lock' is a hinge with a latch.*generalized-alpha")
 
 
 def test_a_joint_is_a_penalty_as_a_whole() -> None:

@@ -138,7 +138,7 @@ def solve_static(
 
     Notes
     -----
-    Dampers rest. Friction acts where the path rubs.
+    Dampers rest, latches stay open. Friction acts where the path rubs.
     """
     targets = _targets(load_steps)
     tolerance = positive("tolerance", tolerance)
