@@ -642,14 +642,14 @@ def _turn_forces(
     from evolvent.kernels.layers import add_layers
 
     model, elements = assembly.model, case.rib.elements
-    flexible, bodies, n_q = model.flexible, model.bodies, int(model.info.nq)
+    flexible, bodies = model.flexible, model.bodies
     hub = assembly.index("hub", "bodies")
     scratch = np.zeros(int(model.info.nv))
     found = np.zeros((solution.t.size, len(rows), elements))
     for k, y in enumerate(solution.y):
         bodies["R"][hub], bodies["x"][hub] = R[k], motion.x[k]
         for b, row in enumerate(rows):
-            add_layers(y, 0.0, n_q, flexible, bodies, row, scratch)
+            add_layers(y, 0.0, model, row, scratch)
             checks = slice(int(flexible.cylinders["first"][row]), int(flexible.cylinders["last"][row]))
             found[k, b] = flexible.checks["force"][checks].reshape(elements, -1).sum(axis=-1)
     return found
