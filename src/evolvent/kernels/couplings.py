@@ -9,12 +9,12 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.feed import feed
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.model import MODEL
+from evolvent.model import MODEL, family_type
 
 _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
@@ -156,6 +156,7 @@ def add_turning(matrix, model, index, local, fx, fy, fz):
 # ---------------------------------------------------------------------------------------------- joints
 
 
+@entry(REAL, family_type("joints"), types.int64)
 @inlined
 def holds(t, joints, k):
     """Whether joint k holds at time t."""

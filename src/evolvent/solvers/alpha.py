@@ -31,7 +31,7 @@ from numba import types, void
 
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies, keep_momentum, residual, tangent
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import blocks, contact, couplings, rigid, touch
 from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
@@ -487,6 +487,7 @@ def gain(t, model, march):
     return gained
 
 
+@entry(VECTOR, VECTOR)
 @inlined
 def gain_scale(ledger, options):
     """Energy beside which a gain counts: the largest there was, or the work, J."""
