@@ -48,6 +48,7 @@ class Assembly:
     s : (ns,) int, initial switches
     names : dict, name -> (family, index)
     laws : dict, address -> user's law, kept alive as long as the model uses it
+    joint_parts : list of str, the part that wrote each row of the family `joints`
     """
 
     model: mdl.Model
@@ -55,6 +56,7 @@ class Assembly:
     s: Array
     names: dict[str, tuple[str, int]]
     laws: dict[int, Any]
+    joint_parts: list[str]
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""
@@ -74,6 +76,8 @@ class Builder:
         self.rows: dict[str, list[dict[str, Any]]] = {name: [] for name in mdl.RECORDS if name not in ("info", "rows")}
         self.names: dict[str, tuple[str, int]] = {}
         self.specs: dict[str, Any] = {}
+        self.part = ""
+        self.joint_parts: list[str] = []
         self.poses: list[Pose] = []
         self.q: list[float] = []
         self.v: list[float] = []
@@ -105,6 +109,8 @@ class Builder:
     def add(self, family: str, **fields: Any) -> int:
         """Append one row to `family`; returns its index."""
         self.rows[family].append(fields)
+        if family == "joints":
+            self.joint_parts.append(self.part)
         return len(self.rows[family]) - 1
 
     def coordinates(self, q: Sequence[float], v: Sequence[float]) -> tuple[int, int]:
@@ -195,6 +201,7 @@ class Builder:
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, ne=2 * n_threads + len(self.rows["events"]),
             bandwidth=bandwidth, gravity=self.gravity,
+            penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         model = mdl.Model(
             info=info,
@@ -213,7 +220,7 @@ class Builder:
         if np.any(self.gravity):
             load_weight(model)
             add_weight(self.gravity, n_q, model, model.flexible.G)
-        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws))
+        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts))
         _check_constraints(assembly)
         return assembly
 

@@ -40,8 +40,9 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 #: One record a part; iq and iv are the places of its coordinates and velocities in the state, -1 for none.
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
-    # sizes of the parts of the state, number of events, bandwidth of the rows; step: a bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth", "gravity", "step", gravity=_3),
+    # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties; step: a
+    # bound for fixed steps, s
+    "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step", gravity=_3),
     "bodies": _record(
         "motion iq iv",
         "mass inertia axis R0 x0 rate spin_inertia",
@@ -73,7 +74,8 @@ RECORDS: dict[str, np.dtype] = {
     "beams": _record("kind iq iv nodes cell cells block paper", "length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
     "cells": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
-    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. A side is a vector: of
+    # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
+    # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
     "joints": _record(
         "kind on index iq iv path feed law first last",

@@ -84,5 +84,6 @@ class System:
         builder = Builder(self._gravity)
         for name, part in self._parts.items():
             builder.specs[name] = part
+            builder.part = name
             part.write(builder, name)
         return builder.build()

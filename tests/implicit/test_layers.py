@@ -214,10 +214,10 @@ def test_refusals(fields: dict[str, Any], words: str) -> None:
 
 
 def test_explicit_methods_refuse_layers() -> None:
-    from evolvent.solvers.flexible import check_explicit
+    from evolvent import families
 
     with pytest.raises(InputError, match="'layer-0' is a layer on others"):
-        check_explicit(wound(0.0015))
+        families.check(wound(0.0015), families.EXPLICIT)
 
 
 def test_a_pressed_coil_springs_apart_without_gaining() -> None:

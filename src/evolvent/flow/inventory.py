@@ -67,7 +67,7 @@ def inventory(t, y, s, model, out):
         out[ELASTIC] += springs.springs_energy(y, model)
     for p in range(threads.size):
         thread_inventory(y, s, model, p, out)
-    if model.flexible.beams.size > 0 or model.flexible.joints.size > 0:
+    if model.flexible.beams.size > 0 or model.info.penalties > 0:
         add_flexible_inventory(t, y, model, out)
 
 

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import families, jit
 from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
-from evolvent.kernels import blocks, couplings, flexible, joints, layers, loads, rigid, springs, thread, touch
+from evolvent.kernels import blocks, flexible, joints, loads, rigid, thread, touch
 from evolvent.model import Model
 
 
 def is_flexible(model: Model) -> bool:
-    """Whether a model has beams, or joints between other parts."""
-    return bool(model.flexible.beams.size or model.flexible.joints.size)
+    """Whether a model has beams, or joints by penalties."""
+    return bool(model.flexible.beams.size or model.info.penalties)
 
 
 def is_corrected(model: Model) -> bool:
@@ -27,29 +27,14 @@ def forces(model: Model) -> Iterator[Any]:
     """Functions of the families that explicit and implicit methods need alike."""
     f = model.flexible
     yield rigid.kinematics
-    if model.springs.size:
-        yield from (springs.spring_forces, springs.springs_energy)
+    yield from families.functions(model)
     if model.loads.size:
         yield loads.concentrated_loads
     if model.threads.size:
         yield from (thread.reels, thread.carry_wound, thread.carry_power, inventory.thread_inventory)
-        if np.any(model.threads["kind"] == thread.SPRINGS):
-            yield thread.spring_thread
         if model.loads.size or np.any(model.info.gravity):
             yield thread.node_loads
-    if f.cells.size:
-        yield from (flexible.add_cells, flexible.beam_energies, flexible.beam_momenta)
-        yield from (*jit.at_slots(f.cells["force"]), *jit.at_slots(f.cells["energy"]))
-    if f.pushes.size:
-        yield flexible.add_pushes
-    if f.hinges.size:
-        yield couplings.add_hinges
-    if f.joints.size:
-        yield from (couplings.joint_geometry, couplings.add_joint_force)
-    if f.cylinders.size:
-        yield touch.add_contacts
-        if np.any(f.cylinders["under"] >= 0):
-            yield from (layers.add_layers, layers.settle_layers, layers.nearest)
+    yield from (*jit.at_slots(f.cells["force"]), *jit.at_slots(f.cells["energy"]))
 
 
 def preparation(model: Model) -> Iterator[Any]:
@@ -72,7 +57,6 @@ def has_chains(model: Model) -> bool:
 
 def explicit(model: Model) -> Iterator[Any]:
     """Functions that explicit methods call."""
-    f = model.flexible
     yield from (rhs.rhs, inventory.inventory)
     yield from forces(model)
     if model.rows.size:
@@ -81,7 +65,7 @@ def explicit(model: Model) -> Iterator[Any]:
     if has_chains(model):
         yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
         yield from (impulse.kick_chain, events.start_links)
-    if f.beams.size or f.joints.size:
+    if is_flexible(model):
         yield from (penalties.add_flexible_forces, penalties.flexible_rates, penalties.add_flexible_inventory)
         yield penalties.release_penalties
     if is_corrected(model):
@@ -106,22 +90,8 @@ def balance(model: Model) -> Iterator[Any]:
     yield from (implicit.residual, implicit.tangent, implicit.energies)
     yield from forces(model)
     yield from blocks.functions()
-    if model.springs.size:
-        yield springs.spring_tangents
-    if f.cells.size:
-        yield from (flexible.add_cell_tangents, *jit.at_slots(f.cells["tangent"]))
-    if f.hinges.size:
-        yield couplings.add_hinge_tangents
-    if f.joints.size:
-        yield couplings.add_joint_tangent
-    if f.joints.size or model.springs.size or model.threads.size:
-        yield from (couplings.side_columns, couplings.add_product, couplings.add_turning)
-    if f.hinges.size or f.cylinders.size:
-        yield from (couplings.side_columns, couplings.add_relative, couplings.add_relative_body)
-    if f.cylinders.size:
-        yield from (touch.add_contact_tangents, touch.settle_contacts)
-        if np.any(f.cylinders["under"] >= 0):
-            yield layers.add_layer_tangents
+    yield from families.functions(model, tangents=True)
+    yield from jit.at_slots(f.cells["tangent"])
     if model.threads.size:
         yield from (implicit_thread.add_thread_residual, implicit_thread.add_thread_tangent)
         yield from (implicit_thread.add_thread_energies, implicit_thread._add_segment)

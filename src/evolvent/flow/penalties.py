@@ -81,8 +81,8 @@ def add_flexible_forces(t, y, model, dy):
 
 @inlined
 def is_held(t, joints, k):
-    """Whether penalty k still acts; a step that starts when it lets go does without it."""
-    return t < joints[k].until
+    """Whether joint k is a penalty that acts; a step that starts when it is released does without it."""
+    return joints[k].stiffness > 0.0 and t < joints[k].until
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

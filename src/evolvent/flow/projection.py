@@ -57,7 +57,7 @@ def project(t, y, s, model):
     if model.links.size > 0 or model.guides.size > 0:
         project_links(t, y, s, model)
         changed = 1
-    if model.flexible.joints.size > 0:
+    if model.info.penalties > 0:
         release_penalties(t, y, model)
     return changed
 

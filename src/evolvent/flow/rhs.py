@@ -17,7 +17,7 @@ def rhs(t, y, s, model, dy):
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
-    flexible = model.flexible.beams.size > 0 or model.flexible.joints.size > 0
+    flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
     if flexible:
         lost, given = add_flexible_forces(t, y, model, dy)
         dissipated += lost

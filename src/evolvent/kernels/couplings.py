@@ -12,14 +12,15 @@ from numba import types, void
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.feed import feed
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
-# a spinning body keeps to an angle
-PLACE, DIRECTION, DISTANCE, ANGLE = 0, 1, 2, 3
+# a spinning body keeps to an angle; a cord winds onto a drum of side a
+PLACE, DIRECTION, DISTANCE, ANGLE, CORD = 0, 1, 2, 3, 4
 ON_BODY, ON_COORDINATES = 0, 1
 # how a feed moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
@@ -185,6 +186,9 @@ def joint_geometry(t, y, k, model):
         joints[k].gap = y[iq] - joints[k].value - phi
         joints[k].rate = y[iv] - phi_rate
         return
+    if kind == CORD:
+        _cord_geometry(y, k, model)
+        return
     is_place = kind != DIRECTION
     a = side_vector(
         y, bodies, joints[k].on[0], joints[k].index[0], joints[k].iq[0], joints[k].iv[0], joints[k].local[0], is_place
@@ -228,6 +232,44 @@ def joint_geometry(t, y, k, model):
         joints[k].rate = rate
     g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
+
+
+@indirect(void(VECTOR, _I, MODEL))
+def _cord_geometry(y, k, model):
+    """As `joint_geometry`, of a CORD: the whole length less `value`, gradients along the free part.
+
+    Notes
+    -----
+    The force on the drum acts where the cord leaves it, which is entered as the place of side a.
+    """
+    joints, bodies = model.flexible.joints, model.bodies
+    body, radius, centre, n0, z0 = (
+        joints[k].index[0],
+        joints[k].radius,
+        joints[k].centre,
+        joints[k].axis,
+        joints[k].zero,
+    )
+    a = side_vector(y, bodies, ON_BODY, body, -1, -1, centre, True)
+    b = side_vector(
+        y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], True
+    )
+    R, w, u, g = bodies[body].R, bodies[body].w, joints[k].u, joints[k].g
+    n, z = turn(R, n0[0], n0[1], n0[2]), turn(R, z0[0], z0[1], z0[2])
+    d, v = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5])
+    omega = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
+    length, rate, _, ex, ey, ez, rx, ry, rz, _ = drum_cord(
+        radius, joints[k].along[0], joints[k].value, d, v, n, z, omega
+    )
+    joints[k].gap = length - joints[k].value
+    joints[k].rate = rate
+    lx, ly, lz = turn_back(R, radius * rx, radius * ry, radius * rz)
+    local = joints[k].local[0]
+    local[0], local[1], local[2] = centre[0] + lx, centre[1] + ly, centre[2] + lz
+    u[0, 0], u[0, 1], u[0, 2] = a[0] + radius * rx, a[1] + radius * ry, a[2] + radius * rz
+    u[1, 0], u[1, 1], u[1, 2] = b[0], b[1], b[2]
+    g[0, 0], g[0, 1], g[0, 2] = -ex, -ey, -ez
+    g[1, 0], g[1, 1], g[1, 2] = ex, ey, ez
 
 
 @indirect(REAL(types.int64, REAL, MODEL, VECTOR))
@@ -286,9 +328,10 @@ def add_joint_tangent(k, la, row, scale, damped, model, matrix):
     if kind == DIRECTION:
         add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
         add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
-    elif kind == DISTANCE:
+    elif kind in (DISTANCE, CORD):
         x, y, z = gb[0], gb[1], gb[2]
-        s = la / (joints[k].gap + joints[k].value)
+        u = joints[k].u
+        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
         p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
         add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
         add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)

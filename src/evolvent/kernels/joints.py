@@ -10,6 +10,7 @@ from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import thread as chain
+from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn
@@ -52,9 +53,8 @@ def link_geometry(y, model, k):
 
     Notes
     -----
-    With a drum of radius R about an axis n of the body at a, the cord leaves it at a tangent point: the length is
-    s + R (angle wrapped), s^2 = d^2 - R^2. The wrapped angle is the one, of all that differ by whole turns, that
-    brings the length nearest to its set value. The velocity term is |v across|^2 / s (the free part's turning).
+    With a drum about an axis of the body at a, see `cord.drum_cord`. The velocity term is |v across|^2 / s (the free
+    part's turning).
     """
     links, markers, points, bodies = model.links, model.markers, model.points, model.bodies
     a, b = links[k].a, links[k].b
@@ -74,25 +74,12 @@ def link_geometry(y, model, k):
     n, z = links[k].axis, links[k].zero
     nx, ny, nz = turn(bodies[body].R, n[0], n[1], n[2])
     zx, zy, zz = turn(bodies[body].R, z[0], z[1], z[2])
-    d2 = dx * dx + dy * dy + dz * dz
-    s = math.sqrt(max(d2 - R * R, 1e-300))
-    # radial direction to the tangent point: R r + s e = d, e = sense n x r
-    kx, ky, kz = cross(nx, ny, nz, dx, dy, dz)
-    rx = (R * dx - sense * s * kx) / d2
-    ry = (R * dy - sense * s * ky) / d2
-    rz = (R * dz - sense * s * kz) / d2
-    tx, ty, tz = cross(nx, ny, nz, rx, ry, rz)
-    ex, ey, ez = sense * tx, sense * ty, sense * tz
-    qx, qy, qz = cross(nx, ny, nz, zx, zy, zz)
-    angle = math.atan2(rx * qx + ry * qy + rz * qz, rx * zx + ry * zy + rz * zz)
-    wrapped = sense * angle  # from the anchor, growing as the cord winds on
-    turns = round((links[k].length - s - R * wrapped) / (2.0 * math.pi * R))
-    length = s + R * (wrapped + 2.0 * math.pi * turns)
     omega = bodies[body].w[0] * nx + bodies[body].w[1] * ny + bodies[body].w[2] * nz
-    rate = ex * vx + ey * vy + ez * vz - sense * R * omega
-    radial = rx * vx + ry * vy + rz * vz
+    length, rate, free, ex, ey, ez, rx, ry, rz, radial = drum_cord(
+        R, sense, links[k].length, (dx, dy, dz), (vx, vy, vz), (nx, ny, nz), (zx, zy, zz), omega
+    )
     px, py, pz = ax + R * rx, ay + R * ry, az + R * rz
-    return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / s
+    return length, rate, ex, ey, ez, px, py, pz, bx, by, bz, radial * radial / free
 
 
 @indirect(types.int64(VECTOR, INTEGERS, MODEL))

@@ -9,8 +9,9 @@ import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import joints, rigid
+from evolvent.kernels import couplings, joints, rigid
 from evolvent.parts.checks import unit_vector
+from evolvent.parts.joint import add_row, direction_side, place_side
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -53,3 +54,11 @@ class Guide:
                 )
         index = builder.add("guides", kind=kind, body=body, direction=direction, axis=axis, value=value)
         builder.names[name] = ("guides", index)
+        # the same constraint as implicit methods have it
+        centre = place_side(builder, self.body)
+        if self.axis is None:
+            ground = place_side(builder, (0.0, 0.0, 0.0))
+            add_row(builder, couplings.PLACE, ground, centre, along=direction, value=value)
+        else:
+            ground, turned = direction_side(builder, 0, direction), direction_side(builder, body, pose.R @ axis)
+            add_row(builder, couplings.DIRECTION, ground, turned)

@@ -21,7 +21,7 @@ KINDS = ("point", "hinge", "clamp", "distance")
 _LEAST_OFF = 1e-6
 
 
-class _Side(NamedTuple):
+class Side(NamedTuple):
     """One side: fields of the family `joints`, its vector at the start, and, of a node, its kind and places."""
 
     on: int
@@ -33,32 +33,32 @@ class _Side(NamedTuple):
     node: tuple[int, int] | None  # kind of beam, place of the node's first coordinate
 
 
-def _place(builder: Builder, where: Any) -> _Side:
+def place_side(builder: Builder, where: Any) -> Side:
     """The side of a place: a point's or body's name, (body, place in its axes), (beam, node), a place on the ground."""
     if isinstance(where, tuple | list) and len(where) == 2 and builder.names.get(where[0], ("",))[0] == "beams":
         _, kind, iq, iv = node_of(builder, where)
         u = np.array(builder.q[iq : iq + 3])
-        return _Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))
+        return Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))
     row = builder.rows["markers"][builder.marker(where)]
     builder.rows["markers"].pop()
     if row["kind"] == 1:  # a point
         point = builder.rows["points"][row["index"]]
         u = np.array(builder.q[point["iq"] :][:3])
-        return _Side(kernels.ON_COORDINATES, -1, point["iq"], point["iv"], np.zeros(3), u, None)
+        return Side(kernels.ON_COORDINATES, -1, point["iq"], point["iv"], np.zeros(3), u, None)
     pose = builder.poses[row["index"]]
-    return _Side(kernels.ON_BODY, row["index"], -1, -1, row["local"], pose.x + pose.R @ row["local"], None)
+    return Side(kernels.ON_BODY, row["index"], -1, -1, row["local"], pose.x + pose.R @ row["local"], None)
 
 
-def _on_body(builder: Builder, index: int, direction: np.ndarray) -> _Side:
+def direction_side(builder: Builder, index: int, direction: np.ndarray) -> Side:
     """A direction (inertial axes at the start) that is fixed to a body."""
     local = builder.poses[index].R.T @ direction
-    return _Side(kernels.ON_BODY, index, -1, -1, local, direction, None)
+    return Side(kernels.ON_BODY, index, -1, -1, local, direction, None)
 
 
-def _slope(builder: Builder, node: _Side, which: int) -> _Side:
+def _slope(builder: Builder, node: Side, which: int) -> Side:
     """A node's slope vector: 1 along the axis, 2 and 3 across."""
     iq, iv = node.iq + 3 * which, node.iv + 3 * which
-    return _Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
+    return Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -97,7 +97,7 @@ class Joint:
         if self.kind not in KINDS:
             raise InputError(f"{name}.kind is {self.kind!r}; {nearest(str(self.kind), KINDS)}")
         _check_until(name, self.until)
-        a, b = _place(builder, self.a), _place(builder, self.b)
+        a, b = place_side(builder, self.a), place_side(builder, self.b)
         if a.on == kernels.ON_COORDINATES and b.on == kernels.ON_BODY:
             a, b = b, a
         common = {
@@ -111,13 +111,13 @@ class Joint:
             length = float(np.linalg.norm(b.u - a.u))
             if length == 0.0:
                 raise InputError(f"{name}: its two places coincide; a joint of kind 'distance' needs them apart")
-            _row(builder, kernels.DISTANCE, a, b, value=length, **common)
+            add_row(builder, kernels.DISTANCE, a, b, value=length, **common)
             return
         apart = float(np.linalg.norm(b.u - a.u))
         if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
             raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
         for along in np.eye(3):
-            _row(builder, kernels.PLACE, a, b, along=along, **common)
+            add_row(builder, kernels.PLACE, a, b, along=along, **common)
         if self.kind == "point":
             return
         axis = unit_vector(f"{name}.axis", self.axis)
@@ -130,11 +130,9 @@ class Joint:
                 )
         sides = self._directions(builder, name, a, b, axis)
         for one, other in sides:
-            _row(builder, kernels.DIRECTION, one, other, value=float(one.u @ other.u), **common)
+            add_row(builder, kernels.DIRECTION, one, other, value=float(one.u @ other.u), **common)
 
-    def _directions(
-        self, builder: Builder, name: str, a: _Side, b: _Side, axis: np.ndarray
-    ) -> list[tuple[_Side, _Side]]:
+    def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[tuple[Side, Side]]:
         """Pairs of directions whose products the joint keeps."""
         if a.on == kernels.ON_COORDINATES and b.node is not None and a.node is not None:
             raise InputError(f"{name}: a {self.kind} between two beams is not known; join each to a body")
@@ -145,15 +143,15 @@ class Joint:
             along = _slope(builder, b, 1)
             e1 = along.u / np.linalg.norm(along.u)
             if self.kind == "hinge" and b.node[0] == flexible.CABLE:
-                return [(_on_body(builder, body, axis), along)]
+                return [(direction_side(builder, body, axis), along)]
             if self.kind == "hinge":  # of its section, as for a clamp below
                 across = [_slope(builder, b, i) for i in (2, 3)]
                 parallel = max(across, key=lambda s: abs(float(s.u @ axis)) / float(np.linalg.norm(s.u)))
                 if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
-                    held = [(_on_body(builder, body, f), parallel) for f in _across(axis)]
-                    return [*held, (_on_body(builder, body, axis), across[0 if parallel is across[1] else 1])]
+                    held = [(direction_side(builder, body, f), parallel) for f in _across(axis)]
+                    return [*held, (direction_side(builder, body, axis), across[0 if parallel is across[1] else 1])]
                 # across an oblique axis both directions hold the same turn; the beam's axis holds the other one
-                return [(_on_body(builder, body, axis), s) for s in (*across, along)]
+                return [(direction_side(builder, body, axis), s) for s in (*across, along)]
             e2, e3 = _across(e1)
             if b.node[0] == flexible.BEAM:
                 # its section: were the axis held, only the shear of half an element would pass moments on
@@ -161,16 +159,16 @@ class Joint:
                 e3 = np.cross(e1, y.u) / np.linalg.norm(np.cross(e1, y.u))
                 e2 = np.cross(z.u, e1) / np.linalg.norm(np.cross(z.u, e1))
                 return [  # by both directions across: a torque on one alone would shear the section
-                    (_on_body(builder, body, e1), y),
-                    (_on_body(builder, body, e1), z),
-                    (_on_body(builder, body, e3), y),
-                    (_on_body(builder, body, e2), z),
+                    (direction_side(builder, body, e1), y),
+                    (direction_side(builder, body, e1), z),
+                    (direction_side(builder, body, e3), y),
+                    (direction_side(builder, body, e2), z),
                 ]
-            return [(_on_body(builder, body, e2), along), (_on_body(builder, body, e3), along)]
+            return [(direction_side(builder, body, e2), along), (direction_side(builder, body, e3), along)]
         f2, f3 = _across(axis)
-        held = [(_on_body(builder, body, axis), _on_body(builder, b.body, f)) for f in (f2, f3)]
+        held = [(direction_side(builder, body, axis), direction_side(builder, b.body, f)) for f in (f2, f3)]
         if self.kind == "clamp":
-            held.append((_on_body(builder, body, f2), _on_body(builder, b.body, f3)))
+            held.append((direction_side(builder, body, f2), direction_side(builder, b.body, f3)))
         return held
 
 
@@ -183,7 +181,7 @@ def _across(e1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return e2, np.cross(e1, e2)
 
 
-def _row(builder: Builder, kind: int, a: _Side, b: _Side, **fields: Any) -> int:
+def add_row(builder: Builder, kind: int, a: Side, b: Side, **fields: Any) -> int:
     """One scalar constraint."""
     zero = np.zeros(3)
     whole = {
@@ -245,9 +243,9 @@ class Turn:
         feed = self.feed.write(builder, name)
         _check_until(name, self.until)
         _check_jumps(name, self.feed, float(self.until), "rad/s")
-        side = _Side(kernels.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
+        side = Side(kernels.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
         path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
-        row = _row(builder, kernels.ANGLE, side, side, until=float(self.until), **path)
+        row = add_row(builder, kernels.ANGLE, side, side, until=float(self.until), **path)
         builder.names[name] = ("joints", row)
 
 
@@ -279,7 +277,7 @@ class Carry:
 
     def write(self, builder: Builder, name: str) -> None:
         """Write three rows."""
-        b = _place(builder, self.what)
+        b = place_side(builder, self.what)
         if b.on != kernels.ON_COORDINATES:
             raise InputError(f"{name}.what is {self.what!r}; only a beam's node or a point can be carried")
         feed = self.feed.write(builder, name)
@@ -293,18 +291,18 @@ class Carry:
             e = unit_vector(f"{name}.zero", self.zero)
             centre = vector(f"{name}.centre", self.centre)
             length = positive(f"{name}.length", self.length)
-            ground = _Side(kernels.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
+            ground = Side(kernels.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
             for along in (e, np.cross(z, e), z):
-                _row(
+                add_row(
                     builder, kernels.PLACE, ground, b, along=along, centre=centre, axis=z, zero=e, value=length,
                     radius=number(f"{name}.radius", self.radius), path=kernels.INVOLUTE, **fields,
                 )  # fmt: skip
             return
         d = unit_vector(f"{name}.direction", self.direction)
-        ground = _Side(kernels.ON_BODY, 0, -1, -1, b.u, b.u, None)
-        _row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
+        ground = Side(kernels.ON_BODY, 0, -1, -1, b.u, b.u, None)
+        add_row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
         for across in _across(d):
-            _row(builder, kernels.PLACE, ground, b, along=across, until=float(self.until))
+            add_row(builder, kernels.PLACE, ground, b, along=across, until=float(self.until))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import codecache, jit
+from evolvent import codecache, families, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
@@ -115,10 +115,8 @@ def solve(
     times = np.array(samples, dtype=float)
     if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
         raise InputError("samples must be two or more increasing times")
-    if needs.is_flexible(assembly.model):
-        from evolvent.solvers.flexible import check_explicit
-
-        check_explicit(assembly)
+    families.check(assembly, families.EXPLICIT)
+    assembly.model.flexible.cylinders["share"] = 1.0  # an implicit run may have left another one
     try_laws(assembly, times[0], times[-1])
     tableau = METHODS[method]
     began = clock.perf_counter()

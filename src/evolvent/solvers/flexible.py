@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,6 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.errors import InputError
 from evolvent.flow.inventory import inventory
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.penalties import flexible_rates
@@ -30,35 +28,6 @@ _DENSE = 120
 _STEP = 1e-6
 #: Depth of a contact, of the cylinder's radius, at which a law with an exponent above 1 counts.
 _DEPTH = 1e-3
-
-
-def check_explicit(assembly: Assembly) -> None:
-    """Refuse what explicit methods cannot carry, by name."""
-    f, names = assembly.model.flexible, assembly.names
-    f.cylinders["share"] = 1.0  # an implicit run may have left another one
-    owners = sorted((index, name) for name, (family, index) in names.items() if family == "joints")
-    for k in np.flatnonzero(f.joints["stiffness"] == 0.0):
-        name = next((name for index, name in reversed(owners) if index <= k), "a joint")
-        if f.joints["path"][k] != couplings.STILL or f.joints["kind"][k] == couplings.ANGLE:
-            raise InputError(
-                f"{name!r} is driven along a path, which rk4, heun and dopri5 cannot follow; take generalized-alpha"
-            )
-        raise InputError(
-            f"{name!r} is a constraint, which rk4, heun and dopri5 cannot hold; give it a `stiffness` above 0, which "
-            "makes it a penalty, or take generalized-alpha"
-        )
-    for name, (family, index) in names.items():
-        if family == "cylinders" and f.cylinders["friction"][index] > 0.0:
-            raise InputError(
-                f"{name!r} has friction, which is known step by step only; take generalized-alpha, or leave out "
-                "`friction` under rk4, heun and dopri5"
-            )
-        if family == "cylinders" and f.cylinders["under"][index] >= 0:
-            raise InputError(
-                f"{name!r} is a layer on others, which rk4, heun and dopri5 do not know; take generalized-alpha"
-            )
-        if family == "hinges" and math.isfinite(f.hinges["latch"][index]):
-            raise InputError(f"{name!r} has a latch, which rk4, heun and dopri5 do not know; take generalized-alpha")
 
 
 def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:

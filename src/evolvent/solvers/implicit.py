@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import codecache, jit
+from evolvent import codecache, families, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import blocks, contact, couplings, feed, rigid, thread
+from evolvent.kernels import blocks, contact, couplings, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.checks import number, positive
@@ -171,7 +171,7 @@ def prepared(
     if step is not None:
         positive("solver.step", step, allowed="a finite time above 0, or auto")
     positive("solver.tolerance", tolerance)
-    check_implicit(assembly)
+    families.check(assembly, families.IMPLICIT)
     try_laws(assembly, times[0], times[-1])
     check_start(assembly, float(times[0]))
     model = assembly.model
@@ -343,29 +343,6 @@ def solve_implicit(
     )
 
 
-def check_implicit(assembly: Assembly) -> None:
-    """Refuse parts that have no implicit form, by name."""
-    model, owners = assembly.model, {found: name for name, found in assembly.names.items()}
-    for p, row in enumerate(model.threads):
-        if row["kind"] != thread.SPRINGS:
-            raise InputError(
-                f"{owners['threads', p]!r} has segments of fixed length, which generalized-alpha does not know; "
-                "take segments 'springs', or dopri5"
-            )
-        if row["feed"] == feed.FREE:
-            raise InputError(
-                f"{owners['threads', p]!r} is on a free spool, which generalized-alpha does not know yet; take a feed "
-                "that prescribes the spool's angle, or rk4, heun or dopri5"
-            )
-    for family in ("links", "guides", "events"):
-        if getattr(model, family).size:
-            names = [name for name, (found, _) in assembly.names.items() if found == family]
-            raise InputError(
-                f"{names[0] if names else family!r} is one of the {family}, which generalized-alpha does not know; "
-                f"take rk4, heun or dopri5" + (", or a Joint of kind 'distance'" if family == "links" else "")
-            )
-
-
 def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
     flexible, info = assembly.model.flexible, assembly.model.info
@@ -470,8 +447,7 @@ def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
 
 def _joint_name(assembly: Assembly, row: int) -> str:
     """Name of the part that wrote a row of the family joints."""
-    found = [(index, name) for name, (family, index) in assembly.names.items() if family == "joints" and index <= row]
-    return max(found)[1] if found else "a joint"
+    return assembly.joint_parts[row] or "a joint"
 
 
 def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:

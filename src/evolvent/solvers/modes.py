@@ -12,6 +12,7 @@ import scipy.linalg
 import scipy.sparse as sparse
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
+from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, RunFailed
 from evolvent.kernels import couplings, loads, rigid, springs
@@ -122,6 +123,7 @@ def modes(
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
+    families.check(assembly, families.MODES)
     if equilibrium is None:
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
     elif y is not None or rotating is not None:

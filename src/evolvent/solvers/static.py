@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
-from evolvent import codecache, jit
+from evolvent import codecache, families, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
@@ -23,7 +23,7 @@ from evolvent.kernels import blocks, contact, rigid, touch
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.implicit import check_implicit, matrix_of, redundant, sizes
+from evolvent.solvers.implicit import matrix_of, redundant, sizes
 from evolvent.solvers.laws import try_laws
 
 Array = np.ndarray
@@ -140,10 +140,7 @@ def solve_static(
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0")
     if not math.isfinite(time):
         raise InputError(f"time is {time!r}; it must be a finite time, s")
-    check_implicit(assembly)
-    threads = [name for name, (family, _) in assembly.names.items() if family == "threads"]
-    if threads:
-        raise InputError(f"{threads[0]!r} is one of the threads, which statics and modes do not know; take a Beam")
+    families.check(assembly, families.STATIC)
     try_laws(assembly, time, time)
     began = clock.perf_counter()
     work = Work(assembly, y, time, spin_of(assembly, rotating, centre))

@@ -235,9 +235,9 @@ def plan(case: Case) -> cases.Plan:
 
     assembly, samples, step = _prepared(case, {})
     if case.solver.method == "generalized-alpha":
-        from evolvent.solvers.implicit import check_implicit
+        from evolvent import families
 
-        check_implicit(assembly)
+        families.check(assembly, families.IMPLICIT)
     elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
         choose_step(assembly, case.solver.method, step, float(samples[-1]))
     return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)

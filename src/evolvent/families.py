@@ -1,0 +1,227 @@
+"""The families of parts: which solver supports which, and which compiled functions each needs.
+
+One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
+that it supports, so that a family which the table does not name is refused, never left out in silence. `functions`
+lists what the families of a model need to be compiled.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.errors import InputError
+from evolvent.kernels import couplings, flexible, layers, loads, rigid, springs, thread, touch
+from evolvent.kernels.feed import FREE
+from evolvent.model import Model
+
+Array = np.ndarray
+
+EXPLICIT, IMPLICIT, STATIC, MODES = "explicit", "implicit", "static", "modes"
+#: Solvers, and what messages call them.
+SOLVERS = {
+    EXPLICIT: "rk4, heun and dopri5",
+    IMPLICIT: "generalized-alpha",
+    STATIC: "solve_static",
+    MODES: "modes",
+}
+EVERY = frozenset(SOLVERS)
+#: Families of records that belong to others: what they hold is supported where those are.
+PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "cells", "checks")
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """A family of parts.
+
+    Attributes
+    ----------
+    name : str, as messages call one of it
+    records : str, its field in the model
+    solvers : frozenset of str, those that support it
+    advice : str, what to take instead
+    which : function of the records to a mask of those that belong to the family; None for all
+    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call
+    """
+
+    name: str
+    records: str
+    solvers: frozenset[str]
+    advice: str = ""
+    which: Callable[[Array], Array] | None = None
+    forces: tuple[Any, ...] = ()
+    tangents: tuple[Any, ...] = ()
+
+    def mask(self, model: Model) -> Array:
+        """Which records of the model belong to the family: (n,) bool."""
+        found = records(model, self.records)
+        if self.which is None:
+            return np.ones(found.size, dtype=bool)
+        return np.asarray(self.which(found), dtype=bool)
+
+
+def records(model: Model, name: str) -> Array:
+    """Records of a family."""
+    found: Array = getattr(model.flexible if name in mdl.FLEXIBLE else model, name)
+    return found
+
+
+def _is(field: str, value: Any) -> Callable[[Array], Array]:
+    return lambda found: found[field] == value
+
+
+_NOT_EXPLICIT = EVERY - {EXPLICIT}
+_IN_TIME = frozenset({EXPLICIT, IMPLICIT})
+_MATRIX = (couplings.side_columns, couplings.add_product, couplings.add_turning)
+_ON_BODIES = (couplings.side_columns, couplings.add_relative, couplings.add_relative_body)
+_JOINT_TANGENT = (couplings.add_joint_tangent, *_MATRIX)
+_JOINT = (couplings.joint_geometry, couplings.add_joint_force, couplings._cord_geometry)
+_CONTACT = (touch.add_contact_tangents, touch.settle_contacts, *_ON_BODIES)
+
+FAMILIES = (
+    Family("a driven body", "bodies", EVERY, which=_is("motion", rigid.DRIVEN)),
+    Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
+    Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
+    Family("a point mass", "points", EVERY),
+    Family(
+        "a spring", "springs", EVERY,
+        forces=(springs.spring_forces, springs.springs_energy), tangents=(springs.spring_tangents, *_MATRIX),
+    ),
+    # implicit solvers take them as joints, which the parts write as well
+    Family("a link", "links", EVERY),
+    Family("a guide", "guides", EVERY),
+    Family(
+        "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["feed"] != FREE),
+        forces=(thread.spring_thread,), tangents=_MATRIX,
+    ),
+    Family(
+        "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
+        "take segments 'springs', or dopri5", which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["feed"] != FREE),
+    ),
+    Family(
+        "a thread on a free spool", "threads", frozenset({EXPLICIT}),
+        "take a feed that prescribes the spool's angle, or rk4, heun or dopri5", which=_is("feed", FREE),
+        forces=(thread.spring_thread,),
+    ),
+    Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
+    Family(
+        "a force or torque", "loads", EVERY, which=lambda found: found["kind"] >= loads.AT_MARKER,
+    ),
+    Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
+    Family(
+        "a beam", "beams", EVERY, forces=(flexible.add_cells, flexible.beam_energies, flexible.beam_momenta),
+        tangents=(flexible.add_cell_tangents,),
+    ),
+    Family("a load on a beam", "pushes", EVERY, forces=(flexible.add_pushes,)),
+    Family(
+        "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
+        tangents=_JOINT_TANGENT,
+    ),
+    Family(
+        "a joint that is a constraint", "joints", _NOT_EXPLICIT,
+        "give it a `stiffness` above 0, which makes it a penalty, or take generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
+    ),
+    Family(
+        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
+    ),
+    Family(
+        "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(couplings.add_hinges,),
+        tangents=(couplings.add_hinge_tangents, *_ON_BODIES),
+    ),
+    Family(
+        "a hinge with a latch", "hinges", _NOT_EXPLICIT, "take generalized-alpha",
+        which=lambda found: np.isfinite(found["latch"]), forces=(couplings.add_hinges,),
+        tangents=(couplings.add_hinge_tangents, *_ON_BODIES),
+    ),
+    Family(
+        "a contact without friction", "cylinders", EVERY,
+        which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0), forces=(touch.add_contacts,),
+        tangents=_CONTACT,
+    ),
+    Family(
+        "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",
+        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(touch.add_contacts,),
+        tangents=_CONTACT,
+    ),
+    Family(
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
+        which=lambda found: found["under"] >= 0,
+        forces=(touch.add_contacts, layers.add_layers, layers.settle_layers, layers.nearest),
+        tangents=(*_CONTACT, layers.add_layer_tangents),
+    ),
+)  # fmt: skip
+
+
+def _is_driven(found: Array) -> Array:
+    return (found["path"] != couplings.STILL) | (found["kind"] == couplings.ANGLE)
+
+
+def check(assembly: Any, solver: str) -> None:
+    """Refuse parts that a solver does not support, by name.
+
+    Parameters
+    ----------
+    assembly : evolvent.builder.Assembly
+    solver : one of `SOLVERS`
+
+    Raises
+    ------
+    InputError
+        Naming the first part that is not supported, and what to take instead.
+    """
+    model = assembly.model
+    for name in mdl.RECORDS:
+        if name in PARTS_OF_OTHERS:
+            continue
+        left = np.ones(records(model, name).size, dtype=bool)
+        for family in FAMILIES:
+            if family.records != name:
+                continue
+            mask = family.mask(model)
+            left &= ~mask
+            for index in np.flatnonzero(mask):
+                if solver not in family.solvers and not _has_double(assembly, name, int(index), solver):
+                    _refuse(assembly, name, int(index), solver, family)
+        if np.any(left):
+            _refuse(assembly, name, int(np.flatnonzero(left)[0]), solver, None)
+
+
+def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
+    """Whether a joint is a link or guide, which explicit methods have in other records as well."""
+    return name == "joints" and solver == EXPLICIT and owner(assembly, name, index) not in _names(assembly, "joints")
+
+
+def _names(assembly: Any, family: str) -> list[str]:
+    return [name for name, (found, _) in assembly.names.items() if found == family]
+
+
+def owner(assembly: Any, family: str, index: int) -> str:
+    """Name of the part that wrote a record."""
+    if family == "joints":
+        return assembly.joint_parts[index]
+    return next((name for name, found in assembly.names.items() if found == (family, index)), family)
+
+
+def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:
+    what = family.name if family is not None else f"one of the {name}"
+    advice = f"; {family.advice}" if family is not None and family.advice else ""
+    raise InputError(
+        f"{owner(assembly, name, index)!r} is {what}, which {SOLVERS[solver]} "
+        f"{'does' if solver in (IMPLICIT, STATIC) else 'do'} not support{advice}"
+    )
+
+
+def functions(model: Model, *, tangents: bool = False) -> Iterator[Any]:
+    """Compiled functions that the families of a model need."""
+    for family in FAMILIES:
+        if np.any(family.mask(model)):
+            yield from family.forces
+            if tangents:
+                yield from family.tangents
