@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import importlib.util
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -14,7 +17,7 @@ import zipfile
 import pytest
 from numba import config
 
-from evolvent import codecache
+from evolvent import codecache, jit
 
 pytestmark = [
     pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT"),
@@ -129,9 +132,46 @@ def call(installed: pathlib.Path, cache: pathlib.Path, program: str, *arguments:
     return json.loads(done.stdout.splitlines()[-1]), done.stderr
 
 
+def kernels_called_in(path: pathlib.Path) -> set[tuple[str, bool]]:
+    """Kernels that plain functions of a file call, and whether they declare their types."""
+    names = ("evolvent", *path.relative_to(codecache._PACKAGE).with_suffix("").parts)
+    known = vars(importlib.import_module(".".join(name for name in names if name != "__init__"))).copy()
+    tree = ast.parse(path.read_text("utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("evolvent"):
+            module = importlib.import_module(str(node.module))
+            known |= {a.asname or a.name: vars(module)[a.name] for a in node.names if a.name in vars(module)}
+    found = set()
+
+    def look(node: ast.AST) -> None:
+        if isinstance(node, ast.FunctionDef) and isinstance(known.get(node.name), jit.Kernel | jit.Indirect):
+            return
+        if isinstance(node, ast.Call):
+            first, *rest = ast.unparse(node.func).split(".")
+            called = known.get(first)
+            for name in rest:
+                called = getattr(called, name, None)
+            if isinstance(called, jit.Kernel):
+                found.add((called.__name__, called.signature is not None))
+        for child in ast.iter_child_nodes(node):
+            look(child)
+
+    look(tree)
+    return found
+
+
 def files_of(name: str, folder: pathlib.Path) -> list[pathlib.Path]:
     """Files of one function in a folder of compiled functions."""
     return list(folder.glob(f"*/*/{name}-*"))
+
+
+def test_kernels_that_python_calls_declare_their_types():
+    """Else they would be compiled at a user's first run."""
+    imports = re.compile(r"(from|import) evolvent\.(kernels|flow|solvers)")
+    paths = [path for path in codecache._PACKAGE.rglob("*.py") if imports.search(path.read_text("utf-8"))]
+    found = set().union(*(kernels_called_in(path) for path in paths))
+    assert {("feed", True), ("march", True), ("guide_geometry", True)} <= found
+    assert {name for name, declared in found if not declared} == set()
 
 
 def test_the_wheel_is_for_this_python_and_platform_and_small(wheel):
