@@ -162,7 +162,7 @@ def wheel(arguments: list[str]) -> int:
 def build_wheel(python: pathlib.Path, folder: pathlib.Path, kernels: pathlib.Path) -> int:
     """Compile what is not in the cache, and build the wheel with it."""
     shutil.rmtree(kernels, ignore_errors=True)
-    say("compiling all functions that are not in the cache; from nothing this takes two to four minutes ...")
+    say("compiling all functions that are not in the cache; all of them take a minute or two on two cores ...")
     if code := call([str(python), "-m", "evolvent.ahead", str(kernels)]):
         return code
     os.environ["EVOLVENT_KERNELS"] = str(kernels)

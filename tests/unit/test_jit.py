@@ -5,6 +5,7 @@ Several of these lean on numba's inner workings on purpose: a release of numba t
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import os
@@ -20,6 +21,7 @@ from numba import config
 
 from evolvent import codecache, jit, parts
 from evolvent.errors import InputError
+from evolvent.flow.rhs import rhs
 from evolvent.solvers import solve
 from evolvent.system import System
 
@@ -105,6 +107,15 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
     f.__module__ = "evolvent.parts.point"
     with pytest.raises(RuntimeError, match=r"evolvent\.parts\.point"):
         jit.kernel(f)
+
+
+@compiled_only
+def test_the_first_function_that_a_process_asks_for_is_not_loaded_yet(monkeypatch):
+    monkeypatch.setattr(jit, "ADDRESSES", np.zeros_like(jit.ADDRESSES))
+    monkeypatch.setattr(jit, "_unloaded", functools.cache(jit._unloaded.__wrapped__))
+    assert not rhs.is_loaded
+    jit.load([rhs])
+    assert rhs.is_loaded
 
 
 # ------------------------------------------------------------------------------------------------ laws
