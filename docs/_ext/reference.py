@@ -1,4 +1,4 @@
-"""What is generated from the code itself: the command line, the keys of a system's cases, lists of built-in cases."""
+"""What is generated from the code itself: commands, keys of cases, built-in cases, what each solver supports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from docutils import nodes
 from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
-from evolvent import cases, cli, studies, units
+from evolvent import cases, cli, families, studies, units
 from evolvent.cases import Section
 
 
@@ -62,6 +62,26 @@ class BuiltIn(SphinxDirective):
         text = [f"- `{name}`: {what}" for name, what in cases.built_in().items()]
         text += [f"- `{name}` (a study): {what}" for name, what in studies.built_in().items()]
         return self.parse_text_to_nodes("\n".join(text))
+
+
+class Families(SphinxDirective):
+    """``{families}``: which solver supports which family of parts, from the table that the solvers ask."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table."""
+        return self.parse_text_to_nodes(families_table())
+
+
+def families_table() -> str:
+    """The families of parts and the solvers, as a table in Markdown."""
+    text = [
+        f"| family of parts | {' | '.join(families.SOLVERS.values())} | instead |",
+        "|---" * (len(families.SOLVERS) + 2) + "|",
+    ]
+    for row in families.FAMILIES:
+        cells = ["supported" if solver in row.solvers else "refused" for solver in families.SOLVERS]
+        text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
+    return "\n".join(text)
 
 
 class CaseFile(SphinxDirective):
@@ -193,6 +213,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_directive("keys", Keys)
     app.add_directive("built-in", BuiltIn)
     app.add_directive("case-file", CaseFile)
+    app.add_directive("families", Families)
     app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-docstring", _plain_types, priority=600)  # after napoleon
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -8,15 +8,26 @@ compiled into it first.
 
 from __future__ import annotations
 
+import importlib
 import pathlib
 import sys
+from typing import Any
 
 from evolvent import codecache, jit
 
 
+def load_all() -> list[Any]:
+    """Load all functions that the package compiles, and return them; what is not in the cache is compiled."""
+    for path in codecache.sources():
+        importlib.import_module(codecache.module_name(path))
+    found = jit.functions()
+    jit.load(found)
+    return found
+
+
 def write_kernels(folder: pathlib.Path) -> int:
     """Write all compiled functions to `folder`, and return how many there are."""
-    functions = jit.load_all()
+    functions = load_all()
     for function in functions:
         function.dispatcher._cache.copy(function.signature, folder / codecache.folder_name())
     return len(functions)

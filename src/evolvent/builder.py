@@ -214,7 +214,7 @@ class Builder:
             scratch=np.zeros((3, 3)),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, families["threads"]),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
             **families,
         )
         if np.any(self.gravity):
@@ -230,32 +230,15 @@ class Builder:
         times += [row[key] for row in self.rows["pushes"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _flexible(self, families: dict[str, Array], threads: Array) -> mdl.Flexible:
-        """Beams and what belongs to them; unknowns are ordered in blocks of one node each, then bodies and points."""
+    def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
+        """Beams and what belongs to them."""
         n_v = len(self.v)
         beams = families["beams"]
-        size = 3 * int(max((flexible.NODE_VECTORS[row["kind"]] for row in beams), default=1))
-        place = np.full(n_v, -1, dtype=np.int64)
-        block = 0
-        for row in beams:
-            own = 3 * flexible.NODE_VECTORS[row["kind"]]
-            for _ in range(row["nodes"]):
-                at = row["iv"] - len(self.q) + own * (block - row["block"])
-                place[at : at + own] = size * block + np.arange(own)
-                block += 1
-        for row in threads:  # from the root outwards: blocks are eliminated from the last on
-            for i in range(row["n"] - 1, -1, -1):
-                at = row["iv"] - len(self.q) + 3 * i
-                place[at : at + 3] = size * block + np.arange(3)
-                block += 1
-        rest = np.flatnonzero(place < 0)
-        place[rest] = size * block + np.arange(rest.size)
         pools = {
             name: np.array(self.pools[name], dtype=float).reshape(len(self.pools[name]), *shape)
             for name, shape in _POOLS.items()
         }
         return mdl.Flexible(
-            place=place,
             B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
             switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),

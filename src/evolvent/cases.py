@@ -219,6 +219,28 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
         raise InputError(sentence(error.errors(include_url=False), kind)) from None
 
 
+def solver_keys(case: Section) -> dict[str, str]:
+    """Keys of a case that say what arguments of the solvers do: argument -> key (see `evolvent.errors.in_keys`)."""
+    fields = type(case.solver).model_fields  # type: ignore[attr-defined]
+    return {"tolerance": "solver.rtol"} | {name: f"solver.{name}" for name in fields}
+
+
+@functools.lru_cache(maxsize=16)
+def of_run(text: str) -> Any:
+    """The checked case that a run was made from.
+
+    Parameters
+    ----------
+    text : str, the run's attribute ``case``
+
+    Raises
+    ------
+    InputError
+        If it cannot be used.
+    """
+    return load(parse_yaml(text, "the run's case"))
+
+
 def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A case as it is written, with `overrides` in place, unchecked but for what they need.
 

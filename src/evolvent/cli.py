@@ -9,13 +9,15 @@ import contextlib
 import json
 import math
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from evolvent import __version__
+from evolvent import __version__, startup
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.studies.command import once, sweep
@@ -29,15 +31,14 @@ if TYPE_CHECKING:
 
 #: Exit codes: a run that failed, input that cannot be used, a run that was interrupted.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
-#: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+#: Commands that work with arrays of Dask.
+_WITH_DASK = ("sweep", "studio")
 
 
 def main() -> NoReturn:
     """Run the command line; every error is one line on stderr."""
     if "numpy" not in sys.modules:
-        for name in _THREADS:
-            os.environ.setdefault(name, "1")
+        startup.prepare_process()
     try:
         code = commands.main(standalone_mode=False)
     except (click.ClickException, EvolventError) as error:
@@ -107,6 +108,8 @@ def commands(ctx: click.Context) -> None:
     """
     if ctx.invoked_subcommand is None:
         raise click.UsageError(f"no command is given; {nearest('', commands.list_commands(ctx))}", ctx)
+    if ctx.invoked_subcommand not in _WITH_DASK and "xarray" not in sys.modules:
+        ctx.with_resource(startup.hidden(*startup.ARRAY_LIBRARIES))
 
 
 @commands.command("list")
@@ -286,25 +289,24 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
 
 def _table(found: xr.Dataset) -> None:
     """Print the results that a user wants to see at once."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
     from evolvent import cases
 
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
     status = found.attrs["status"]
-    style = "green" if status in ("success", "stopped by event") else "bold red"
     message = found.attrs["message"].removeprefix(status).lstrip()
-    table.add_row("status", Text.assemble((status, style), "" if status == "success" else f": {message}"))
-    for number in cases.system(found.attrs["system"]).numbers(found):
-        table.add_row(number.label, Text(number.value))
-    console = Console(highlight=False)
-    with console.capture() as printed:
-        console.print(table)
-    _say(printed.get(), end="")
+    rows = [("status", status if status == "success" else f"{status}: {message}")]
+    rows += [(number.label, number.value) for number in cases.system(found.attrs["system"]).numbers(found)]
+    wide = max(len(label) for label, _ in rows)
+    room = max(shutil.get_terminal_size().columns - wide - 2, 20)
+    plain = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb"
+    well = status in ("success", "stopped by event")
+    for label, value in rows:
+        lines = textwrap.wrap(value, room, break_on_hyphens=False) or [""]
+        if label == "status" and not plain:
+            lines[0] = lines[0].replace(status, click.style(status, fg="green" if well else "red", bold=not well), 1)
+        name = f"{label:<{wide}}" if plain else click.style(f"{label:<{wide}}", dim=True)
+        for line in lines:
+            _say(f"{name}  {line}")
+            name = " " * wide
 
 
 @contextlib.contextmanager

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Iterator, Mapping
 
 
 class EvolventError(Exception):
@@ -31,3 +33,36 @@ def nearest(word: str, known: Iterable[str]) -> str:
     if close:
         return f"did you mean {close[0]!r}?"
     return "known: " + ", ".join(words)
+
+
+def in_keys(message: str, keys: Mapping[str, str]) -> str:
+    """A message to a Python caller, as one to the author of a case file: arguments become keys, None becomes auto.
+
+    Parameters
+    ----------
+    message : str, that names arguments in backticks, or as the first word of "argument is value"
+    keys : mapping, argument -> key; what is not in it stays
+
+    Examples
+    --------
+    >>> in_keys("step is None; take a smaller `tolerance`, or None", {"step": "solver.step"})
+    'solver.step is auto; take a smaller `tolerance`, or auto'
+    """
+    if not keys:
+        return message
+    first = re.match(r"(\w+) is ", message)
+    if first and first[1] in keys:
+        message = keys[first[1]] + re.sub(r"^ is None\b", " is auto", message[len(first[1]) :])
+    message = re.sub(r"\bor None\b", "or auto", message)
+    return re.sub(r"`(\w+)`", lambda found: keys.get(found[1], found[0]), message)
+
+
+@contextlib.contextmanager
+def naming_keys(keys: Mapping[str, str]) -> Iterator[None]:
+    """Let errors that are raised inside name keys of a case file in place of Python arguments: see `in_keys`."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(in_keys(str(error), keys)) from error
+    except RunFailed as error:
+        raise RunFailed(in_keys(str(error), keys), error.run) from error

@@ -123,13 +123,13 @@ FAMILIES = (
         tangents=_JOINT_TANGENT,
     ),
     Family(
+        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
+    ),
+    Family(
         "a joint that is a constraint", "joints", _NOT_EXPLICIT,
         "give it a `stiffness` above 0, which makes it a penalty, or take generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
-    ),
-    Family(
-        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
         "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(couplings.add_hinges,),

@@ -25,7 +25,8 @@ from numba import config, f8, i8, njit, types
 from numba.core import cgutils
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning, TypingError
-from numba.extending import _Intrinsic, intrinsic
+from numba.core.typing.templates import infer, make_intrinsic_template
+from numba.extending import intrinsic
 
 from evolvent.codecache import CACHE_DIR, COMPILED, Cache, compiling, module_name, sources, without_path
 from evolvent.errors import InputError
@@ -81,16 +82,17 @@ class Kernel:
     """
 
     def __init__(self, function: Callable, *, inline: bool) -> None:
-        self.py_func = function
+        self.py_func, self._inline = function, inline
         self.signature: tuple[Any, ...] | None = None
-        inside = _njit(function, cache=False, forceinline=inline, no_cpython_wrapper=True)
-        old = inside._compiler
-        inside._compiler = _IntoCallers(
-            inside.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class
-        )
-        self._inside = inside
-        self._numba_type_ = types.Dispatcher(inside)
         functools.update_wrapper(self, function)
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a dispatcher whose functions go into their callers."""
+        self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
+        old = inside._compiler
+        inside._compiler = _IntoCallers(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
+        return types.Dispatcher(inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         _unloaded()
@@ -152,7 +154,7 @@ _counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
 
 
-class Indirect(_Intrinsic):
+class Indirect:
     """A function with a signature of its own that compiled code calls by its address.
 
     It is compiled once, whoever calls it, and only where it is loaded: a caller may name functions that a model never
@@ -165,16 +167,8 @@ class Indirect(_Intrinsic):
     """
 
     def __init__(self, function: Callable, signature: Any) -> None:
-
-        def define(typing_context: Any, *arguments: Any) -> Any:
-            return self._define(arguments)
-
-        own = inspect.signature(function)
-        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
-        super().__init__(function.__name__, define)
-        functools.update_wrapper(self, function)
         self.py_func, self.signature = function, signature
+        functools.update_wrapper(self, function)
         module = function.__module__
         place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
         number = _counts[module] = _counts.get(module, -1) + 1
@@ -182,12 +176,25 @@ class Indirect(_Intrinsic):
             raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
         self.slot = place + number
         _BY_SLOT[self.slot] = self
-        self._register()
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What compiled code sees: a function of one signature, which calls the address."""
+
+        def define(typing_context: Any, *arguments: Any) -> Any:
+            return self._define(arguments)
+
+        own = inspect.signature(self.py_func)
+        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        define.__signature__ = own.replace(parameters=[first, *own.parameters.values()])  # type: ignore[attr-defined]
+        template = make_intrinsic_template(self, define, self.py_func.__name__)
+        infer(template)
+        return types.Function(template)
 
     def _define(self, arguments: tuple[Any, ...]) -> Any:
         signature = self.signature
         if len(arguments) != len(signature.args):
-            raise TypingError(f"{self._name} takes {len(signature.args)} arguments, not {len(arguments)}")
+            raise TypingError(f"{self.py_func.__name__} takes {len(signature.args)} arguments, not {len(arguments)}")
         holder = next(k for k, kind in enumerate(signature.args) if has_addresses(kind))
         kind, slot = signature.args[holder], self.slot
 
@@ -214,14 +221,15 @@ class Indirect(_Intrinsic):
     @property
     def is_loaded(self) -> bool:
         """Whether it can be called."""
-        absent = _unloaded()  # fills the table where it is called first
-        return bool(ADDRESSES[self.slot] != absent)
+        unloaded = _unloaded()  # which fills the table when it is first called
+        return bool(ADDRESSES[self.slot] != unloaded)
 
     def load(self) -> None:
         """Compile it, or load it from the cache folder, and enter its address."""
         if not self.is_loaded:
             with compiling:
                 self.dispatcher.compile(self.signature)
+                self.dispatcher.disable_compile()
                 ADDRESSES[self.slot] = _pointer(self.dispatcher, self.signature)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
@@ -359,13 +367,9 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
         return None
 
 
-def load_all() -> list[Any]:
-    """Load all functions that the package compiles; returns them."""
-    for name in _MODULES:
-        importlib.import_module(name)
-    found = [*_ENTRIES, *_BY_SLOT.values()]
-    load(found)
-    return found
+def functions() -> list[Any]:
+    """All functions made by `indirect` or declared by `entry` in the modules that are loaded."""
+    return [*_ENTRIES, *_BY_SLOT.values()]
 
 
 def compile_named(names: list[tuple[str, str]]) -> None:
@@ -401,8 +405,8 @@ FORMS = {
 
 
 def _compile_law(signature: Any, function: Callable) -> Any:
-    """Compile a user's function as numba compiles its own, for the host, and keep it in the cache folder."""
-    options = {"error_model": "numpy", "_nrt": False}
+    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
+    options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
         return njit(signature, cache=True, **options)(function)
@@ -421,11 +425,15 @@ def _law(kind: str, function: Callable) -> Any:
     if config.DISABLE_JIT:
         return function
     try:
-        return _compile_law(LAWS[kind], function)
+        # its indices are checked: beyond its parameters stand those of others, and then foreign memory
+        compiled = _compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
         raise InputError(
             f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
         ) from error
+    if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
+        raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
+    return compiled
 
 
 def describe_law(law: Any) -> str:
@@ -449,15 +457,31 @@ def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
     InputError
         If it raises an exception, or returns anything else.
     """
+    count = len(arguments[-1])
+    given = "1 parameter is" if count == 1 else f"{count} parameters are"
     try:
         result = law(*arguments)
         values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
     except Exception as error:  # whatever a user's code may raise
-        raise InputError(f"{describe_law(law)} fails: {type(error).__name__}: {error}") from error
+        raise InputError(
+            f"{describe_law(law)} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
+        ) from error
     if not all(math.isfinite(x) for x in values):
         shown = values if isinstance(result, tuple) else values[0]
         raise InputError(f"{describe_law(law)} returns {shown}; it must return finite numbers")
     return values
+
+
+def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
+    """What an exception of a law says; of an index out of bounds, which one it is, by the law as plain Python."""
+    if isinstance(error, IndexError):
+        try:
+            getattr(law, "py_func", law)(*arguments)
+        except IndexError as plain:
+            error = plain
+        except Exception:  # noqa: BLE001  (another one: what it said when compiled stands)
+            pass
+    return " ".join(str(error).split())
 
 
 def force_law(function: Callable) -> Any:
@@ -472,7 +496,8 @@ def force_law(function: Callable) -> Any:
     Returns
     -------
     compiled function
-        Its address goes into the model; editing the law recompiles the law alone. Exceptions reach the user.
+        Its address goes into the model; editing the law recompiles the law alone. Its indices are checked, and a run
+        in which it raises an exception fails with a message that names it.
 
     Notes
     -----

@@ -69,9 +69,10 @@ RECORDS: dict[str, np.dtype] = {
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
-    # flexible beams: cells are their elements; a node's coordinates stand together, node after node; paper: 1 where
-    # the damping is the paper's, which a turn of the whole feels
-    "beams": _record("kind iq iv nodes cell cells block paper", "length"),
+    # flexible beams: cells are their elements; a node's coordinates stand together, node after node; node: number of
+    # the first one among the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole
+    # feels
+    "beams": _record("kind iq iv nodes cell cells node paper", "length"),
     # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
     "cells": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
@@ -145,7 +146,6 @@ class Flexible(Struct):
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams,) float, scratch, angles about a layer's axis
-    place : (nv,) int, unknown of each velocity in the implicit equations, which are ordered for narrow blocks
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
     J : (2, 3, 6) float, scratch
@@ -175,7 +175,6 @@ class Flexible(Struct):
     switches: Array = array(1, np.int64)
     strands: Array = array(2)
     angles: Array = array(1)
-    place: Array = array(1, np.int64)
     F: Array = array(1)
     P: Array = array(1)
     work: Array = array(1)

@@ -54,8 +54,8 @@ def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True
     from matplotlib.figure import Figure as Sheet
 
     with mpl.rc_context(_STYLE | {"svg.hashsalt": "evolvent"}):
-        sheet = Sheet(figsize=figure.size, layout="constrained")
-        FigureCanvasAgg(sheet)
+        sheet = Sheet(figsize=figure.size, layout="constrained", dpi=dpi)
+        canvas = FigureCanvasAgg(sheet)
         if title:
             sheet.suptitle(figure.title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         rows = -(-len(figure.panels) // figure.columns)
@@ -67,7 +67,10 @@ def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True
             text = "\n".join(textwrap.wrap(label, wide))
             sheet.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=10, fontweight="bold")
         content = io.BytesIO()
-        sheet.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
+        if kind == "png":
+            canvas.print_png(content)  # savefig would draw twice, once for the layout alone
+        else:
+            sheet.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
     return content.getvalue()
 
 

@@ -12,6 +12,7 @@ import numbers
 import os
 import pathlib
 import platform
+import re
 import tempfile
 import uuid
 from collections.abc import Iterator, Mapping
@@ -20,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases
+from evolvent import __version__, cases, netcdf
 from evolvent.errors import InputError
 from evolvent.figures import Number
 
@@ -196,7 +197,16 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
         If the file cannot be written.
     """
     with writing(path) as temporary:
-        dataset.to_netcdf(temporary, engine=_ENGINE)
+        try:
+            if netcdf.is_plain(dataset):
+                netcdf.write(dataset, temporary)
+            else:
+                dataset.to_netcdf(temporary, engine=_ENGINE)
+        except RuntimeError as error:  # how HDF5 reports a full disk
+            number = re.search(r"errno = (\d+)", str(error))
+            if number is None:
+                raise
+            raise OSError(int(number[1]), os.strerror(int(number[1]))) from None
 
 
 @contextlib.contextmanager

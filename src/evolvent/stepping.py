@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.builder import Assembly
-from evolvent.errors import InputError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
@@ -18,8 +18,9 @@ from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.solvers import alpha
-from evolvent.solvers.drive import METHODS, choose_step, solve
-from evolvent.solvers.implicit import prepared, reason
+from evolvent.solvers.drive import METHODS, STEP_ALLOWED, choose_step, solve
+from evolvent.solvers.implicit import moments, prepared, reason
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import book_accounts, reason_of_outrun
 from evolvent.system import System
 
@@ -95,7 +96,7 @@ class Stepper:
         start, until = _time("start", start), _time("until", until)
         if not until > start:
             raise InputError(f"until is {until!r} s; it must be after the start, {start!r} s")
-        step = None if step is None else positive("step", step, allowed="a finite time above 0, or None")
+        step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
         tolerance = positive("tolerance", tolerance)
         self.method, self.time, self.until = method, start, until
         self.inputs = _listed(inputs)
@@ -103,6 +104,7 @@ class Stepper:
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
+        self._keys: Mapping[str, str] = {}
         times = np.array([self.time, self.until])
         if method == IMPLICIT:
             self._run = prepared(self.assembly, times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
@@ -110,10 +112,12 @@ class Stepper:
             self._begin()
         else:
             fixed = method != "dopri5"
+            try_laws(self.assembly, start, start)
             self._fixed = choose_step(self.assembly, method, step, until - start)[0] if fixed else None
             self._tolerance = tolerance
             self._y, self._s = self.assembly.y.copy(), self.assembly.s.copy()
-        self._look()
+        with refusing_laws(self.assembly):
+            self._look()
 
     @classmethod
     def of_case(
@@ -137,8 +141,13 @@ class Stepper:
         InputError
             If the case cannot be used, or its system cannot be stepped from outside.
         """
-        system, options, end = of_case(cases.load(case, overrides), until)
-        return cls(system, inputs=inputs, until=end, **options)
+        loaded = cases.load(case, overrides)
+        system, options, end = of_case(loaded, until)
+        keys = cases.solver_keys(loaded)
+        with naming_keys(keys):
+            stepper = cls(system, inputs=inputs, until=end, **options)
+        stepper._keys = keys
+        return stepper
 
     # -------------------------------------------------------------------------------------------- in and out
 
@@ -224,10 +233,8 @@ class Stepper:
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
         try:
-            if self.method == IMPLICIT:
-                self._go_on(end)
-            else:
-                self._solve(end)
+            with naming_keys(self._keys):
+                self._advance(end)
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
@@ -237,11 +244,31 @@ class Stepper:
         self._changed = False
         self._look()
 
+    def _advance(self, end: float) -> None:
+        try:
+            if self.method == IMPLICIT:
+                self._go_on(end)
+            else:
+                self._solve(end)
+        except EvolventError:
+            raise
+        except Exception as error:
+            raise self._law_failed(error) from error
+
+    def _law_failed(self, error: Exception) -> RunFailed:
+        """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""
+        run = self._run
+        failure = law_failure(self.assembly, error, moments(run))
+        run.march.y[:] = run.march.y0
+        rigid.kinematics(float(run.march.clock[alpha.TIME]), run.march.y, run.model)
+        return RunFailed(failure, self)
+
     def _begin(self) -> None:
         run = self._run
-        if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
-            raise RunFailed(reason_of_outrun(self.time), self)
-        code = alpha.begin(run.model, run.matrix, run.options, run.march)
+        with refusing_laws(self.assembly):
+            if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
+                raise RunFailed(reason_of_outrun(self.time), self)
+            code = alpha.begin(run.model, run.matrix, run.options, run.march)
         if code != alpha.DONE:
             raise RunFailed(reason(code, run.march, self._fixed, run.options, self.assembly), self)
 
@@ -271,10 +298,13 @@ class Stepper:
         kept = self._y[accounts:].copy()
         self._y[accounts:] = 0.0
         now = dataclasses.replace(self.assembly, y=self._y, s=self._s)
-        found = solve(
-            now, samples=[self.time, end], method=self.method, step=self._fixed, rtol=self._tolerance,
-            atol=1e-2 * self._tolerance,
-        )  # fmt: skip
+        try:
+            found = solve(
+                now, samples=[self.time, end], method=self.method, step=self._fixed, rtol=self._tolerance,
+                atol=1e-2 * self._tolerance,
+            )  # fmt: skip
+        except InputError as error:  # of the state that is reached: the arguments have been checked
+            raise RunFailed(str(error), self) from error
         if not found.success:
             raise RunFailed(found.message, self)
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()

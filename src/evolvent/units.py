@@ -12,6 +12,8 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
+from evolvent import startup
+
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
 #: Units that are read without the units library, which takes a moment to load: factor to the SI unit of the key.
@@ -49,9 +51,7 @@ def _float(value: numbers.Real) -> float:
 
 @functools.cache
 def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry()
+    return startup.load("pint").UnitRegistry()
 
 
 def parse(text: str, unit: str) -> float:
@@ -73,13 +73,13 @@ def parse(text: str, unit: str) -> float:
     value, given = float(match[1]), " ".join(match[2].split())
     if not given:
         return value
+    if given == unit:
+        return value
     if given in COMMON.get(unit, {}):
         return value * COMMON[unit][given]
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
-    import pint
-
-    registry = _registry()
+    pint, registry = startup.load("pint"), _registry()
     try:
         quantity = registry.Quantity(value, registry.parse_units(given))
         wanted = registry.parse_units(unit)

@@ -162,7 +162,7 @@ def one_step(assembly: Assembly, inside: float, h: float) -> np.ndarray:
     """The dense sample at `inside` of one step from 0 to h, by the solver's own loop."""
     tableau = drive.METHODS["dopri5"]
     loop = drive._make_loop(assembly, np.array([0.0, inside, h]), tableau, h)
-    drive._bind(assembly.model, loop, tableau, rtol=1e9, atol=1e9, aside=None)(loop, 10)
+    drive._load(assembly.model, tableau, rtol=1e9, atol=1e9)(loop, 10)
     assert loop.tally[explicit.STEPS] == 1
     return loop.out_y[1]
 

@@ -10,10 +10,10 @@ from evolvent import elements
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
-from evolvent.kernels import blocks, touch
-from evolvent.model import Model
-from evolvent.solvers import alpha, graph, ordering
+from evolvent.kernels import sparse, touch
+from evolvent.solvers import alpha
 from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
+from evolvent.solvers.static import sparse_of
 
 Array = np.ndarray
 
@@ -39,31 +39,26 @@ class Equations(NamedTuple):
         """(nv + nj,) in the order of the velocities, then of the joints."""
         model = self.assembly.model
         n_q, n_v, n_j = int(model.info.nq), dq.size, la.size
-        matrix = matrix_of(model)
-        r, power = np.zeros(matrix.B.shape[0] + matrix.counts[blocks.BORDER]), np.zeros(powers.N_POWERS)
+        r, power = np.zeros(n_v + n_j), np.zeros(powers.N_POWERS)
         y = self.y.copy()
         y[n_q : n_q + n_v] += self.c_rate * dq
         alpha.displace(self.y, dq, model, y)
         load_implicit(model)
         implicit.residual(self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, power)
-        return np.concatenate([r[model.flexible.place], r[r.size - n_j :]])
+        return r
 
     def tangent(self, la: Array) -> Array:
         """(nv + nj, nv + nj), of the same order."""
         model = self.assembly.model
         matrix = matrix_of(model)
-        n_v = model.flexible.place.size
-        self.residual(np.zeros(n_v), la)
+        self.residual(np.zeros(int(model.info.nv)), la)
         implicit.tangent(self.t, self.y, la, self.c_mass, self.c_rate, 1.0, model, matrix)
-        whole = dense(matrix)
-        where = np.concatenate([model.flexible.place, np.arange(whole.shape[0] - la.size, whole.shape[0])])
-        found = whole[np.ix_(where, where)]
-        assert not np.any(found[~pattern_mask(model)])
-        return found
+        assert matrix.counts[sparse.OUTSIDE] == 0
+        return sparse_of(matrix).toarray()
 
     def differences(self, la: Array, sizes: Array, h: float = 1e-4) -> Array:
         """Central differences of sixth order of the residual by dq (steps h times `sizes`) and la."""
-        n_v = self.assembly.model.flexible.place.size
+        n_v = int(self.assembly.model.info.nv)
         x0, columns = np.concatenate([np.zeros(n_v), la]), []
         for k in range(x0.size):
             d = np.zeros(x0.size)
@@ -77,34 +72,10 @@ class Equations(NamedTuple):
         return np.array(columns).T
 
 
-def pattern_mask(model: Model) -> Array:
-    """Which entries the sparse matrix of a model has room for, unknowns as in `Equations.tangent`."""
-    matrix = ordering.matrix_of(graph.pattern_of(model))
-    mask = np.zeros((matrix.place.size,) * 2, dtype=bool)
-    _, rows, columns = ordering.entries(matrix)
-    mask[rows, columns] = True
-    return mask
-
-
-def dense(matrix: blocks.Bordered) -> Array:
-    """All of a `Bordered` matrix."""
-    n, m, _ = matrix.A.shape
-    k = int(matrix.counts[blocks.BORDER])
-    whole = np.zeros((n * m + k, n * m + k))
-    for i in range(n):
-        for j, columns in ((i - 1, slice(0, m)), (i, slice(m, 2 * m)), (i + 1, slice(2 * m, 3 * m))):
-            if 0 <= j < n:
-                whole[i * m : i * m + m, j * m : j * m + m] = matrix.A[i, :, columns]
-    whole[: n * m, n * m :] = matrix.B[:, :k]
-    whole[n * m :, : n * m] = matrix.C[:, :k].T
-    whole[n * m :, n * m :] = matrix.E[:k, :k]
-    return whole
-
-
 def start_step(assembly: Assembly, y: Array) -> None:
     """Take the state y as the start of a step: gaps, anchors and bristles of contacts are those of y."""
     model = assembly.model
-    n_v = model.flexible.place.size
+    n_v = int(model.info.nv)
     model.flexible.checks["gap"] = np.inf
     model.flexible.checks["stick"] = 0.0
     model.flexible.checks["drag"] = 0.0

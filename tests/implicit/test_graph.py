@@ -9,27 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scipy import sparse as scipy_sparse
 from scipy.sparse.linalg import splu
 
+from evolvent import jit
 from evolvent.kernels import sparse, sparse_lu
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import ordering
 from evolvent.solvers.ordering import Pattern
+from evolvent.solvers.static import sparse_of
 
 Array = np.ndarray
 GROUND = -1
 
 
-def csr(matrix: SparseBlocks) -> scipy_sparse.csr_matrix:
-    """The matrix before it is factored, without what stands for inner unknowns."""
-    values, rows, columns = ordering.entries(matrix)
-    n = matrix.place.size
-    return scipy_sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
-
-
-def dense(matrix: SparseBlocks) -> Array:
-    return csr(matrix).toarray()
+@pytest.fixture(autouse=True, scope="module")
+def loaded() -> None:
+    jit.load((*sparse.functions(), *sparse_lu.functions()))
 
 
 def fill(matrix: SparseBlocks, A: Array) -> None:
@@ -111,7 +106,7 @@ def assert_solves(pattern: Pattern, A: Array, rng: np.random.Generator, *, spare
     """The solution is that of dense LU, to the condition of the matrix."""
     matrix = ordering.matrix_of(pattern, spare=spare)
     fill(matrix, A)
-    assert_allclose(dense(matrix), A, rtol=0.0, atol=0.0)
+    assert_allclose(sparse_of(matrix).toarray(), A, rtol=0.0, atol=0.0)
     X = rng.standard_normal((2, len(A)))
     expected = np.linalg.solve(A, X.T).T
     assert sparse_lu.factor(matrix) == 0
@@ -204,7 +199,7 @@ def test_large_system_against_a_sparse_solver(rng: np.random.Generator) -> None:
     pattern = four_bars(60)
     matrix = ordering.matrix_of(pattern)
     fill(matrix, random_matrix(rng, pattern))
-    A, x = csr(matrix).tocsc(), rng.standard_normal(matrix.place.size)
+    A, x = sparse_of(matrix).tocsc(), rng.standard_normal(matrix.place.size)
     expected = splu(A).solve(x)
     assert sparse_lu.factor(matrix) == 0
     sparse_lu.solve(matrix, x)
@@ -348,6 +343,7 @@ def test_inner_unknowns_stand_for_a_product_outside_the_blocks(rng: np.random.Ge
                 for c in range(width):
                     sparse.add_inner(matrix, i, q + c, B[i, c], C[i, c])
             whole += B @ C.T
+        assert_allclose(sparse_of(matrix).toarray(), whole, rtol=0.0, atol=1e-14)
         b = rng.standard_normal(n)
         x = b.copy()
         assert sparse_lu.factor(matrix) == 0
@@ -364,7 +360,7 @@ def test_blocks_are_added_as_entries_are(rng: np.random.Generator) -> None:
     K = rng.standard_normal((12, 12))
     for a, b in [*pattern.pairs.tolist(), *np.flip(pattern.pairs, axis=1).tolist(), (2, 2)]:
         rows, columns = pattern.blocks[a], pattern.blocks[b]
-        sparse.add_block(one, rows[0], columns[0], K, 6, 2, rows.size, columns.size)
+        sparse.add_block(one, rows[0], columns[0], K, 6, 2, rows.size, columns.size, 1.0)
         for r, i in enumerate(rows):
             for c, j in enumerate(columns):
                 sparse.add_entry(other, i, j, K[6 + r, 2 + c])
@@ -378,7 +374,7 @@ def test_blocks_are_added_as_entries_are(rng: np.random.Generator) -> None:
 def test_entries_outside_the_pattern_are_counted() -> None:
     matrix = ordering.matrix_of(pattern_of([3, 3, 3], [(0, 1), (1, 2)]))
     sparse.add_entry(matrix, 0, 8, 1.0)
-    sparse.add_block(matrix, 6, 0, np.ones((3, 3)), 0, 0, 3, 3)
+    sparse.add_block(matrix, 6, 0, np.ones((3, 3)), 0, 0, 3, 3, 1.0)
     assert matrix.counts[sparse.OUTSIDE] == 2
     assert not matrix.values.any()
 

@@ -10,7 +10,7 @@ import pytest
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
 from evolvent.flow import implicit
-from evolvent.kernels import blocks
+from evolvent.kernels import sparse
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.solvers import alpha
 from evolvent.solvers.implicit import matrix_of
@@ -53,7 +53,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
 def layer_forces(assembly: Assembly, y: Array, step: float = 0.0) -> tuple[Array, float]:
     """Generalised forces that layers put on the left of the equations, and their energy."""
     model = assembly.model
-    n_v, rows, found = model.flexible.place.size, model.flexible.cylinders, []
+    n_v, rows, found = int(model.info.nv), model.flexible.cylinders, []
     for stiffness in (STIFFNESS, 0.0):
         rows["stiffness"] = stiffness
         equations = Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0, step)
@@ -107,7 +107,7 @@ def moved(assembly: Assembly, rng: np.random.Generator, size: float = 1e-5) -> A
     q = y[hub["iq"] + 3 : hub["iq"] + 7]
     q += 0.01 * rng.standard_normal(4)
     q /= np.linalg.norm(q)
-    y[n_q : n_q + assembly.model.flexible.place.size] += 1e-3 * rng.standard_normal(assembly.model.flexible.place.size)
+    y[n_q : n_q + int(assembly.model.info.nv)] += 1e-3 * rng.standard_normal(int(assembly.model.info.nv))
     return y
 
 
@@ -153,7 +153,7 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
     assembly = wound(0.0015, friction=friction, damping=2.0, stick_stiffness=100.0)
     start_step(assembly, assembly.y)
     y, model = moved(assembly, rng, 1e-6), assembly.model
-    n_v, step = model.flexible.place.size, 1e-3
+    n_v, step = int(model.info.nv), 1e-3
     beam = model.flexible.beams[0]
     first = int(beam["iv"]) - int(model.info.nq)
     own = slice(first, first + 6 * (N + 1))
@@ -164,8 +164,8 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
         matrix = matrix_of(model)
         equations.residual(np.zeros(n_v), np.zeros(0))
         implicit.tangent(0.0, y, np.zeros(0), 0.0, 50.0, 1.0, model, matrix)
-        assert (matrix.counts[blocks.INNER] > 0) == (stiffness > 0.0)
-        found.append(sparse_of(matrix, model.flexible.place).toarray()[own, own])
+        assert (matrix.counts[sparse.INNER] > 0) == (stiffness > 0.0)
+        found.append(sparse_of(matrix).toarray()[own, own])
         columns = []
         for k in range(own.start, own.stop):
             d = np.zeros(n_v)
@@ -175,26 +175,6 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
     tangent, differences = found[0] - found[1], exact[0] - exact[1]
     assert np.abs(differences).max() > 100.0
     assert np.abs(tangent - differences).max() < 0.02 * np.abs(differences).max()
-
-
-def test_steps_with_the_border_solve_the_whole_matrix(rng: np.random.Generator) -> None:
-    """The factors with inner unknowns solve A + B C^T, and leave them out of the solution."""
-    matrix = blocks.bordered(5, 6, 3, spare=2, inner=7)
-    blocks.clear(matrix)
-    matrix.A[:] = rng.standard_normal(matrix.A.shape)
-    matrix.A[:, np.arange(6), 6 + np.arange(6)] += 8.0
-    matrix.A[0, :, :6] = matrix.A[-1, :, 12:] = 0.0
-    matrix.B[:, :3], matrix.C[:, :3] = rng.standard_normal((2, 30, 3))
-    matrix.E[:3, :3] = rng.standard_normal((3, 3))
-    for _ in range(2):
-        q = blocks.inner(matrix, 2)
-        matrix.B[:, q : q + 2], matrix.C[:, q : q + 2] = rng.standard_normal((2, 30, 2))
-    whole = sparse_of(matrix, np.arange(33)).toarray()
-    right = rng.standard_normal(33)
-    x = right.copy()
-    assert blocks.factor(matrix) == 0
-    blocks.solve(matrix, x)
-    assert whole @ x == pytest.approx(right, abs=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -240,7 +220,7 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
     model, beam = assembly.model, assembly.model.flexible.beams[0]
     checks = model.flexible.checks
     checks["stick"][checks["gap"] < 0.0] = [1e-4, 0.0, 0.0]
-    n_v, energies = model.flexible.place.size, []
+    n_v, energies = int(model.info.nv), []
     for angle in (0.0, 0.3, 1.0, 1.5):
         y, c, s = assembly.y.copy(), np.cos(angle), np.sin(angle)
         q = y[beam["iq"] : beam["iq"] + 6 * beam["nodes"]].reshape(-1, 3)

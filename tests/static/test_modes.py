@@ -335,7 +335,6 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     b.la[:] = rng.standard_normal(work.n_j)
     _, _, K, G = matrices(work)
     rest, columns, gaps = b.y.copy(), [], []
-    at = model.flexible.place
     for j in range(work.n_v):
         sides = []
         for step in (1e-4, -1e-4, 2e-4, -2e-4):
@@ -345,7 +344,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
             eq.unbalance(0.0, 0.0, 1.0, 1.0, model, b, b.r)
             sides.append(b.r.copy())
         slope = (8.0 * (sides[0] - sides[1]) - (sides[2] - sides[3])) / (12.0 * 1e-4)
-        columns.append(slope[at])
+        columns.append(slope[: work.n_v])
         gaps.append(slope[work.rows])
     assert model.flexible.cylinders["touching"][0] > 0.0
     wanted = np.array(columns).T

@@ -5,7 +5,6 @@ Several of these lean on numba's inner workings on purpose: a release of numba t
 
 from __future__ import annotations
 
-import functools
 import json
 import math
 import os
@@ -21,7 +20,6 @@ from numba import config
 
 from evolvent import codecache, jit, parts
 from evolvent.errors import InputError
-from evolvent.flow.rhs import rhs
 from evolvent.solvers import solve
 from evolvent.system import System
 
@@ -109,13 +107,19 @@ def test_kernels_are_refused_where_the_cache_folder_does_not_follow_them():
         jit.kernel(f)
 
 
+FIRST = """
+import json
+from evolvent import jit
+from evolvent.kernels import flexible
+jit.load([flexible.add_gravity])
+print(json.dumps({"loaded": flexible.add_gravity.signature in flexible.add_gravity.dispatcher.overloads}))
+"""
+
+
 @compiled_only
-def test_the_first_function_that_a_process_asks_for_is_not_loaded_yet(monkeypatch):
-    monkeypatch.setattr(jit, "ADDRESSES", np.zeros_like(jit.ADDRESSES))
-    monkeypatch.setattr(jit, "_unloaded", functools.cache(jit._unloaded.__wrapped__))
-    assert not rhs.is_loaded
-    jit.load([rhs])
-    assert rhs.is_loaded
+def test_the_first_function_of_a_process_is_loaded(tmp_path):
+    (tmp_path / "first.py").write_text(FIRST)
+    assert python(str(tmp_path / "first.py"))["loaded"]
 
 
 # ------------------------------------------------------------------------------------------------ laws
@@ -181,24 +185,11 @@ def test_a_law_acts_with_its_parameters():
     assert abs(found.y[:, 0].max() - (1.0 + e)) < 1e-4
 
 
-@pytest.mark.parametrize("method", ["rk4", "heun", "dopri5"])
-def test_an_exception_in_a_spring_law_reaches_the_caller(method):
-    step = None if method == "dopri5" else 0.01
-    with pytest.raises(ValueError, match="the spring broke"):
-        solve(on_spring(brittle, 0.3).assemble(), samples=[0.0, 1.0], method=method, step=step)
-
-
-@pytest.mark.parametrize("method", ["rk4", "dopri5"])
-def test_an_exception_in_a_load_law_reaches_the_caller(method):
-    with pytest.raises(ValueError, match="no wind data"):
-        solve(reeled(gust, 0.05, 1e-4).assemble(), samples=[0.0, 0.1], method=method)
-
-
 def test_after_an_exception_the_next_run_is_as_ever():
     times = [0.0, 0.2]
     before = solve(on_spring(brittle, 0.9).assemble(), samples=times, method="rk4", step=0.01)
-    with pytest.raises(ValueError, match="the spring broke"):
-        solve(on_spring(brittle, 0.1).assemble(), samples=times, method="rk4", step=0.01)
+    failed = solve(on_spring(brittle, 0.1).assemble(), samples=times, method="rk4", step=0.01)
+    assert failed.status == "failed"
     after = solve(on_spring(brittle, 0.9).assemble(), samples=times, method="rk4", step=0.01)
     np.testing.assert_array_equal(before.y, after.y)
 

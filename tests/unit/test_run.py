@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import evolvent
-from evolvent import cases, results
+from evolvent import cases, netcdf, results
 from evolvent.systems import heliogyro
 
 QUICK = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "9 s", "blade.nodes": 40}
@@ -355,12 +355,19 @@ def test_laws_take_their_places(quick):
         ({"force": (weight,)}, "has 1 entries"),
         ({3: weight}, "no law is called 3; known: event, feed, force"),
         ([weight], "the laws are .*; they must be a mapping"),
-        ({"force": fails}, "the law 'force' raised ValueError: no force is known beyond half a second"),
     ],
 )
 def test_laws_that_cannot_be_used(laws, words):
     with pytest.raises(evolvent.InputError, match=words):
         evolvent.run("heliogyro", QUICK, laws=laws)
+
+
+def test_a_law_that_raises_ends_the_run_and_keeps_what_was_computed():
+    words = r"the law 'fails' \(.*test_run.py:\d+\) .*ValueError: no force is known beyond half a second"
+    with pytest.raises(evolvent.RunFailed, match=words) as failed:
+        evolvent.run("heliogyro", QUICK, laws={"force": fails})
+    assert failed.value.run.attrs["status"] == "failed"
+    assert 0.3 < float(failed.value.run.time[-1]) <= 0.5
 
 
 def test_a_short_run_has_its_start_and_end():
@@ -399,12 +406,15 @@ def test_file_round_trip(quick, tmp_path):
     assert heliogyro.numbers(again) == heliogyro.numbers(quick)
 
 
-def test_nothing_is_left_of_a_file_that_could_not_be_written(quick, tmp_path, monkeypatch):
-    def breaks(self, path, **rest):
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), RuntimeError("Can't decrement id ref count (errno = 28, error)")]
+)
+def test_nothing_is_left_of_a_file_that_could_not_be_written(error, quick, tmp_path, monkeypatch):
+    def breaks(dataset, path):
         pathlib.Path(path).write_text("half")
-        raise OSError(28, "No space left on device")
+        raise error
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", breaks)
+    monkeypatch.setattr(netcdf, "write", breaks)
     (tmp_path / "run.nc").write_text("old")
     with pytest.raises(evolvent.InputError, match="no space left"):
         results.save(quick, tmp_path / "run.nc")

@@ -8,6 +8,8 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import System, parts
+from evolvent.solvers import ordering
+from evolvent.solvers.implicit import matrix_of
 from helpers import fitted_order, rotation
 from helpers import run as march
 from implicit.rigs import coordinates, run
@@ -41,22 +43,28 @@ def four_bars(count: int) -> System:
     return system
 
 
-def test_four_bars(book: Book) -> None:
-    """IFToMM A02 with two four-bars, through the places where all rods lie level and a joint too many would hold."""
-    count = 2
+@pytest.mark.parametrize(("count", "published"), [(2, (0.3284581, 0.9445185)), (40, (0.1805122, 0.9835727))])
+def test_four_bars(count: int, published: tuple[float, float], book: Book) -> None:
+    """IFToMM A02: four-bars in a row, through the places where all rods lie level and a joint too many would hold."""
     inertia, weight = (count + 1) / 3.0 + count, G * (0.5 * (count + 1) + count)
     turned = solve_ivp(
         lambda t, y: [y[1], weight / inertia * np.sin(y[0])], (0.0, 10.0), [0.0, 1.0], "DOP853", rtol=1e-12, atol=1e-12
     ).y[0, -1]
     exact = np.array([np.sin(turned), np.cos(turned)])
-    assert exact == pytest.approx((0.3284581, 0.9445185), abs=1e-7)
+    assert exact == pytest.approx(published, abs=1e-7)
     assembly = four_bars(count).assemble()
     found = run(assembly, [0.0, 10.0], step=5e-4, spectral_radius=0.9)
     place = 2.0 * coordinates(assembly, found.y, "up0")[-1, :2]
     book(
-        CHAPTER, "IFToMM A02, two four-bars, B0 at 10 s (h = 0.5 ms)", reference="(0.3284581, 0.9445185) m",
+        CHAPTER, f"IFToMM A02, {count} four-bars, B0 at 10 s (h = 0.5 ms)", reference=f"{published} m",
         source="equation of one angle, SciPy DOP853", error=np.abs(place - exact).max(), allowed=5e-4, unit="m",
     )  # fmt: skip
+
+
+def test_loops_cost_in_proportion_to_their_number() -> None:
+    matrices = [matrix_of(four_bars(n).assemble().model) for n in (10, 20, 40)]
+    for cost in ([ordering.operations(m) for m in matrices], [m.values.size for m in matrices]):
+        assert cost[2] - cost[1] == pytest.approx(2 * (cost[1] - cost[0]), rel=0.05)
 
 
 def test_heavy_top(book: Book) -> None:

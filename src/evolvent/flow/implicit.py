@@ -1,7 +1,7 @@
 """The equations of motion as implicit solvers need them: M a + F(t, y, la) = 0 with constraints, and their tangent.
 
-Unknowns stand in the order of `Flexible.place`, then one multiplier for each joint. A penalty is a constraint with a
-compliance, gap + (damping rate - la)/stiffness = 0, so that it couples whatever it joins through the border.
+Unknowns are the velocities in the order of the state, then one multiplier for each row of the family joints. A penalty
+is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
 """
 
 import math
@@ -21,10 +21,10 @@ from evolvent.flow.powers import (
     STIFFNESS_DAMPING,
 )
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import blocks, couplings, flexible, loads, rigid, springs, touch
-from evolvent.kernels.blocks import BORDERED
-from evolvent.kernels.couplings import ON_BODY, add_entry
+from evolvent.kernels import couplings, flexible, loads, rigid, sparse, springs, touch
+from evolvent.kernels.couplings import ON_BODY
 from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
 
@@ -43,7 +43,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
     n_q, n_v = info.nq, info.nv
     F, P, weight, joints = f.F, f.P, f.G, f.joints
-    first = r.size - joints.size
+    first = n_v
     for i in range(n_v):
         F[i] = 0.0
         P[i] = factor * weight[i]
@@ -102,9 +102,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
                 F[at + 3 + c] -= torque[c]
                 for d in range(3):
                     F[at + 3 + c] += J[c, d] * a[at + 3 + d]
-    place = f.place
     for i in range(n_v):
-        r[place[i]] = F[i] - P[i]
+        r[i] = F[i] - P[i]
     if model.threads.size > 0:
         add_thread_residual(t, y, a, step, model, r, powers)
 
@@ -124,7 +123,7 @@ def add_weight(gravity, n_q, model, P):
                 P[bodies[b].iv - n_q + c] += bodies[b].mass * gravity[c]
 
 
-@indirect(void(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, BORDERED))
+@indirect(void(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE))
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """matrix = c_mass M + c_rate dF/dv + dF/dq, bordered by `scale` times the constraints; after `residual` only.
 
@@ -136,20 +135,18 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     """
     info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
     n_q = info.nq
-    joints, place = f.joints, f.place
-    blocks.clear(matrix)
+    joints, K = f.joints, f.K12
+    sparse.clear(matrix)
     if f.cells.size > 0:
         flexible.add_cell_tangents(y, c_mass, c_rate, model, matrix)
         if f.cylinders.size > 0:
             touch.add_contact_tangents(y, c_rate, model, matrix)
-        _pad(f, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
         couplings.add_hinge_tangents(y, c_rate, model, matrix)
-    first = matrix.A.shape[0] * matrix.A.shape[1] + matrix.counts[blocks.BORDER] - joints.size
     for k in range(joints.size):
-        row = first + k
+        row = info.nv + k
         if not couplings.holds(t, joints, k):
             add_entry(matrix, row, row, scale * scale)
             continue
@@ -159,15 +156,15 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
             damped = 1.0 + c_rate * joints[k].damping / stiffness
         couplings.add_joint_tangent(k, la[k], row, scale, damped, model, matrix)
     for i in range(points.size):
-        at = place[points[i].iv - n_q]
+        at = points[i].iv - n_q
         for c in range(3):
             add_entry(matrix, at + c, at + c, c_mass * points[i].mass)
     for b in range(bodies.size):
         if bodies[b].motion == rigid.SPIN:
-            at = place[bodies[b].iv - n_q]
+            at = bodies[b].iv - n_q
             add_entry(matrix, at, at, c_mass * bodies[b].spin_inertia)
         elif bodies[b].motion == rigid.FREE:
-            at = place[bodies[b].iv - n_q]
+            at = bodies[b].iv - n_q
             J, v = bodies[b].inertia, bodies[b].iv + 3
             w = y[v], y[v + 1], y[v + 2]
             h = (
@@ -175,27 +172,20 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
                 J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
                 J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
             )
+            for r in range(6):
+                for c in range(6):
+                    K[r, c] = 0.0
             for c in range(3):
-                add_entry(matrix, at + c, at + c, c_mass * bodies[b].mass)
+                K[c, c] = c_mass * bodies[b].mass
                 x, yy, z = cross(w[0], w[1], w[2], J[0, c], J[1, c], J[2, c])
                 ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
                 hx, hy, hz = cross(ex, ey, ez, h[0], h[1], h[2])
-                add_entry(matrix, at + 3, at + 3 + c, c_mass * J[0, c] + c_rate * (x + hx))
-                add_entry(matrix, at + 4, at + 3 + c, c_mass * J[1, c] + c_rate * (yy + hy))
-                add_entry(matrix, at + 5, at + 3 + c, c_mass * J[2, c] + c_rate * (z + hz))
+                K[3, 3 + c] = c_mass * J[0, c] + c_rate * (x + hx)
+                K[4, 3 + c] = c_mass * J[1, c] + c_rate * (yy + hy)
+                K[5, 3 + c] = c_mass * J[2, c] + c_rate * (z + hz)
+            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
     if model.threads.size > 0:
         add_thread_tangent(y, c_mass, c_rate, model, matrix)
-
-
-@inlined
-def _pad(f, matrix):
-    """Ones for the unknowns that a node with fewer vectors leaves in its block."""
-    m = matrix.A.shape[1]
-    for k in range(f.beams.size):
-        size = 3 * flexible.NODE_VECTORS[f.beams[k].kind]
-        for b in range(f.beams[k].block, f.beams[k].block + f.beams[k].nodes):
-            for r in range(size, m):
-                matrix.A[b, r, m + r] = 1.0
 
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))

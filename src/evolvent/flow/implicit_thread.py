@@ -12,9 +12,9 @@ from evolvent.flow.inventory import thread_inventory
 from evolvent.flow.powers import MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid, thread
-from evolvent.kernels.blocks import BORDERED
-from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_entry, add_product, add_turning, side_columns
+from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.rotations import turn, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import ELASTIC, KINETIC, MODEL
 
 
@@ -22,7 +22,7 @@ from evolvent.model import ELASTIC, KINETIC, MODEL
 def add_thread_residual(t, y, a, step, model, r, powers):
     """Add threads to a residual (`implicit.residual`) that has everything else."""
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, place, gravity = model.info.nq, f.switches, f.place, model.info.gravity
+    n_q, s, gravity = model.info.nq, f.switches, model.info.gravity
     for b in range(bodies.size):  # forces and masses of threads alone
         bodies[b].J = 0.0
         for i in range(6):
@@ -46,11 +46,11 @@ def add_thread_residual(t, y, a, step, model, r, powers):
         for i in range(threads[p].n):
             m = nodes[threads[p].node + i].mass
             for c in range(v + 3 * i, v + 3 * i + 3):
-                r[place[c - n_q]] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
+                r[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
     if threads.size > 0:
         f.strands[nodes.size, 0] = t
     for b in range(bodies.size):
-        _add_body_rows(a, n_q, bodies, place, b, r)
+        _add_body_rows(a, n_q, bodies, b, r)
     powers[SPOOLS] += thread.carry_power(s, model)
     for b in range(bodies.size):
         for i in range(6):
@@ -97,7 +97,7 @@ def _note_segments(t, y, step, model, p):
 
 
 @inlined
-def _add_body_rows(a, n_q, bodies, place, b, r):
+def _add_body_rows(a, n_q, bodies, b, r):
     """Inertia and forces of threads on body b; its acceleration twist goes to its a."""
     at, R, M, G, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].F, bodies[b].a
     for i in range(6):
@@ -106,7 +106,7 @@ def _add_body_rows(a, n_q, bodies, place, b, r):
         n = bodies[b].axis
         nx, ny, nz = turn(R, n[0], n[1], n[2])
         A[3], A[4], A[5] = nx * a[at], ny * a[at], nz * a[at]
-        r[place[at]] += bodies[b].J * a[at] - (nx * G[3] + ny * G[4] + nz * G[5])
+        r[at] += bodies[b].J * a[at] - (nx * G[3] + ny * G[4] + nz * G[5])
     elif bodies[b].motion == rigid.FREE:
         A[0], A[1], A[2] = a[at], a[at + 1], a[at + 2]
         A[3], A[4], A[5] = turn(R, a[at + 3], a[at + 4], a[at + 5])
@@ -117,24 +117,22 @@ def _add_body_rows(a, n_q, bodies, place, b, r):
                 first[i] += M[i, j] * A[j]
         x, yy, z = turn_back(R, first[3], first[4], first[5])
         for c in range(3):
-            r[place[at + c]] += first[c]
-        r[place[at + 3]] += x
-        r[place[at + 4]] += yy
-        r[place[at + 5]] += z
+            r[at + c] += first[c]
+        r[at + 3] += x
+        r[at + 4] += yy
+        r[at + 5] += z
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, BORDERED))
+@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_thread_tangent(y, c_mass, c_rate, model, matrix):
     """Add threads to a tangent; how the inertial forces of wound mass change is left out."""
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
-    n_q, s, place = model.info.nq, f.switches, f.place
-    m = matrix.A.shape[1]
+    n_q, s, K = model.info.nq, f.switches, f.K12
     for p in range(threads.size):
         q, v = threads[p].iq, threads[p].iv
         for i in range(threads[p].n):
-            D = matrix.A[place[v + 3 * i - n_q] // m]
-            for c in range(m):  # a block for more than three unknowns is filled up with ones
-                D[c, m + c] += c_mass * nodes[threads[p].node + i].mass if c < 3 else 1.0
+            for c in range(v + 3 * i - n_q, v + 3 * i - n_q + 3):
+                add_entry(matrix, c, c, c_mass * nodes[threads[p].node + i].mass)
         along = threads[p].stiffness + c_rate * threads[p].damping
         for i in range(s[p] - 1):
             a = q + 3 * i
@@ -150,7 +148,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
                 threads[p].body, v + 3 * i, -1, float(threads[p].copies), p, n_q, model, matrix,
             )  # fmt: skip
     for b in range(bodies.size):
-        at = place[bodies[b].iv - n_q] if bodies[b].motion != rigid.DRIVEN else 0
+        at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:
             add_entry(matrix, at, at, c_mass * bodies[b].J)
         elif bodies[b].motion == rigid.FREE:
@@ -163,20 +161,19 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
                         turned += R[k, i] * M[3 + k, j]
                         for n in range(3):
                             corner += R[k, i] * M[3 + k, 3 + n] * R[n, j]
-                    add_entry(matrix, at + i, at + j, c_mass * M[i, j])
-                    add_entry(matrix, at + i, at + 3 + j, c_mass * side)
-                    add_entry(matrix, at + 3 + i, at + j, c_mass * turned)
-                    add_entry(matrix, at + 3 + i, at + 3 + j, c_mass * corner)
+                    K[i, j], K[i, 3 + j] = c_mass * M[i, j], c_mass * side
+                    K[3 + i, j], K[3 + i, 3 + j] = c_mass * turned, c_mass * corner
+            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
 
 
-@indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, BORDERED))
+@indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, SPARSE))
 def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
     """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
 
     Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body bears all copies.
     """
     threads, f = model.threads, model.flexible
-    place, Ja, Jb = f.place, f.J[0], f.J[1]
+    Ja, Jb = f.J[0], f.J[1]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     if length > thread.TINY:
         ex, ey, ez = dx / length, dy / length, dz / length
@@ -186,7 +183,7 @@ def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q,
         ex, ey, ez, across = X[0], X[1], X[2], 0.0
     k = along - across
     if inner >= 0:
-        _add_link(matrix, place[outer - n_q], place[inner - n_q], ex, ey, ez, k, across)
+        _add_link(matrix, outer - n_q, inner - n_q, (ex, ey, ez), k, across, f.K12)
         return
     K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
     K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
@@ -202,18 +199,14 @@ def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q,
 
 
 @inlined
-def _add_link(matrix, outer, inner, ex, ey, ez, k, across):
-    """Tangent k e e^T + across I between two nodes; the block of the inner one is next before the outer one's."""
-    m = matrix.A.shape[1]
-    A, B = matrix.A[outer // m], matrix.A[inner // m]
-    e = ex, ey, ez
+def _add_link(matrix, outer, inner, e, k, across, K):
+    """Tangent k e e^T + across I between two nodes; K : scratch."""
     for i in range(3):
         for j in range(3):
-            value = k * e[i] * e[j] + (across if i == j else 0.0)
-            A[i, m + j] += value
-            B[i, m + j] += value
-            A[i, j] -= value
-            B[i, 2 * m + j] -= value
+            K[i, j] = k * e[i] * e[j] + (across if i == j else 0.0)
+    for p in (outer, inner):
+        for q in (outer, inner):
+            add_block(matrix, p, q, K, 0, 0, 3, 3, 1.0 if p == q else -1.0)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

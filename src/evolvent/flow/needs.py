@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
-from evolvent.kernels import blocks, flexible, joints, loads, rigid, thread, touch
+from evolvent.kernels import flexible, joints, loads, rigid, sparse, sparse_lu, thread, touch
 from evolvent.model import Model
 
 
@@ -89,7 +89,7 @@ def balance(model: Model) -> Iterator[Any]:
     f = model.flexible
     yield from (implicit.residual, implicit.tangent, implicit.energies)
     yield from forces(model)
-    yield from blocks.functions()
+    yield from (*sparse.functions(), *sparse_lu.functions())
     yield from families.functions(model, tangents=True)
     yield from jit.at_slots(f.cells["tangent"])
     if model.threads.size:

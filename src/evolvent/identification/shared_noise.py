@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import gammaincc
 
 from evolvent.errors import InputError
 from evolvent.identification.signals import Array, Signal
@@ -33,6 +32,8 @@ def correlation(signal: Signal, residual: Array, noise: Array, unknowns: int = 0
     For independent noise, n sum over pairs of correlation^2 is chi squared with a degree of freedom a pair, n the
     samples less the unknowns. Only samples that all sensors have are looked at.
     """
+    from scipy.special import gammaincc
+
     sensors = residual.shape[1]
     if sensors < 2 or np.any(noise <= signal.rounding):
         return None

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import gammainccinv
 
 from evolvent.errors import InputError, nearest
 
@@ -402,6 +401,8 @@ def survey(signal: Signal) -> tuple[Array, float]:
     noise : (c,) from the median of each sensor's Hann-windowed periodogram
     highest : rad/s; the band's upper end if that is below half the rate
     """
+    from scipy.special import gammainccinv
+
     length, sensors = signal.data.shape
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(length) + 0.5) / length)
     mean = np.where(signal.present, signal.data, 0.0).sum(axis=0) / signal.counts

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import gammaincc
 
 from evolvent.errors import InputError
 from evolvent.identification.bounds import Factor, covariance, slope_factors
@@ -176,6 +175,8 @@ def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) 
     probability 1 - (1 - Q(c, x))^n (Fisher's test, Brockwell & Davis 1991, section 10.2, for known noise). What the
     fit has taken off near its modes makes the test careful rather than keen.
     """
+    from scipy.special import gammaincc
+
     shared = correlation(signal, residual, noise, unknowns)
     parts = components(residual, noise, shared)
     lines = power(parts)[1:-1] / (signal.counts if shared is None else float(signal.counts.mean()))

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 
 from evolvent.errors import InputError
 from evolvent.inertia.problem import (
@@ -597,6 +596,8 @@ def solve(
     p: Problem, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
 ) -> Inertia:
     """Least squares of a problem from the best of several starts."""
+    import scipy.optimize
+
     scale = p.scale
 
     def residual(x: np.ndarray) -> np.ndarray:

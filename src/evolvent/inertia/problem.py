@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
 
 from evolvent.errors import InputError, nearest
 from evolvent.inertia.stand import Body, LinearModel, Setup, Stand, array, level, linearise, setup
@@ -276,6 +274,8 @@ class Problem:
 
 def matching(cost: np.ndarray) -> np.ndarray:
     """(..., m) which of f modes of the model belongs to each of m measured ones, least `cost` (..., m, f) in all."""
+    import scipy.optimize
+
     pick = np.empty(cost.shape[:-1], dtype=int)
     for i in np.ndindex(*cost.shape[:-2]):
         pick[i] = scipy.optimize.linear_sum_assignment(cost[i])[1]

@@ -6,8 +6,6 @@ import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
 
 from evolvent.errors import InputError, nearest
 
@@ -497,6 +495,9 @@ def damped(
     M: np.ndarray, D: np.ndarray, K: np.ndarray, shapes: np.ndarray, natural: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequency, decay rate and natural frequency of each mode from the poles of M q'' + D q' + K q = 0."""
+    import scipy.linalg
+    import scipy.optimize
+
     f = M.shape[-1]
     batch = np.broadcast_shapes(M.shape[:-2], D.shape[:-2], K.shape[:-2])
     out = np.full((3, *batch, f), np.nan)

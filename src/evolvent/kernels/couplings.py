@@ -9,12 +9,12 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import rigid
-from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.feed import feed
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block, add_entry, first_entry
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
@@ -46,18 +46,18 @@ def side_vector(y, bodies, on, index, iq, iv, local, is_place):
 @indirect(types.UniTuple(types.int64, 2)(MODEL, types.int64, types.int64, types.int64, VECTOR, types.boolean, MATRIX))
 def side_columns(model, on, index, iv, local, is_place, J):
     """Write the columns J of a side; returns its first unknown and their number."""
-    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
+    bodies, n_q = model.bodies, model.info.nq
     for r in range(3):
         for c in range(6):
             J[r, c] = 0.0
     if on == ON_COORDINATES:
         for c in range(3):
             J[c, c] = 1.0
-        return place[iv - n_q], 3
+        return iv - n_q, 3
     if bodies[index].motion == rigid.DRIVEN:
         return 0, 0
     R = bodies[index].R
-    at = place[bodies[index].iv - n_q]
+    at = bodies[index].iv - n_q
     if bodies[index].motion == rigid.SPIN:
         n = bodies[index].axis
         sx, sy, sz = cross(n[0], n[1], n[2], local[0], local[1], local[2])
@@ -96,35 +96,23 @@ def pull(F, bodies, n_q, on, index, iv, u, is_place, fx, fy, fz):
 # ---------------------------------------------------------------------------------------------- entries
 
 
-@inlined
-def add_entry(matrix, i, j, value):
-    """Add to the entry (i, j) of a `Bordered` matrix; what lies outside its blocks and border is left out."""
-    m = matrix.A.shape[1]
-    n = matrix.A.shape[0] * m
-    if i < n:
-        if j < n:
-            b, c = i // m, j // m
-            if abs(b - c) <= 1:
-                matrix.A[b, i - b * m, (c - b + 1) * m + j - c * m] += value
-        else:
-            matrix.B[i, j - n] += value
-    elif j < n:
-        matrix.C[j, i - n] += value
-    else:
-        matrix.E[i - n, j - n] += value
-
-
-@indirect(void(BORDERED, _I, _I, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, _I, _I, MATRIX, REAL))
+@indirect(void(SPARSE, _I, _I, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, _I, _I, MATRIX, REAL))
 def add_product(matrix, at, n, J, Kxx, Kxy, Kxz, Kyy, Kyz, Kzz, bt, m, L, scale):
     """Add scale J^T K L, K symmetric; rows of unknowns at, at + 1 ..., columns of unknowns bt, bt + 1 ..."""
+    if n == 0 or m == 0:
+        return
+    to, right, down = first_entry(matrix, at, bt)
+    if to < 0:
+        return
+    values = matrix.values
     for c in range(m):
         x, y, z = scale * L[0, c], scale * L[1, c], scale * L[2, c]
         kx, ky, kz = Kxx * x + Kxy * y + Kxz * z, Kxy * x + Kyy * y + Kyz * z, Kxz * x + Kyz * y + Kzz * z
         for r in range(n):
-            add_entry(matrix, at + r, bt + c, J[0, r] * kx + J[1, r] * ky + J[2, r] * kz)
+            values[to + r * down + c * right] += J[0, r] * kx + J[1, r] * ky + J[2, r] * kz
 
 
-@indirect(void(BORDERED, MODEL, _I, VECTOR, REAL, REAL, REAL))
+@indirect(void(SPARSE, MODEL, _I, VECTOR, REAL, REAL, REAL))
 def add_turning(matrix, model, index, local, fx, fy, fz):
     """Add what a turn of a body changes in the generalised force of f . du, f fixed in inertial axes.
 
@@ -132,26 +120,28 @@ def add_turning(matrix, model, index, local, fx, fy, fz):
     -----
     Of a free body d(local x R^T f) = local x (R^T f x dtheta).
     """
-    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
+    bodies, n_q = model.bodies, model.info.nq
     motion = bodies[index].motion
     if motion == rigid.DRIVEN:
         return
     R = bodies[index].R
     gx, gy, gz = turn_back(R, fx, fy, fz)
-    at = place[bodies[index].iv - n_q]
+    at = bodies[index].iv - n_q
     if motion == rigid.SPIN:
         n = bodies[index].axis
         sx, sy, sz = cross(n[0], n[1], n[2], local[0], local[1], local[2])
         sx, sy, sz = cross(n[0], n[1], n[2], sx, sy, sz)
         add_entry(matrix, at, at, gx * sx + gy * sy + gz * sz)
         return
+    to, right, down = first_entry(matrix, at + 3, at + 3)
+    values = matrix.values
     for c in range(3):
         ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
         hx, hy, hz = cross(gx, gy, gz, ex, ey, ez)
         tx, ty, tz = cross(local[0], local[1], local[2], hx, hy, hz)
-        add_entry(matrix, at + 3, at + 3 + c, tx)
-        add_entry(matrix, at + 4, at + 3 + c, ty)
-        add_entry(matrix, at + 5, at + 3 + c, tz)
+        values[to + c * right] += tx
+        values[to + down + c * right] += ty
+        values[to + 2 * down + c * right] += tz
 
 
 # ---------------------------------------------------------------------------------------------- joints
@@ -292,14 +282,30 @@ def add_joint_force(k, la, model, F):
     return 0.0
 
 
-@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, BORDERED))
+@kernel
+def _add_gradient(matrix, row, at, n, g, J, scale, damped):
+    """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
+    if n == 0:
+        return
+    values = matrix.values
+    to, right, _ = first_entry(matrix, row, at)
+    of, _, down = first_entry(matrix, at, row)
+    if to < 0 or of < 0:
+        return
+    for c in range(n):
+        value = scale * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
+        values[to + c * right] += value * damped
+        values[of + c * down] += value
+
+
+@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
 def add_joint_tangent(k, la, row, scale, damped, model, matrix):
     """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
     flexible, n_q = model.flexible, model.info.nq
-    joints, place = flexible.joints, flexible.place
+    joints = flexible.joints
     kind = joints[k].kind
     if kind == ANGLE:
-        at = place[joints[k].iv[1] - n_q]
+        at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, scale * damped)
         add_entry(matrix, at, row, scale)
         return
@@ -308,14 +314,8 @@ def add_joint_tangent(k, la, row, scale, damped, model, matrix):
     a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
     b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
-    for c in range(n):
-        value = scale * (ga[0] * Ja[0, c] + ga[1] * Ja[1, c] + ga[2] * Ja[2, c])
-        add_entry(matrix, row, a + c, value * damped)
-        add_entry(matrix, a + c, row, value)
-    for c in range(m):
-        value = scale * (gb[0] * Jb[0, c] + gb[1] * Jb[1, c] + gb[2] * Jb[2, c])
-        add_entry(matrix, row, b + c, value * damped)
-        add_entry(matrix, b + c, row, value)
+    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
+    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
     if la == 0.0:
         return
     for side in range(2):
@@ -414,7 +414,7 @@ def add_hinges(y, model, F):
     return energy, power
 
 
-@indirect(void(VECTOR, REAL, MODEL, BORDERED))
+@indirect(void(VECTOR, REAL, MODEL, SPARSE))
 def add_hinge_tangents(y, c_rate, model, matrix):
     """Tangents of all hinges.
 
@@ -424,7 +424,7 @@ def add_hinge_tangents(y, c_rate, model, matrix):
     is the slope's rate as seen from the body.
     """
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    hinges, place = flexible.hinges, flexible.place
+    hinges = flexible.hinges
     K = flexible.K12
     for k in range(hinges.size):
         a, b, p, q, g = _hinge_geometry(y, hinges, bodies, k)
@@ -444,10 +444,8 @@ def add_hinge_tangents(y, c_rate, model, matrix):
             for i in range(3):
                 second = s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
                 K[i, j] = slope * g[i] * g[j] + torque * second + damping * g[i] * turned
-        at = place[iv - n_q]
-        for i in range(3):
-            for j in range(3):
-                add_entry(matrix, at + i, at + j, K[i, j])
+        at = iv - n_q
+        add_block(matrix, at, at, K, 0, 0, 3, 3, 1.0)
         if bodies[body].motion != rigid.DRIVEN:
             local = flexible.e[2]
             local[0], local[1], local[2] = turn_back(bodies[body].R, ux, uy, uz)
@@ -475,7 +473,7 @@ def _turn_axis(bodies, index, motion, c):
     return 1.0 * (c == 3), 1.0 * (c == 4), 1.0 * (c == 5)
 
 
-@indirect(void(BORDERED, MODEL, _I, MATRIX, MATRIX, types.UniTuple(REAL, 3), _I, REAL))
+@indirect(void(SPARSE, MODEL, _I, MATRIX, MATRIX, types.UniTuple(REAL, 3), _I, REAL))
 def add_relative(matrix, model, index, J, K, f, row, share):
     """Couple a vector of coordinates at `row` with a body on whose axes alone the force f on its vector depends.
 
@@ -491,11 +489,16 @@ def add_relative(matrix, model, index, J, K, f, row, share):
     A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
     du changes by R^T f x R^T du - local x R^T K du; local is u as seen from the body.
     """
-    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
+    bodies, n_q = model.bodies, model.info.nq
     motion, R = bodies[index].motion, bodies[index].R
-    at = place[bodies[index].iv - n_q]
+    at = bodies[index].iv - n_q
     size = 1 if motion == rigid.SPIN else 6
     fx, fy, fz = turn_back(R, f[0], f[1], f[2])
+    values = matrix.values
+    to, right, down = first_entry(matrix, row, at)
+    of, along, below = first_entry(matrix, at, row)
+    if to < 0 or of < 0:
+        return
     for c in range(size):
         nx, ny, nz = _turn_axis(bodies, index, motion, c)
         tx, ty, tz = turn(R, nx, ny, nz)
@@ -505,7 +508,7 @@ def add_relative(matrix, model, index, J, K, f, row, share):
             value = x[i]
             for j in range(3):
                 value -= K[i, j] * J[j, c]
-            add_entry(matrix, row + i, at + c, share * value)
+            values[to + i * down + c * right] += share * value
         gx, gy, gz = cross(nx, ny, nz, fx, fy, fz)
         gx, gy, gz = turn(R, gx, gy, gz)
         g = (gx, gy, gz)
@@ -513,17 +516,19 @@ def add_relative(matrix, model, index, J, K, f, row, share):
             value = g[j]
             for i in range(3):
                 value -= J[i, c] * K[i, j]
-            add_entry(matrix, at + c, row + j, share * value)
+            values[of + c * below + j * along] += share * value
 
 
-@indirect(void(BORDERED, MODEL, _I, types.boolean, MATRIX, MATRIX, types.UniTuple(REAL, 3)))
+@indirect(void(SPARSE, MODEL, _I, types.boolean, MATRIX, MATRIX, types.UniTuple(REAL, 3)))
 def add_relative_body(matrix, model, index, is_place, J, K, f):
     """The body's own part of `add_relative`."""
-    bodies, place, n_q = model.bodies, model.flexible.place, model.info.nq
+    bodies, n_q = model.bodies, model.info.nq
     motion, R = bodies[index].motion, bodies[index].R
-    at = place[bodies[index].iv - n_q]
+    at = bodies[index].iv - n_q
     size = 1 if motion == rigid.SPIN else 6
     fx, fy, fz = turn_back(R, f[0], f[1], f[2])
+    values = matrix.values
+    to, right, down = first_entry(matrix, at, at)
     for c in range(size):
         nx, ny, nz = _turn_axis(bodies, index, motion, c)
         tx, ty, tz = turn(R, nx, ny, nz)
@@ -539,4 +544,4 @@ def add_relative_body(matrix, model, index, is_place, J, K, f):
             value += ax * gx + ay * gy + az * gz
             if is_place and motion == rigid.FREE and r < 3:
                 value -= cx if r == 0 else (cy if r == 1 else cz)
-            add_entry(matrix, at + r, at + c, value)
+            values[to + r * down + c * right] += value

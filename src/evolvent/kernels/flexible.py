@@ -10,8 +10,8 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, cell_energy_at, cell_force_at, cell_tangent_at, indirect, inlined, kernel
 from evolvent.kernels import ancf
-from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 CABLE, BEAM = 0, 1
@@ -72,11 +72,11 @@ def add_cells(y, a, model, F):
     return by_mass, by_stiffness
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, BORDERED))
+@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_cell_tangents(y, c_mass, c_rate, model, matrix):
-    """Add c_mass M + c_rate C + K of all elements to a `Bordered` matrix."""
+    """Add c_mass M + c_rate C + K of all elements to a matrix."""
     flexible, n_q = model.flexible, model.info.nq
-    beams, cells, place, work = flexible.beams, flexible.cells, flexible.place, flexible.work
+    beams, cells, work = flexible.beams, flexible.cells, flexible.work
     for k in range(cells.size):
         iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
         beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(model.addresses[cells[k].tangent])
@@ -94,14 +94,10 @@ def add_cell_tangents(y, c_mass, c_rate, model, matrix):
                 m = factor * M[i, j]
                 for c in range(3):
                     K[3 * i + c, 3 * j + c] += m
-        size, m = n // 2, matrix.A.shape[1]
-        b = place[at] // m
-        for r in range(size):
-            for c in range(size):
-                matrix.A[b, r, m + c] += K[r, c]
-                matrix.A[b, r, 2 * m + c] += K[r, size + c]
-                matrix.A[b + 1, r, c] += K[size + r, c]
-                matrix.A[b + 1, r, m + c] += K[size + r, size + c]
+        size = n // 2
+        for r in range(0, n, size):
+            for c in range(0, n, size):
+                add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

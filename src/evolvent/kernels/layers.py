@@ -12,10 +12,10 @@ import math
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import blocks, contact
-from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels import contact
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.sparse import SPARSE, add_inner, inner
 from evolvent.model import MODEL
 
 _I = types.int64
@@ -109,7 +109,7 @@ def _angles(y, flexible, beam, sense, cx, cy, cz, ax, ay, az):
     """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `flexible.angles`."""
     row, angles = flexible.beams[beam], flexible.angles
     size = 3 * NODE_VECTORS[row.kind]
-    at, angle = row.block, 0.0
+    at, angle = row.node, 0.0
     angles[at] = 0.0
     for i in range(1, row.nodes):
         q = row.iq + size * i
@@ -156,7 +156,7 @@ def find_partners(y, model, k):
     _angles(y, flexible, over, sense, cx, cy, cz, ax, ay, az)
     if under != over:
         _angles(y, flexible, under, sense, cx, cy, cz, ax, ay, az)
-    own = flexible.beams[over].block - flexible.beams[over].cell
+    own = flexible.beams[over].node - flexible.beams[over].cell
     j = 0
     for i in range(cylinders[k].first, cylinders[k].last):
         checks[i].carrier = -1
@@ -166,13 +166,13 @@ def find_partners(y, model, k):
             y[q] - cx, y[q + 1] - cy, y[q + 2] - cz, px - cx, py - cy, pz - cz, ax, ay, az
         )
         angle -= shift
-        if angle < 0.0 or angle > angles[low.block + low.cells]:
+        if angle < 0.0 or angle > angles[low.node + low.cells]:
             continue
-        while j > 0 and angles[low.block + j] > angle:
+        while j > 0 and angles[low.node + j] > angle:
             j -= 1
-        while j < low.cells - 1 and angles[low.block + j + 1] < angle:
+        while j < low.cells - 1 and angles[low.node + j + 1] < angle:
             j += 1
-        a, b = angles[low.block + j], angles[low.block + j + 1]
+        a, b = angles[low.node + j], angles[low.node + j + 1]
         xi = min(max((angle - a) / (b - a), 0.0), 1.0) if b > a else 0.5
         checks[i].carrier, checks[i].xi = nearest(y, model, under, low.cell + j, xi, px, py, pz, ax, ay, az)
 
@@ -297,9 +297,9 @@ def settle_layers(y, model, k):
             checks[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
 
 
-@indirect(void(_I, REAL, MODEL, BORDERED))
+@indirect(void(_I, REAL, MODEL, SPARSE))
 def add_layer_tangents(k, c_rate, model, matrix):
-    """Tangents of cylinder k's layer, through inner unknowns of the border: a turn is far from the next in the blocks.
+    """Tangents of cylinder k's layer, through inner unknowns: any part of a turn may lie on any part of the next.
 
     Notes
     -----
@@ -309,7 +309,7 @@ def add_layer_tangents(k, c_rate, model, matrix):
     length.
     """
     flexible, n_q = model.flexible, model.info.nq
-    cylinders, checks, cells, place = flexible.cylinders, flexible.checks, flexible.cells, flexible.place
+    cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
     half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
     K = flexible.K12
     for i in range(cylinders[k].first, cylinders[k].last):
@@ -328,17 +328,15 @@ def add_layer_tangents(k, c_rate, model, matrix):
         size = math.sqrt(abs(normal) + checks[i].along + checks[i].across)
         if not size > 0.0:
             continue
-        q = blocks.inner(matrix, 3 if rubs else 1)
+        q = inner(matrix, 3 if rubs else 1)
         for j in range(8):
             if j < 4:
-                row, s = place[checks[i].iv[j] - n_q], checks[i].S[j]
+                row, s = checks[i].iv[j] - n_q, checks[i].S[j]
             else:
-                row, s = place[cells[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q], -S[j - 4]
+                row, s = cells[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -S[j - 4]
             for a in range(3):
                 if rubs:
-                    matrix.C[row + a, q + a] += size * s
                     for b in range(3):
-                        matrix.B[row + a, q + b] += s * K[a, b] / size
+                        add_inner(matrix, row + a, q + b, s * K[a, b] / size, size * s if a == b else 0.0)
                 else:
-                    matrix.C[row + a, q] += size * s * n[a]
-                    matrix.B[row + a, q] -= s * n[a] * normal / size
+                    add_inner(matrix, row + a, q, -s * n[a] * normal / size, size * s * n[a])

@@ -8,11 +8,13 @@ Inner unknowns z stand for a low-rank product outside the blocks: A x + B z = f 
 (A + B C^T) x = f, and the solution leaves them out.
 """
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+from numba import types, void
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import ADDRESSES, MATRIX, REAL, indirect, inlined
+from evolvent.pointer import Struct, array, shared
 
 #: What `factor` returns where the matrix is singular beyond repair, or not finite.
 SINGULAR = -1
@@ -30,7 +32,7 @@ BLOCK, COLUMN = range(2)
 INNER, DEFERRED, RANK, LOST, OUTSIDE, N_COUNTS = range(6)
 
 
-class SparseBlocks(NamedTuple):
+class SparseBlocks(Struct):
     """The matrix before, and its factors after `factor`.
 
     Attributes
@@ -44,7 +46,7 @@ class SparseBlocks(NamedTuple):
     block : (n,) int, block of each position
     pivots : (n,) int, row of the block interchanged with each row
     size, terms : (n,) float, size of each column; sum of the absolute products in a multiplier's diagonal entry
-    x, loose : (n,) and (largest block,) float, scratch
+    x, loose, sums : (n,), (largest block,) and (largest width,) float, scratch
     B, C : (n, inner + spare) float, columns and transposed rows beside the blocks, by position
     E : (inner + spare, inner + spare) float, corner
     order : (2, inner + spare) int, rows and columns of the corner in the order of its pivots
@@ -52,35 +54,48 @@ class SparseBlocks(NamedTuple):
     deferred : (spare,) int, unknowns whose pivots were deferred to the corner
     counts : (N_COUNTS,) int
     quality : (1,) float, smallest pivot beside the size of its column
+    addresses : of functions that compiled code calls by address
     """
 
-    values: np.ndarray
-    table: np.ndarray
-    later: np.ndarray
-    target: np.ndarray
-    place: np.ndarray
-    unknown: np.ndarray
-    block: np.ndarray
-    pivots: np.ndarray
-    size: np.ndarray
-    terms: np.ndarray
-    x: np.ndarray
-    loose: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    E: np.ndarray
-    order: np.ndarray
-    scale: np.ndarray
-    work: np.ndarray
-    deferred: np.ndarray
-    counts: np.ndarray
-    quality: np.ndarray
+    values: np.ndarray = array(1)
+    table: np.ndarray = array(2, np.int64)
+    later: np.ndarray = array(2, np.int64)
+    target: np.ndarray = array(1, np.int64)
+    place: np.ndarray = array(1, np.int64)
+    unknown: np.ndarray = array(1, np.int64)
+    block: np.ndarray = array(1, np.int64)
+    pivots: np.ndarray = array(1, np.int64)
+    size: np.ndarray = array(1)
+    terms: np.ndarray = array(1)
+    x: np.ndarray = array(1)
+    loose: np.ndarray = array(1)
+    sums: np.ndarray = array(1)
+    B: np.ndarray = array(2)
+    C: np.ndarray = array(2)
+    E: np.ndarray = array(2)
+    order: np.ndarray = array(2, np.int64)
+    scale: np.ndarray = array(2)
+    work: np.ndarray = array(2)
+    deferred: np.ndarray = array(1, np.int64)
+    counts: np.ndarray = array(1, np.int64)
+    quality: np.ndarray = array(1)
+    addresses: np.ndarray = shared(ADDRESSES)
+
+
+#: The type of a matrix in signatures of compiled functions.
+SPARSE = SparseBlocks._numba_type_
+_I = types.int64
 
 
 # ---------------------------------------------------------------------------------------------- assembly
 
 
-@kernel
+def functions() -> list[Any]:
+    """Functions of this module that are called by address."""
+    return [clear, first_entry, add_entry, add_block]
+
+
+@indirect(void(SPARSE))
 def clear(matrix):
     """Set all entries to zero and drop the inner unknowns."""
     values, B, C, counts = matrix.values, matrix.B, matrix.C, matrix.counts
@@ -95,7 +110,7 @@ def clear(matrix):
 
 
 @inlined
-def find(matrix, b, c):
+def _find(matrix, b, c):
     """Entry in `later` of the pair of block b and a later block c; -1 where they do not couple."""
     later = matrix.later
     low, high = matrix.table[b, FIRST], matrix.table[b, FIRST] + matrix.table[b, COUNT]
@@ -110,11 +125,11 @@ def find(matrix, b, c):
     return -1
 
 
-@inlined
-def place_of_entry(matrix, i, j):
+@indirect(types.UniTuple(_I, 3)(SPARSE, _I, _I))
+def first_entry(matrix, i, j):
     """Place in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
 
-    Returns (-1, 0, 0) outside the pattern.
+    Returns (-1, 0, 0) outside the pattern, which is counted.
     """
     table, p, q = matrix.table, matrix.place[i], matrix.place[j]
     b, c = matrix.block[p], matrix.block[q]
@@ -122,46 +137,46 @@ def place_of_entry(matrix, i, j):
     if b == c:
         return table[b, AT] + r * table[b, SIZE] + s, 1, table[b, SIZE]
     if b < c:
-        k = find(matrix, b, c)
+        k = _find(matrix, b, c)
         if k < 0:
+            matrix.counts[OUTSIDE] += 1
             return -1, 0, 0
         m, w = table[b, SIZE], table[b, WIDTH]
         return table[b, AT] + m * m + r * w + matrix.later[k, COLUMN] + s, 1, w
-    k = find(matrix, c, b)
+    k = _find(matrix, c, b)
     if k < 0:
+        matrix.counts[OUTSIDE] += 1
         return -1, 0, 0
     m, w = table[c, SIZE], table[c, WIDTH]
     return table[c, AT] + m * m + m * w + s * w + matrix.later[k, COLUMN] + r, w, 1
 
 
-@inlined
+@indirect(void(SPARSE, _I, _I, REAL))
 def add_entry(matrix, i, j, value):
     """Add to the entry of unknowns i and j; what lies outside the pattern is left out and counted."""
-    at, _, _ = place_of_entry(matrix, i, j)
+    at, _, _ = first_entry(matrix, i, j)
     if at >= 0:
         matrix.values[at] += value
-    else:
-        matrix.counts[OUTSIDE] += 1
 
 
-@kernel
-def add_block(matrix, i, j, K, row, column, rows, columns):
-    """Add K[row : row + rows, column : column + columns] to unknowns from i on and from j on, each of one block."""
-    at, right, down = place_of_entry(matrix, i, j)
+@indirect(void(SPARSE, _I, _I, MATRIX, _I, _I, _I, _I, REAL))
+def add_block(matrix, i, j, K, row, column, rows, columns, scale):
+    """Add scale K[row : row + rows, column : column + columns] to unknowns from i and j on, each of one block."""
+    at, right, down = first_entry(matrix, i, j)
     if at < 0:
-        matrix.counts[OUTSIDE] += 1
         return
     values = matrix.values
     for r in range(rows):
         for c in range(columns):
-            values[at + r * down + c * right] += K[row + r, column + c]
+            values[at + r * down + c * right] += scale * K[row + r, column + c]
 
 
 @inlined
 def diagonal(matrix, i):
     """Diagonal entry of unknown i."""
-    at, _, _ = place_of_entry(matrix, i, i)
-    return matrix.values[at]
+    table, p = matrix.table, matrix.place[i]
+    b = matrix.block[p]
+    return matrix.values[table[b, AT] + (p - table[b, START]) * (table[b, SIZE] + 1)]
 
 
 @inlined

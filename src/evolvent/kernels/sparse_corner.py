@@ -1,8 +1,11 @@
 """What a `SparseBlocks` matrix has beside its blocks: deferred pivots and inner unknowns, and their dense corner."""
 
 import math
+from typing import Any
 
-from evolvent.jit import inlined, kernel, matrix_view
+from numba import types, void
+
+from evolvent.jit import VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,
@@ -15,13 +18,21 @@ from evolvent.kernels.sparse import (
     RANK,
     SINGULAR,
     SIZE,
+    SPARSE,
     START,
     TINY_CORNER,
     WIDTH,
 )
 
+_I = types.int64
 
-@kernel
+
+def functions() -> list[Any]:
+    """Functions of this module that are called by address."""
+    return [loose_row, defer, eliminate_beside, factor_corner, solve_corner]
+
+
+@indirect(_I(SPARSE, _I, _I))
 def loose_row(matrix, b, k):
     """Row of block b to go with the vanishing pivot k: one that others imply, never one that is needed.
 
@@ -57,7 +68,7 @@ def _original(matrix, start, k, row):
     return row
 
 
-@kernel
+@indirect(types.boolean(SPARSE, _I, _I))
 def defer(matrix, b, k):
     """Raise the vanishing pivot k of block b and take its unknown to the corner; returns whether it is finite."""
     counts, start, m = matrix.counts, matrix.table[b, START], matrix.table[b, SIZE]
@@ -99,7 +110,7 @@ def _is_zero(X, first, m, width):
     return True
 
 
-@kernel
+@indirect(void(SPARSE, _I))
 def eliminate_beside(matrix, b):
     """Eliminate block b from B, C and E: B = l^-1 P B, C = u^-T C, from later blocks Lt^T B and U^T C, from E C^T B."""
     table, later, B, C, E = matrix.table, matrix.later, matrix.B, matrix.C, matrix.E
@@ -150,7 +161,7 @@ def _subtract_row(X, row, f, other, width):
         X[row, q] -= f * X[other, q]
 
 
-@kernel
+@indirect(_I(SPARSE))
 def factor_corner(matrix):
     """Scale the corner and factor it by complete pivoting; returns the number of redundant unknowns, or SINGULAR."""
     E, order, counts = matrix.E, matrix.order, matrix.counts
@@ -228,7 +239,7 @@ def _equilibrate(matrix, width):
     return True
 
 
-@kernel
+@indirect(void(SPARSE, VECTOR))
 def solve_corner(matrix, x):
     """Unknowns y of the corner from E y = -C^T x, and x - B y; x : (n,) float, by position, after its forward sweep."""
     B, C, E, order, scale, counts = matrix.B, matrix.C, matrix.E, matrix.order, matrix.scale, matrix.counts

@@ -1,6 +1,11 @@
 """LU of a `SparseBlocks` matrix in place, and solutions with the factors."""
 
-from evolvent.jit import inlined, kernel, matrix_view
+from typing import Any
+
+from numba import types, void
+
+from evolvent.jit import VECTOR, indirect, inlined, kernel, matrix_view
+from evolvent.kernels import sparse_corner
 from evolvent.kernels.sparse import (
     AT,
     BLOCK,
@@ -13,6 +18,7 @@ from evolvent.kernels.sparse import (
     MULTIPLIERS,
     SINGULAR,
     SIZE,
+    SPARSE,
     START,
     TARGET,
     TINY_PIVOT,
@@ -20,8 +26,15 @@ from evolvent.kernels.sparse import (
 )
 from evolvent.kernels.sparse_corner import defer, eliminate_beside, factor_corner, loose_row, solve_corner
 
+_I = types.int64
 
-@kernel
+
+def functions() -> list[Any]:
+    """Functions of this module, and of what it calls, that are called by address."""
+    return [factor, solve, _eliminate, _substitute, _subtract, *sparse_corner.functions()]
+
+
+@indirect(types.int64(SPARSE))
 def factor(matrix):
     """LU in place; returns the number of unknowns that stay undetermined (redundant constraints), or SINGULAR.
 
@@ -37,19 +50,13 @@ def factor(matrix):
     counts[LOST] = 0
     matrix.quality[0] = 1.0
     for b in range(table.shape[0]):
-        m = table[b, SIZE]
-        if m == 6:
-            _measure(matrix, b, 6)
-        else:
-            _measure(matrix, b, m)
+        _measure(matrix, b, table[b, SIZE])
     for b in range(table.shape[0]):
         # the size usual for beams and bodies is compiled with its loops unrolled
         done = _factor_diagonal(matrix, b, 6) if table[b, SIZE] == 6 else _factor_diagonal(matrix, b, table[b, SIZE])
         if not done:
             return SINGULAR
-        if table[b, SIZE] == 6 and table[b, WIDTH] == 6 and table[b, COUNT] == 1:
-            _eliminate_six(matrix, b)
-        elif table[b, COUNT] > 0:
+        if table[b, COUNT] > 0:
             _eliminate(matrix, b)
         if counts[INNER] + counts[DEFERRED] > 0:
             eliminate_beside(matrix, b)
@@ -61,7 +68,10 @@ def factor(matrix):
 
 @inlined
 def _measure(matrix, b, m):
-    """Sizes of the columns of block b: the largest entry of its diagonal part, as assembled."""
+    """Sizes of the columns of block b: the largest entry of column and row in its diagonal part, as assembled.
+
+    The row counts because that of a body which turns freely about an axis may be all that differs from round-off.
+    """
     table, size = matrix.table, matrix.size
     start = table[b, START]
     D = matrix_view(matrix.values, table[b, AT], m, m)
@@ -73,6 +83,8 @@ def _measure(matrix, b, m):
             s = abs(D[r, c])
             if s > column[0, c]:
                 column[0, c] = s
+            if s > column[0, r]:
+                column[0, r] = s
     for r in range(m - table[b, MULTIPLIERS], m):
         matrix.terms[start + r] = abs(D[r, r])
 
@@ -132,51 +144,38 @@ def _multiplier_size(D, k, terms):
     return largest
 
 
-@inlined
-def _eliminate_six(matrix, b):
-    """`_eliminate` of a block of 6 unknowns that couples to one of 6 more."""
-    values, at, first = matrix.values, matrix.table[b, AT], matrix.table[b, FIRST]
-    D = matrix_view(values, at, 6, 6)
-    _substitute(values, D, at + 36, 6, 6, False)
-    _substitute(values, D, at + 72, 6, 6, True)
-    if matrix.table[matrix.later[first, BLOCK], MULTIPLIERS] > 0:
-        _add_terms(matrix, b, first)
-    _subtract(values, matrix.target[matrix.table[b, TARGET]], 6, at + 72, at + 36, 6, 6, 6, 6)
-
-
-@kernel
+@indirect(void(SPARSE, types.int64))
 def _eliminate(matrix, b):
     """U = l^-1 U and Lt = u^-T Lt of block b, and their products from the blocks that it couples to."""
-    table, later, target, values = matrix.table, matrix.later, matrix.target, matrix.values
+    table, later, target = matrix.table, matrix.later, matrix.target
     m, w, at = table[b, SIZE], table[b, WIDTH], table[b, AT]
-    D = matrix_view(values, at, m, m)
     U, Lt = at + m * m, at + m * m + m * w
-    _substitute(values, D, U, m, w, False)
-    _substitute(values, D, Lt, m, w, True)
+    _substitute(matrix, at, U, m, w, False)
+    _substitute(matrix, at, Lt, m, w, True)
     first, last, pair = table[b, FIRST], table[b, FIRST] + table[b, COUNT], table[b, TARGET]
     for i in range(first, last):
         p, x = later[i, BLOCK], later[i, COLUMN]
         if table[p, MULTIPLIERS] > 0:
             _add_terms(matrix, b, i)
         s, wide = table[p, SIZE], table[p, WIDTH]
-        _subtract(values, target[pair], s, Lt + x, U + x, w, m, s, s)
+        _subtract(matrix, target[pair], s, Lt + x, U + x, w, m, s, s)
         pair += 1
         for j in range(i + 1, last):
             y, t = later[j, COLUMN], table[later[j, BLOCK], SIZE]
             for side in range(2):  # U and then Lt of p
                 left, right = (Lt, U) if side == 0 else (U, Lt)
-                _subtract(values, target[pair] + side * s * wide, wide, left + x, right + y, w, m, s, t)
+                _subtract(matrix, target[pair] + side * s * wide, wide, left + x, right + y, w, m, s, t)
             pair += 1
 
 
-@inlined
-def _subtract(values, to, wide, x, y, w, m, s, t):
+@indirect(void(SPARSE, _I, _I, _I, _I, _I, _I, _I, _I))
+def _subtract(matrix, to, wide, x, y, w, m, s, t):
     """T[r, c] -= sum over k of X[k, r] Y[k, c], for s rows and t columns.
 
     T, X and Y begin at places `to`, x and y of the values; rows of T are `wide` apart, those of X and Y w. Sums for six
     columns at a time stay in registers.
     """
-    c = 0
+    values, c = matrix.values, 0
     while c + 6 <= t:
         Y = matrix_view(values, y + c, m, w)
         for r in range(s):
@@ -203,10 +202,11 @@ def _subtract(values, to, wide, x, y, w, m, s, t):
         c += 1
 
 
-@inlined
-def _substitute(values, D, at, m, w, upper):
+@indirect(void(SPARSE, _I, _I, _I, _I, types.boolean))
+def _substitute(matrix, d, at, m, w, upper):
     """X = l^-1 X, or u^-T X where `upper`; l and u as `_factor_diagonal` leaves them in D, X (m, w) at a place."""
-    c = 0
+    values, c = matrix.values, 0
+    D = matrix_view(values, d, m, m)
     while c + 6 <= w:
         X = matrix_view(values, at + c, m, w)
         for r in range(m):
@@ -250,7 +250,7 @@ def _add_terms(matrix, b, i):
 # ---------------------------------------------------------------------------------------------- solution
 
 
-@kernel
+@indirect(void(SPARSE, VECTOR))
 def solve(matrix, b):
     """Solve with the factors; b : (n,) holds the right-hand side, then the solution, in the order of the unknowns."""
     table, place, x = matrix.table, matrix.place, matrix.x
@@ -258,28 +258,28 @@ def solve(matrix, b):
     for i in range(x.size):
         x[place[i]] = b[i]
     for i in range(n):
-        if table[i, SIZE] == 6 and table[i, WIDTH] == 6 and table[i, COUNT] == 1:
+        if table[i, SIZE] == 6 and table[i, WIDTH] == 6:
             _forward(matrix, x, i, 6, 6)
         else:
-            _forward(matrix, x, i, table[i, SIZE], 0)
+            _forward(matrix, x, i, table[i, SIZE], table[i, WIDTH])
     if matrix.counts[INNER] + matrix.counts[DEFERRED] > 0:
         solve_corner(matrix, x)
     for i in range(n - 1, -1, -1):
-        if table[i, SIZE] == 6 and table[i, WIDTH] == 6 and table[i, COUNT] == 1:
+        if table[i, SIZE] == 6 and table[i, WIDTH] == 6:
             _backward(matrix, x, i, 6, 6)
         else:
-            _backward(matrix, x, i, table[i, SIZE], 0)
+            _backward(matrix, x, i, table[i, SIZE], table[i, WIDTH])
     for i in range(x.size):
         b[i] = x[place[i]]
 
 
 @inlined
-def _forward(matrix, x, b, m, only):
-    """Block b of x = l^-1 P x, and its part subtracted from later blocks; `only` is the size of a single one, or 0."""
-    table, later, start, first = matrix.table, matrix.later, matrix.table[b, START], matrix.table[b, FIRST]
-    w = only if only > 0 else table[b, WIDTH]
-    D, at = matrix_view(matrix.values, table[b, AT], m, m), table[b, AT] + m * m + m * w
-    own, pivots = matrix_view(x, start, 1, m), matrix_view(matrix.pivots, start, 1, m)
+def _forward(matrix, x, b, m, w):
+    """Block b of x = l^-1 P x, and Lt^T times it subtracted from the blocks that it couples to."""
+    table, later, start = matrix.table, matrix.later, matrix.table[b, START]
+    at = table[b, AT]
+    D, Lt = matrix_view(matrix.values, at, m, m), matrix_view(matrix.values, at + m * m + m * w, m, w)
+    own, pivots, sums = matrix_view(x, start, 1, m), matrix_view(matrix.pivots, start, 1, m), matrix.sums
     for k in range(m):
         p = pivots[0, k]
         if p != k:
@@ -289,73 +289,37 @@ def _forward(matrix, x, b, m, only):
         for c in range(r):
             s -= D[r, c] * own[0, c]
         own[0, r] = s
-    if only > 0:
-        _subtract_rows(matrix, x, at, own, later[first, BLOCK], m, w, only)
-        return
-    for i in range(first, first + table[b, COUNT]):
+    for c in range(w):
+        sums[c] = 0.0
+    for k in range(m):
+        f = own[0, k]
+        for c in range(w):
+            sums[c] += Lt[k, c] * f
+    c = 0
+    for i in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
         p = later[i, BLOCK]
-        _subtract_rows(matrix, x, at + later[i, COLUMN], own, p, m, w, table[p, SIZE])
+        for r in range(table[p, START], table[p, START] + table[p, SIZE]):
+            x[r] -= sums[c]
+            c += 1
 
 
 @inlined
-def _subtract_rows(matrix, x, at, own, p, m, w, t):
-    """Subtract Lt^T x of the block `own` from block p, of t entries; its columns of Lt begin at a place."""
-    start, c = matrix.table[p, START], 0
-    while c + 6 <= t:
-        y, Lt = matrix_view(x, start + c, 1, 6), matrix_view(matrix.values, at + c, m, w)
-        a0, a1, a2, a3, a4, a5 = y[0, 0], y[0, 1], y[0, 2], y[0, 3], y[0, 4], y[0, 5]
-        for k in range(m):
-            f = own[0, k]
-            a0 -= f * Lt[k, 0]
-            a1 -= f * Lt[k, 1]
-            a2 -= f * Lt[k, 2]
-            a3 -= f * Lt[k, 3]
-            a4 -= f * Lt[k, 4]
-            a5 -= f * Lt[k, 5]
-        y[0, 0], y[0, 1], y[0, 2], y[0, 3], y[0, 4], y[0, 5] = a0, a1, a2, a3, a4, a5
-        c += 6
-    while c < t:
-        y, Lt = matrix_view(x, start + c, 1, 1), matrix_view(matrix.values, at + c, m, w)
-        a0 = y[0, 0]
-        for k in range(m):
-            a0 -= Lt[k, 0] * own[0, k]
-        y[0, 0] = a0
-        c += 1
-
-
-@inlined
-def _backward(matrix, x, b, m, only):
-    """Block b of x = u^-1 (x - U x'); `only` as in `_forward`."""
-    table, later, first = matrix.table, matrix.later, matrix.table[b, FIRST]
-    w = only if only > 0 else table[b, WIDTH]
-    D, at = matrix_view(matrix.values, table[b, AT], m, m), table[b, AT] + m * m
-    own = matrix_view(x, table[b, START], 1, m)
-    if only > 0:
-        _subtract_columns(matrix, x, at, own, later[first, BLOCK], m, w, only)
-    else:
-        for i in range(first, first + table[b, COUNT]):
-            p = later[i, BLOCK]
-            _subtract_columns(matrix, x, at + later[i, COLUMN], own, p, m, w, table[p, SIZE])
+def _backward(matrix, x, b, m, w):
+    """Block b of x = u^-1 (x - U x'), x' that of the blocks that it couples to."""
+    table, later = matrix.table, matrix.later
+    at = table[b, AT]
+    D, U = matrix_view(matrix.values, at, m, m), matrix_view(matrix.values, at + m * m, m, w)
+    own, sums = matrix_view(x, table[b, START], 1, m), matrix.sums
+    c = 0
+    for i in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
+        p = later[i, BLOCK]
+        for r in range(table[p, START], table[p, START] + table[p, SIZE]):
+            sums[c] = x[r]
+            c += 1
     for r in range(m - 1, -1, -1):
         s = own[0, r]
+        for c in range(w):
+            s -= U[r, c] * sums[c]
         for c in range(r + 1, m):
             s -= D[r, c] * own[0, c]
         own[0, r] = s * D[r, r]
-
-
-@inlined
-def _subtract_columns(matrix, x, at, own, p, m, w, t):
-    """Subtract U x of block p, of t entries, from the block `own`; its columns of U begin at a place."""
-    start, c = matrix.table[p, START], 0
-    while c + 6 <= t:
-        y, U = matrix_view(x, start + c, 1, 6), matrix_view(matrix.values, at + c, m, w)
-        y0, y1, y2, y3, y4, y5 = y[0, 0], y[0, 1], y[0, 2], y[0, 3], y[0, 4], y[0, 5]
-        for r in range(m):
-            s = U[r, 0] * y0 + U[r, 1] * y1 + U[r, 2] * y2
-            own[0, r] -= s + (U[r, 3] * y3 + U[r, 4] * y4 + U[r, 5] * y5)
-        c += 6
-    while c < t:
-        f, U = x[start + c], matrix_view(matrix.values, at + c, m, w)
-        for r in range(m):
-            own[0, r] -= U[r, 0] * f
-        c += 1

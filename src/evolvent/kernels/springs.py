@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
 from evolvent.kernels import couplings
-from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import add_product, add_turning, side_columns
 from evolvent.kernels.rigid import add_wrench, point_kinematics
+from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
 ON_BODY, ON_POINT = 0, 1
@@ -132,7 +132,7 @@ def spring_forces(t, y, model):
     return dissipated, law_power
 
 
-@indirect(void(REAL, VECTOR, REAL, MODEL, BORDERED))
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
 def spring_tangents(t, y, c_rate, model, matrix):
     """Tangents of all springs; those of users' laws by central differences."""
     springs, bodies, points = model.springs, model.bodies, model.points
@@ -152,12 +152,15 @@ def spring_tangents(t, y, c_rate, model, matrix):
         tension = elastic + damped
         along = springs[k].stiffness + c_rate * springs[k].damping
         if springs[k].law != 0:
-            d, e = 1e-6 * length, 1e-6 * (abs(rate) + length * c_rate)
+            d = 1e-6 * length
             more, _ = spring_tension(springs, k, extension + d, rate, t, model.parameters)
             less, _ = spring_tension(springs, k, extension - d, rate, t, model.parameters)
-            faster, _ = spring_tension(springs, k, extension, rate + e, t, model.parameters)
-            slower, _ = spring_tension(springs, k, extension, rate - e, t, model.parameters)
-            along = (more - less) / (2.0 * d) + c_rate * (faster - slower) / (2.0 * e)
+            along = (more - less) / (2.0 * d)
+            if c_rate != 0.0:
+                e = 1e-6 * max(abs(rate), length)  # of a spring at rest: its length in a second
+                faster, _ = spring_tension(springs, k, extension, rate + e, t, model.parameters)
+                slower, _ = spring_tension(springs, k, extension, rate - e, t, model.parameters)
+                along += c_rate * (faster - slower) / (2.0 * e)
         across = tension / length
         p = along - across
         K00, K11, K22 = across + p * nx * nx, across + p * ny * ny, across + p * nz * nz

@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect
 from evolvent.kernels import contact, layers, rigid
-from evolvent.kernels.blocks import BORDERED
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 
@@ -132,13 +132,12 @@ def add_contacts(y, step, model, F):
         cylinders[k].touching = touching
 
 
-@indirect(void(VECTOR, REAL, MODEL, BORDERED))
+@indirect(void(VECTOR, REAL, MODEL, SPARSE))
 def add_contact_tangents(y, c_rate, model, matrix):
     """Tangents of all contacts, c_rate times the derivatives by velocity included."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, checks, place = flexible.cylinders, flexible.checks, flexible.place
+    cylinders, checks = flexible.cylinders, flexible.checks
     J, K = flexible.J[1], flexible.K12
-    m = matrix.A.shape[1]
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
             layers.add_layer_tangents(k, c_rate, model, matrix)
@@ -174,16 +173,9 @@ def add_contact_tangents(y, c_rate, model, matrix):
                     change = normal * n[b] + d_rate * turned[b]
                     K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
             for p in range(4):
-                row, sp = place[checks[i].iv[p] - n_q], checks[i].S[p] * cylinders[k].share
-                bp = row // m
-                r0 = row - bp * m
+                row, s = checks[i].iv[p] - n_q, checks[i].S[p] * cylinders[k].share
                 for q in range(4):
-                    column, s = place[checks[i].iv[q] - n_q], sp * checks[i].S[q]
-                    bq = column // m
-                    A, c0 = matrix.A[bp], (bq - bp + 1) * m + column - bq * m
-                    for a in range(3):
-                        for b in range(3):
-                            A[r0 + a, c0 + b] += s * K[a, b]
+                    add_block(matrix, row, checks[i].iv[q] - n_q, K, 0, 0, 3, 3, s * checks[i].S[q])
             if not moves:
                 continue
             q = flexible.e[2]
@@ -195,7 +187,7 @@ def add_contact_tangents(y, c_rate, model, matrix):
                 for b in range(3):
                     K[a, b] *= s
             for p in range(4):
-                row = place[checks[i].iv[p] - n_q]
+                row = checks[i].iv[p] - n_q
                 add_relative(matrix, model, body, J, K, f, row, checks[i].S[p])
             add_relative_body(matrix, model, body, True, J, K, f)
 

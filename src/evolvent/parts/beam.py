@@ -200,7 +200,7 @@ class Beam:
         beta = not_negative(f"{name}.stiffness_damping", self.stiffness_damping)
         kind = kernels.CABLE if k == 2 else kernels.BEAM
         first = len(builder.rows["cells"])
-        block = sum(row["nodes"] for row in builder.rows["beams"])
+        node = sum(row["nodes"] for row in builder.rows["beams"])
         index = builder.add(
             "beams",
             kind=kind,
@@ -209,7 +209,7 @@ class Beam:
             nodes=n + 1,
             cell=first,
             cells=n,
-            block=block,
+            node=node,
             paper=int(beta > 0.0 and self.damping == cells.PAPER),
             length=length,
         )

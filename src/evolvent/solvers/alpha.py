@@ -32,10 +32,10 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies, keep_momentum, residual, tangent
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import blocks, contact, couplings, rigid, touch
-from evolvent.kernels.blocks import BORDERED
+from evolvent.kernels import contact, couplings, rigid, sparse_lu, touch
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
 
@@ -55,13 +55,20 @@ KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 
 ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(
     14
 )
+#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from what March holds.
+ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
 #: Iterations of Newton's method before a step is given up.
 MOST_ITERATIONS = 25
 #: Convergence slower than this has the matrix factored anew.
 SLOW = 0.15
+#: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
+#: where they depend on one another).
+ROUND_OFF = 1e-10
 #: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
 #: it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
+#: Change of that part, beside the forces, below which a step is not solved once more.
+KEPT = 1e-9
 #: Steps between two looks at the energies, where nothing touches; they take half of an iteration's time.
 EACH = 8
 #: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
@@ -77,7 +84,7 @@ class March(Struct):
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     v1 : (5, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
         over the step, the part g of those that stiffness bears; those of its start in `v0`
-    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float, padded as the matrix is
+    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
@@ -120,11 +127,11 @@ _I, _B = types.int64, types.boolean
 def functions(model: Any) -> list[Any]:
     """Functions of this module that a model needs."""
     found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, book, gain, paths,
-        fill_energies, keep, anew, _back,
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, _solve_step, book, gain,
+        paths, fill_energies, keep, anew, _back,
     ]  # fmt: skip
     if model.flexible.cylinders.size:
-        found += [_bear, _borne, _mean_forces, _whole_wrenches]
+        found += [_add_mean_forces, _bear, _borne, _mean_forces, _whole_wrenches]
     if model.threads.size:
         found += [settle]
     return found
@@ -173,17 +180,17 @@ def turned(y0, q, px, py, pz, y):
     y[q], y[q + 1], y[q + 2], y[q + 3] = n * a, n * b, n * d, n * e
 
 
-@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, BORDERED, _MARCH))
+@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE, _MARCH))
 def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
-    """Assemble and factor the matrix; returns what `blocks.factor` returns."""
+    """Assemble and factor the matrix; returns what `sparse_lu.factor` returns."""
     tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
-    found = blocks.factor(matrix)
+    found = sparse_lu.factor(matrix)
     march.tally[FACTORED] += 1
     march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
     return found
 
 
-@indirect(void(REAL, VECTOR, MODEL, BORDERED, VECTOR, _MARCH, VECTOR, VECTOR))
+@indirect(void(REAL, VECTOR, MODEL, SPARSE, VECTOR, _MARCH, VECTOR, VECTOR))
 def accelerations_at(t, state, model, matrix, options, march, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
@@ -193,7 +200,7 @@ def accelerations_at(t, state, model, matrix, options, march, A, la):
     """
     n_q, n_v, y0 = model.info.nq, model.info.nv, march.y0
     joints, n_j = model.flexible.joints, model.flexible.joints.size
-    first = march.r.size - n_j
+    first = n_v
     c_mass = _short(options)
     scale = c_mass * options[MASS]
     d = 1e-3 * options[SPAN]
@@ -219,9 +226,9 @@ def accelerations_at(t, state, model, matrix, options, march, A, la):
                 march.x[first + k] *= -scale / c_mass
         for i in range(first):
             march.x[i] = -march.r[i]
-        blocks.solve(matrix, march.x)
+        sparse_lu.solve(matrix, march.x)
         for i in range(n_v):
-            A[i] += c_mass * march.x[model.flexible.place[i]]
+            A[i] += c_mass * march.x[i]
         for k in range(n_j):
             la[k] += scale * march.x[first + k]
 
@@ -232,7 +239,7 @@ def _short(options):
     return 1e16 / (options[SPAN] * options[SPAN])
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH))
 def start_accelerations(model, matrix, options, march):
     """Accelerations and multipliers at march.y; returns a status.
 
@@ -307,16 +314,66 @@ def start_accelerations(model, matrix, options, march):
         residual(t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
         residual(t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
         for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
-            march.x[i] = march.r[i] - march.x[i] if i < march.x.size - la.size else 0.0
-        blocks.solve(matrix, march.x)
+            march.x[i] = march.r[i] - march.x[i] if i < n_v else 0.0
+        sparse_lu.solve(matrix, march.x)
         for i in range(n_v):
-            y[n_q + i] += h * h * (J[i] - c_mass * march.x[model.flexible.place[i]])
+            y[n_q + i] += h * h * (J[i] - c_mass * march.x[i])
     residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
     march.clock[LAST] = h
+    if model.flexible.cylinders.size > 0:
+        return _add_mean_forces(t, h, model, matrix, options, march)
     return DONE
 
 
-@indirect(void(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
+def _add_mean_forces(t, h, model, matrix, options, march):
+    """Add the contact forces f that are means over a step to the start, where nothing of them stands; returns a status.
+
+    Notes
+    -----
+    Steps go on with accelerations that hold the part g of f which stiffness bears, and nothing of the rest, M w. A
+    start without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
+    """
+    n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
+    first = march.x.size - march.la.size
+    if not touch.step_forces(model, f):
+        return DONE
+    rubs = False
+    for k in range(cylinders.size):
+        rubs = rubs or cylinders[k].friction > 0.0
+    for i in range(n_v):
+        g[i] = 0.0
+    if options[TOLERANCE] == 0.0 and not rubs and _borne(t, h, model, matrix, options, march) < 0:
+        return SINGULAR
+    c_mass = _short(options)
+    march.tally[FRESH] = 1
+    for part in range(2):
+        if factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
+            return SINGULAR
+        for i in range(march.x.size):
+            march.x[i] = 0.0
+        for i in range(n_v):
+            march.x[i] = g[i] if part == 0 else f[i]
+        sparse_lu.solve(matrix, march.x)
+        for i in range(n_v):
+            if part == 0:
+                march.spare[i] = c_mass * march.x[i]
+                march.v1[0, i] += march.spare[i]
+                march.v1[1, i] += march.spare[i]
+            else:
+                f[i] = c_mass * march.x[i] - march.spare[i]  # w
+        if part == 1:
+            for k in range(march.la.size):
+                march.la[k] += c_mass * options[MASS] * march.x[first + k]
+    residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+    for k in range(cylinders.size):
+        if cylinders[k].law == contact.CONSERVATIVE:
+            for i in range(6):
+                model.bodies[cylinders[k].body].F[i] += cylinders[k].F[i]
+    return DONE
+
+
+@indirect(void(MODEL, SPARSE, VECTOR, _MARCH))
 def settle(model, matrix, options, march):
     """Give a model with threads at march.y the accelerations that its steps go on with; without a solution none.
 
@@ -342,7 +399,7 @@ def settle(model, matrix, options, march):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = step_of(t + d, d, False, model, matrix, options, march)
+            found = step_of(t + d, d, ACCELERATED, model, matrix, options, march)
             for i in range(march.y.size):
                 march.y[i] = march.y0[i]
             for i in range(march.la.size):
@@ -364,25 +421,60 @@ def settle(model, matrix, options, march):
     march.tally[FRESH] = 1
 
 
-@indirect(_I(REAL, REAL, _B, MODEL, BORDERED, VECTOR, _MARCH))
-def step_of(t1, h, goes_on, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
+def _solve_step(t1, h, model, matrix, options, march):
+    """Solve one step of length h that ends at t1; returns as `step_of` does.
+
+    Notes
+    -----
+    Newton's method starts from the accelerations of the step's start. Contact forces that have not built up yet (a taut
+    cable that begins to touch a cylinder) are not among them: such a start may lie so far inside the cylinder that the
+    method finds no solution. A fixed step is then solved from constant velocities, and with all of the mean forces
+    taken by masses; an adaptive one is cut.
+    """
+    adaptive, coasts = options[TOLERANCE] > 0.0, False
+    for k in range(model.flexible.cylinders.size):
+        row = model.flexible.cylinders[k]
+        coasts = coasts or (row.law == contact.CONSERVATIVE and row.friction > 0.0 and row.touching > 0.0)
+    begins = COASTING if coasts and not adaptive else ACCELERATED
+    found = step_of(t1, h, begins, model, matrix, options, march)
+    if adaptive or model.flexible.cylinders.size == 0:
+        return found
+    for trial in range(3):
+        if found > 0:
+            return found
+        if trial == 1:
+            for i in range(march.dq.size):
+                march.v1[4, i] = 0.0
+        for i in range(march.la.size):
+            march.la[i] = march.la0[i]
+        march.tally[FRESH] = 1
+        found = step_of(t1, h, begins if trial == 1 else COASTING, model, matrix, options, march)
+    return found
+
+
+@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, _MARCH))
+def step_of(t1, h, start, model, matrix, options, march):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
-    `goes_on`: from what march holds, not from the start of the step.
+    `start`: ACCELERATED, COASTING or AS_IT_IS.
     """
     n_q, n_v = model.info.nq, model.info.nv
     y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
-    place, weight, n_j = model.flexible.place, march.weight, march.la.size
-    first = r.size - n_j
+    weight, n_j, first = march.weight, march.la.size, n_v
     am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
     c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
     c_rate = gamma / (beta * h)
     scale = c_mass * options[MASS]
     a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
-    if not goes_on:
+    if start != AS_IT_IS:
         for i in range(n_v):
-            A[i] = A0[i]
-            a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+            if start == ACCELERATED:
+                A[i] = A0[i]
+                a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+            else:
+                a[i] = (beta - 0.5) / beta * a0[i]
+                A[i] = ((1.0 - am) * a[i] + am * a0[i] - af * A0[i]) / (1.0 - af)
             dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
             y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
         displace(y0, dq, model, y)
@@ -394,7 +486,7 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
         residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
         if model.flexible.cylinders.size > 0:
             for i in range(n_v):
-                r[place[i]] += (options[SHARE] - 1.0) * march.v1[4, i]
+                r[i] += (options[SHARE] - 1.0) * march.v1[4, i]
         if not is_finite(r):
             return NOT_FINITE
         touching = touch.count_touching(model) if model.flexible.cylinders.size > 0 else 0
@@ -403,7 +495,9 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
         if touching != march.tally[SET]:
             march.tally[SET] = touching
             march.tally[FRESH] = 1
-        if march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0:  # a thread's directions must be fresh
+        # a thread's directions must be fresh
+        renewed = march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0
+        if renewed:
             found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
             if found < 0:
                 march.tally[FRESH] = 1
@@ -417,10 +511,10 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
             x[i] = -r[i]
         for k in range(n_j):
             x[first + k] = -scale * r[first + k]
-        blocks.solve(matrix, x)
+        sparse_lu.solve(matrix, x)
         norm = 0.0
         for i in range(n_v):
-            d = x[place[i]]
+            d = x[i]
             norm = max(norm, abs(d) / weight[i])
             dq[i] += d
             y[n_q + i] += c_rate * d
@@ -435,6 +529,8 @@ def step_of(t1, h, goes_on, model, matrix, options, march):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
+            return iteration + 1
+        if renewed and ratio > 0.5 and norm <= ROUND_OFF:
             return iteration + 1
         last = norm
     march.tally[FRESH] = 1
@@ -553,7 +649,7 @@ def keep(n, model, march):
             march.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH))
 def begin(model, matrix, options, march):
     """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
     status = start_accelerations(model, matrix, options, march)
@@ -576,7 +672,7 @@ def begin(model, matrix, options, march):
     return DONE
 
 
-@indirect(_I(MODEL, BORDERED, VECTOR, _MARCH, _I))
+@indirect(_I(MODEL, SPARSE, VECTOR, _MARCH, _I))
 def advance(model, matrix, options, march, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     clock, tally, ledger = march.clock, march.tally, march.ledger
@@ -610,13 +706,11 @@ def advance(model, matrix, options, march, budget):
             march.la0[i] = march.la[i]
         for i in range(march.powers.shape[1]):
             march.powers[1, i] = march.powers[0, i]
-        for i in range(n_v):
-            march.v1[4, i] = 0.0
         paths(t, h, model, march)
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = step_of(t_end, h, False, model, matrix, options, march)
+        found = _solve_step(t_end, h, model, matrix, options, march)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
@@ -694,43 +788,51 @@ def advance(model, matrix, options, march, budget):
     return BUDGET
 
 
-@indirect(_I(REAL, REAL, _I, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, _MARCH))
 def _bear(t, h, found, model, matrix, options, march):
     """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
 
     Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
     does with friction, whose forces go on as those of rest do.
     """
-    f, before, n_v = march.v1[3], march.v0[4], march.dq.size
+    f, before, g, n_v = march.v1[3], march.v0[4], march.v1[4], march.dq.size
     for k in range(model.flexible.cylinders.size):
         if model.flexible.cylinders[k].friction > 0.0:
             return found
+    last = march.spare[n_v : 2 * n_v]
+    for i in range(n_v):
+        last[i] = g[i]
     borne = _borne(t, h, model, matrix, options, march)
-    if borne <= 0:
-        return found if borne == 0 else SINGULAR
+    if borne < 0:
+        return SINGULAR
+    change = largest = 0.0
     for i in range(n_v):
+        change, largest = max(change, abs(g[i] - last[i])), max(largest, abs(f[i]), abs(last[i]))
         before[i] = f[i]
-    again = step_of(t, h, True, model, matrix, options, march)
-    if again > 0:
-        residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-        touch.step_forces(model, f)
-        change = largest = 0.0
-        for i in range(n_v):
-            change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
-        if change <= FOLLOWS * largest:
-            return found + again
+    if change <= KEPT * largest:
+        return found
+    if borne > 0:
+        again = step_of(t, h, AS_IT_IS, model, matrix, options, march)
+        if again > 0:
+            residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+            touch.step_forces(model, f)
+            change = largest = 0.0
+            for i in range(n_v):
+                change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
+            if change <= FOLLOWS * largest:
+                return found + again
     for i in range(n_v):
-        march.v1[4, i] = 0.0
+        g[i] = 0.0
     for i in range(march.la.size):
         march.la[i] = march.la0[i]
     march.tally[FRESH] = 1
-    again = step_of(t, h, False, model, matrix, options, march)
+    again = _solve_step(t, h, model, matrix, options, march)
     if again > 0:
         residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     return again
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _borne(t, h, model, matrix, options, march):
     """Find the part g of contact forces f, means over the step, that stiffness and joints bear at once.
 
@@ -742,13 +844,15 @@ def _borne(t, h, model, matrix, options, march):
     one little is left of what `_mean_forces` would set right in motions that the step does not resolve.
     """
     n_v, f, g, A = model.info.nv, march.v1[3], march.v1[4], march.v1[1]
-    cylinders, place = model.flexible.cylinders, model.flexible.place
+    cylinders = model.flexible.cylinders
     if not touch.step_forces(model, f):
+        for i in range(n_v):
+            g[i] = 0.0
         return 0
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
-        march.x[place[i]] = f[i]
+        march.x[i] = f[i]
     c_mass = (1.0 - options[ALPHA_M]) / (options[BETA] * h * h * (1.0 - options[ALPHA_F]))
     march.tally[FRESH] = 1
     for k in range(cylinders.size):
@@ -758,17 +862,17 @@ def _borne(t, h, model, matrix, options, march):
         cylinders[k].share = options[SHARE] if cylinders[k].law == contact.CONSERVATIVE else 1.0
     if found != 0:
         return -1
-    blocks.solve(matrix, march.x)
+    sparse_lu.solve(matrix, march.x)
     for i in range(n_v):
         march.spare[i] = A[i]
-        A[i] += c_mass * march.x[place[i]]
+        A[i] += c_mass * march.x[i]
     residual(t, march.y, A, march.la, h, 1.0, model, march.x, march.powers[0])
     for i in range(n_v):
         A[i] = march.spare[i]
     residual(t, march.y, A, march.la, h, 1.0, model, march.r, march.powers[0])
     most = largest = 0.0
     for i in range(n_v):
-        g[i] = f[i] - (march.x[place[i]] - march.r[place[i]])
+        g[i] = f[i] - (march.x[i] - march.r[i])
         most, largest = max(most, abs(g[i])), max(largest, abs(f[i]))
     if most > BORNE * largest:
         return 1
@@ -777,7 +881,7 @@ def _borne(t, h, model, matrix, options, march):
     return 0
 
 
-@indirect(_B(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_B(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def _mean_forces(t, h, model, matrix, options, march):
     """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
     n_q, n_v, w, g = model.info.nq, model.info.nv, march.v1[3], march.v1[4]
@@ -786,7 +890,7 @@ def _mean_forces(t, h, model, matrix, options, march):
         march.x[i] = 0.0
     for i in range(n_v):
         some = some or g[i] != 0.0
-        march.x[model.flexible.place[i]] = w[i] - g[i]
+        march.x[i] = w[i] - g[i]
         w[i] = 0.0
     if not some:
         _whole_wrenches(model, march)
@@ -795,15 +899,15 @@ def _mean_forces(t, h, model, matrix, options, march):
     march.tally[FRESH] = 1
     if factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march) != 0:
         return False
-    blocks.solve(matrix, march.x)
+    sparse_lu.solve(matrix, march.x)
     beta, gamma = options[BETA], options[GAMMA]
     for i in range(n_v):
-        w[i] = c_mass * march.x[model.flexible.place[i]]
+        w[i] = c_mass * march.x[i]
         march.y[n_q + i] += h * w[i] * (1.0 - gamma / (2.0 * beta))
         march.v1[0, i] -= w[i] / (2.0 * beta)
         march.v1[1, i] -= options[SHARE] * w[i]
     for k in range(march.la.size):
-        march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[march.x.size - march.la.size + k]
+        march.la[k] -= (options[SHARE] - 1.0) * c_mass * options[MASS] * march.x[n_v + k]
     # powers and wrenches of the velocities as they are now
     residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
     _whole_wrenches(model, march)
@@ -830,7 +934,7 @@ def _driven(cylinders, bodies, k):
     return -(w[0] * G[3] + w[1] * G[4] + w[2] * G[5])
 
 
-@indirect(_I(REAL, REAL, MODEL, BORDERED, VECTOR, _MARCH))
+@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, _MARCH))
 def anew(t, h, model, matrix, options, march):
     """Start anew just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
     ledger = march.ledger

@@ -15,9 +15,11 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.flow import needs
 from evolvent.flow.observations import state_sums
+from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
+from evolvent.parts.checks import positive
 from evolvent.solvers import explicit as ex
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
@@ -34,6 +36,8 @@ ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
+#: What a step may be, in messages.
+STEP_ALLOWED = "a finite time above 0, or None"
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
@@ -55,11 +59,12 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     InputError
         If `step` is above the stability limit, or none is given and the model has no frequency to choose by.
     """
-    mode = fastest_mode(assembly)
+    with refusing_laws(assembly):
+        mode = fastest_mode(assembly)
     limit = stability_limit(METHODS[method], mode, duration)
     if step is None:
         if not math.isfinite(limit):
-            raise InputError("solver.step is auto, but nothing in the model sets a frequency; give a step in seconds")
+            raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
         if assembly.names.get(mode.where, ("",))[0] == "threads" or needs.is_flexible(assembly.model):
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
@@ -67,12 +72,11 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
         order, factor = ENERGY_LOSS[method]
         accurate = (FASTEST_MODE_LOSS * factor / (mode.frequency * duration)) ** (1.0 / order) / mode.frequency
         return min(limit * SAFETY[method], accurate), limit, mode
-    if not (math.isfinite(step) and step > 0.0):
-        raise InputError(f"solver.step is {step!r}; it must be a finite time above 0, or auto")
+    step = positive("step", step, allowed=STEP_ALLOWED)
     if step > limit:
         raise InputError(
-            f"solver.step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
-            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller step or auto"
+            f"step is {step:.6g} s, above the stability limit {limit:.6g} s of {method} "
+            f"(highest frequency {mode.frequency:.6g} rad/s, in {mode.where!r}); take a smaller one, or None"
         )
     return float(step), limit, mode
 
@@ -111,10 +115,8 @@ def solve(
         For an unknown method, an unstable step, samples out of order, or a law that fails at the start.
     """
     if method not in METHODS:
-        raise InputError(f"solver.method is {method!r}; {nearest(method, METHODS)}")
-    times = np.array(samples, dtype=float)
-    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
-        raise InputError("samples must be two or more increasing times")
+        raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
+    times = sample_times(samples)
     families.check(assembly, families.EXPLICIT)
     assembly.model.flexible.cylinders["share"] = 1.0  # an implicit run may have left another one
     try_laws(assembly, times[0], times[-1])
@@ -127,11 +129,13 @@ def solve(
     limit = math.inf
     if fixed:
         if unsafe_step and step is not None:
-            step, limit = float(step), stability_limit(tableau, fastest_mode(assembly), times[-1] - times[0])
+            with refusing_laws(assembly):
+                mode = fastest_mode(assembly)
+            step, limit = float(step), stability_limit(tableau, mode, times[-1] - times[0])
         else:
             step, limit, _ = choose_step(assembly, method, step, times[-1] - times[0])
-    elif not (rtol > 0.0 and atol > 0.0):
-        raise InputError(f"solver tolerances are rtol {rtol!r}, atol {atol!r}; both must be above 0")
+    else:
+        rtol, atol = positive("rtol", rtol), positive("atol", atol)
     loop = _make_loop(assembly, times, tableau, step)
     start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
     status, message = "success", "the run reached its end"
@@ -141,7 +145,12 @@ def solve(
     try:
         while True:
             slice_began = clock.perf_counter()
-            code = advance(loop, budget)
+            try:
+                code = advance(loop, budget)
+            except Exception:  # of a user's law: up to where it raises, the samples are kept
+                if fixed or not _shorter(model, loop, 1e-6 * (times[-1] - times[0])):
+                    raise
+                continue
             spent = clock.perf_counter() - slice_began
             reached = float(loop.clock[ex.TIME])
             if code == ex.LOG_FULL and reached - filled > CHATTER * (times[-1] - times[0]):
@@ -162,20 +171,17 @@ def solve(
             _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
             worst = max(worst, abs(defect) / max(scale, 1e-300))
             if not worst <= ENERGY_LIMIT:
-                status, message = (
-                    "failed",
-                    (
-                        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s: the step is "
-                        f"too large for this motion; take a smaller step"
-                        + (f" than {loop.clock[ex.STEP]:.3g} s, or method dopri5" if fixed else " or tolerance")
-                    ),
-                )
+                status, message = "failed", _unbalanced(assembly, worst, reached, float(loop.clock[ex.STEP]), fixed)
             elif code == ex.STOPPED:
                 status, message = "stopped by event", f"an event stopped the run at t = {reached:.9g} s"
     except KeyboardInterrupt:
         wall_time = clock.perf_counter() - began
         reached = float(loop.clock[ex.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        wall_time = clock.perf_counter() - began
+        failure = law_failure(assembly, error, _moments(loop, tableau))
+        status, message = "failed", f"{failure}; what was computed is kept"
     kept = int(loop.tally[ex.SAMPLE])
     n_events = int(loop.tally[ex.EVENTS])
     statistics = {
@@ -228,6 +234,52 @@ def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: 
     )
 
 
+def sample_times(samples: Any) -> np.ndarray:
+    """`samples` as an array of times, s; refused unless two or more that increase."""
+    try:
+        times = np.array(samples, dtype=float)
+    except (TypeError, ValueError):
+        times = np.zeros(0)
+    if times.ndim != 1 or times.size < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
+        raise InputError(f"samples is {_short(samples)}; it must be two or more finite times that increase, s")
+    return times
+
+
+def _short(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"
+
+
+def _unbalanced(assembly: Assembly, worst: float, reached: float, step: float, fixed: bool) -> str:
+    """What is known of a run whose energy does not balance, and what to try."""
+    smaller = f"take a smaller `step` than {step:.3g} s, or `method` dopri5" if fixed else "take a smaller `rtol`"
+    return (
+        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
+        f"the steps do not resolve the motion{what_may_jump(assembly)}; {smaller}"
+    )
+
+
+def _shorter(model: mdl.Model, loop: ex.Loop, least: float) -> bool:
+    """Try the step of the adaptive method again with a fifth of its length, unless that is below `least`."""
+    if not 0.2 * loop.clock[ex.STEP] > least:
+        return False
+    loop.clock[ex.STEP] *= 0.2
+    rhs(float(loop.clock[ex.TIME]), loop.y, loop.s, model, loop.K[0])
+    return True
+
+
+def _moments(loop: ex.Loop, tableau: ex.Method) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Times and states at which the last step may have called a user's law."""
+    t, h = float(loop.clock[ex.TIME]), float(loop.clock[ex.STEP])
+    later = loop.samples[loop.samples > t]
+    lengths = [h] if not later.size else [h, min(h, float(later[0]) - t)]
+    found = [(t, loop.y, loop.s)]
+    for length in lengths:
+        found += [(t + float(c) * length, loop.w, loop.s) for c in np.unique(tableau.c)]
+        found.append((t + length, loop.y1, loop.s))
+    return found
+
+
 def _grow_log(loop: ex.Loop) -> ex.Loop:
     """The loop with room for twice as many events."""
     return loop._replace(
@@ -255,7 +307,7 @@ def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) 
         worst = int(np.argmax(~np.isfinite(loop.y1)))
         return (
             f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
-            "take a smaller step, or check loads, laws and constraints there"
+            "take a smaller `step`, or check loads, laws and constraints there"
         )
     if code == ex.TOO_SMALL:
         return (

@@ -20,11 +20,10 @@ from numba import types, void
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import blocks, loads, rigid, touch
-from evolvent.kernels.blocks import BORDERED
-from evolvent.kernels.couplings import add_entry
+from evolvent.kernels import loads, rigid, sparse_lu, touch
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
 from evolvent.solvers.alpha import displace
@@ -150,13 +149,13 @@ def turning(factor, spin, y, model, a):
             a[at + 3 + c] = factor * s / det
 
 
-@indirect(void(REAL, VECTOR, MODEL, BORDERED))
+@indirect(void(REAL, VECTOR, MODEL, SPARSE))
 def add_turning_tangent(factor, spin, model, matrix):
-    """Add factor d(M a)/dq of the turn's accelerations to a `Bordered` matrix."""
+    """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
     n_q, f, points, bodies = model.info.nq, model.flexible, model.points, model.bodies
-    place, cells, beams = f.place, f.cells, f.beams
+    cells, beams = f.cells, f.beams
     square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
     for k in range(cells.size):
         n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
@@ -169,9 +168,9 @@ def add_turning_tangent(factor, spin, model, matrix):
                 for c in range(3):
                     for e in range(3):
                         value = spin[c] * spin[e] - (square if c == e else 0.0)
-                        add_entry(matrix, place[at + 3 * i + c], place[at + 3 * j + e], factor * M[i, j] * value)
+                        add_entry(matrix, at + 3 * i + c, at + 3 * j + e, factor * M[i, j] * value)
     for k in range(points.size):
-        at = place[points[k].iv - n_q]
+        at = points[k].iv - n_q
         for c in range(3):
             for e in range(3):
                 value = spin[c] * spin[e] - (square if c == e else 0.0)
@@ -179,7 +178,7 @@ def add_turning_tangent(factor, spin, model, matrix):
     for b in range(bodies.size):
         if bodies[b].motion != rigid.FREE:
             continue
-        at, J = place[bodies[b].iv - n_q], bodies[b].inertia
+        at, J = bodies[b].iv - n_q, bodies[b].inertia
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
         h = (
             J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
@@ -228,26 +227,23 @@ def unbalance(t, step, factor, share, model, b, r):
 
 
 @inlined
-def _work_of(r, model, b):
+def _work_of(r, b):
     """Largest unbalanced force times the size of its coordinate, J."""
-    place, largest = model.flexible.place, 0.0
+    largest = 0.0
     for i in range(b.weight.size):
-        largest = max(largest, abs(r[place[i]]) * b.weight[i])
+        largest = max(largest, abs(r[i]) * b.weight[i])
     return largest
 
 
-@indirect(_I(REAL, REAL, REAL, MODEL, BORDERED, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, MODEL, SPARSE, _BALANCE))
 def _factor(t, shift, factor, model, matrix, b):
-    """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns what `blocks.factor` does."""
+    """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns as `sparse_lu.factor` does."""
     tangent(t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
     add_turning_tangent(factor, b.spin, model, matrix)
-    n, m = matrix.A.shape[0] * matrix.A.shape[1], matrix.A.shape[1]
     b.clock[STIFF] = 0.0
     for i in range(b.weight.size):
-        at = model.flexible.place[i]
-        size = matrix.A[at // m, at % m, m + at % m] if at < n else matrix.E[at - n, at - n]
-        b.clock[STIFF] = max(b.clock[STIFF], abs(size) * b.weight[i] * b.weight[i])
-    found = blocks.factor(matrix)
+        b.clock[STIFF] = max(b.clock[STIFF], abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])
+    found = sparse_lu.factor(matrix)
     b.tally[FACTORED] += 1
     b.tally[LOOSE] = max(found, 0)
     b.clock[QUALITY] = matrix.quality[0]
@@ -265,24 +261,23 @@ def _move(cut, model, b):
     for i in range(b.d.size):
         b.d[i] *= cut
         b.total[i] += b.d[i]
-    first = b.x.size - b.la.size
     for k in range(b.la.size):
-        b.la[k] += cut * b.x[first + k]
+        b.la[k] += cut * b.x[b.d.size + k]
     displace(b.y, b.d, model, b.y)
     return norm
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
 def balance(t, step, factor, share, tolerance, most, model, matrix, b):
     """Newton's method at one load factor; returns the number of iterations, or a status below zero."""
-    place, last, largest = model.flexible.place, math.inf, 0.0
+    last, largest = math.inf, 0.0
     for i in range(b.total.size):
         b.total[i] = 0.0
     for iteration in range(most):
         unbalance(t, step, factor, share, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
-        work = _work_of(b.r, model, b)
+        work = _work_of(b.r, b)
         largest = max(largest, work)
         b.clock[LAST] = work
         if iteration == 0:
@@ -291,9 +286,9 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
             return SINGULAR
         for i in range(b.r.size):
             b.x[i] = -b.r[i]
-        blocks.solve(matrix, b.x)
+        sparse_lu.solve(matrix, b.x)
         for i in range(b.d.size):
-            b.d[i] = b.x[place[i]]
+            b.d[i] = b.x[i]
         norm = _move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
@@ -301,7 +296,7 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
         b.tally[ITERATIONS] += 1
         if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.clock[STIFF]):
             unbalance(t, step, factor, share, model, b, b.r)
-            b.clock[LAST] = _work_of(b.r, model, b)
+            b.clock[LAST] = _work_of(b.r, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
                 return UNBALANCED
             b.clock[FACTOR] = factor
@@ -319,7 +314,7 @@ def _allowed(largest, model, b):
     return CONSISTENT * largest + ROUND_OFF * b.clock[STIFF]
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
 def relax(t, step, factor, shift, goal, most, model, matrix, b):
     """Slide down the energy towards an equilibrium; returns the number of iterations, or a status below zero.
 
@@ -327,12 +322,12 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
     -----
     Implicit steps of M y' = -r, whose length 1/shift grows as the unbalance falls, until it is `goal` of what it was.
     """
-    place, last = model.flexible.place, math.inf
+    last = math.inf
     for iteration in range(most):
         unbalance(t, step, factor, 1.0, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
-        work = _work_of(b.r, model, b)
+        work = _work_of(b.r, b)
         if iteration == 0:
             b.clock[FIRST] = work
         b.clock[LAST] = work
@@ -347,10 +342,10 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
                 continue
             for i in range(b.r.size):
                 b.x[i] = -b.r[i]
-            blocks.solve(matrix, b.x)
+            sparse_lu.solve(matrix, b.x)
             norm = 0.0
             for i in range(b.d.size):
-                b.d[i] = b.x[place[i]]
+                b.d[i] = b.x[i]
                 norm = max(norm, abs(b.d[i]) / b.weight[i])
             if norm <= 0.2:
                 break
@@ -361,7 +356,7 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
     return NO_CONVERGENCE
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, _I, MODEL, BORDERED, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
 def follow(t, step, length, tolerance, most, model, matrix, b):
     """One step of the given length along the path of equilibria; returns the number of iterations, or a status.
 
@@ -370,8 +365,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
     Crisfield (1981): |total|^2 = length^2 with sizes as weights; of the two roots the one nearer to the last iterate.
     The predictor goes on in the direction of the last step, `before`, or up where there is none.
     """
-    place, n_v = model.flexible.place, b.d.size
-    last, largest = math.inf, 0.0
+    n_v, last, largest = b.d.size, math.inf, 0.0
     factor = b.clock[FACTOR]
     for i in range(n_v):
         b.total[i] = 0.0
@@ -380,7 +374,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         unbalance(t, step, factor, 1.0, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
-        b.clock[LAST] = _work_of(b.r, model, b)
+        b.clock[LAST] = _work_of(b.r, b)
         largest = max(largest, b.clock[LAST])
         if iteration == 0:
             b.clock[FIRST] = b.clock[LAST]
@@ -389,14 +383,14 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         for i in range(b.r.size):
             b.z[i] = b.r[i] - b.p[i]
             b.x[i] = -b.r[i]
-        blocks.solve(matrix, b.z)
-        blocks.solve(matrix, b.x)
+        sparse_lu.solve(matrix, b.z)
+        sparse_lu.solve(matrix, b.x)
         zz = zt = xz = tt = 0.0
         for i in range(n_v):
             w = 1.0 / (b.weight[i] * b.weight[i] * n_v)
-            z = b.z[place[i]]
+            z = b.z[i]
             t1 = b.before[i] if iteration == 0 else b.total[i]
-            s = b.x[place[i]] + (0.0 if iteration == 0 else b.total[i])
+            s = b.x[i] + (0.0 if iteration == 0 else b.total[i])
             zz += w * z * z
             zt += w * z * t1
             xz += w * z * s
@@ -414,7 +408,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         for i in range(b.x.size):
             b.x[i] += change * b.z[i]
         for i in range(n_v):
-            b.d[i] = b.x[place[i]]
+            b.d[i] = b.x[i]
         norm = _move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
@@ -424,7 +418,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         rough = norm < ROUGH and norm > 0.5 * last and b.clock[LAST] <= ROUND_OFF * b.clock[STIFF]
         if iteration > 0 and (norm <= tolerance or rough):
             unbalance(t, step, factor, 1.0, model, b, b.r)
-            b.clock[LAST] = _work_of(b.r, model, b)
+            b.clock[LAST] = _work_of(b.r, b)
             if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
                 return UNBALANCED
             b.clock[FACTOR] = factor
@@ -433,11 +427,11 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
     return NO_CONVERGENCE
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, MODEL, BORDERED, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, MODEL, SPARSE, _BALANCE))
 def probe(t, step, factor, shift, model, matrix, b):
-    """Unbalance at a factor into b.r, and the factors of the tangent; returns what `blocks.factor` does."""
+    """Unbalance at a factor into b.r, and the factors of the tangent; returns what `sparse_lu.factor` does."""
     unbalance(t, step, factor, 1.0, model, b, b.r)
-    b.clock[LAST] = _work_of(b.r, model, b)
+    b.clock[LAST] = _work_of(b.r, b)
     return _factor(t, shift, factor, model, matrix, b)
 
 

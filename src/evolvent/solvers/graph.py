@@ -22,7 +22,7 @@ class _Graph:
 
     def __init__(self, model: mdl.Model) -> None:
         self.model = model
-        self.n_q, self.n_v = int(model.info["nq"][0]), int(model.info["nv"][0])
+        self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
         self.blocks: list[Array] = []
         self.pairs: set[tuple[int, int]] = set()
         #: Block of each velocity, and of each body (-1 of driven ones).
@@ -115,7 +115,7 @@ def _add_multipliers(graph: _Graph) -> None:
             elif joint["on"][side] == couplings.ON_BODY:
                 ends.append(int(graph.body[joint["index"][side]]))
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if joint["kind"] in (couplings.DIRECTION, couplings.DISTANCE):  # the force turns with the other side
+        if joint["kind"] not in (couplings.PLACE, couplings.ANGLE):  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         group = len(graph.blocks)

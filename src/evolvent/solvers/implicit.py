@@ -13,20 +13,25 @@ from evolvent import codecache, families, jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
+from evolvent.families import owner
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import blocks, contact, couplings, rigid
+from evolvent.kernels import contact, couplings, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
+from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers import alpha, graph, ordering
+from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
 
 #: Wall time between two looks at how a run gets on, s, and steps beyond which what is left of it is given up.
 LOOK, MOST_STEPS = 10.0, 1e8
 #: Share of the work put in that a run may gain before it has failed.
 LARGEST_GAIN = 0.01
+#: Redundant rows of joints that can be named.
+MOST_REDUNDANT = 64
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 _SLICE = 0.15  # s of wall time between two looks at a running loop
@@ -87,17 +92,13 @@ def gained(ledger: np.ndarray) -> np.ndarray:
     return energy - ledger[..., a.START] - work + lost
 
 
-def matrix_of(model: mdl.Model, *, spare: int = 0) -> blocks.Bordered:
-    """Room for the tangent of a model."""
-    beams = model.flexible.beams
-    m = 3 * max((NODE_VECTORS[kind] for kind in beams["kind"]), default=1)
-    n = int(beams["nodes"].sum())
-    rest = int(model.info.nv) - sum(3 * NODE_VECTORS[b["kind"]] * b["nodes"] for b in beams)
-    nodes = int(model.threads["n"].sum())
-    n, rest = n + nodes, rest - 3 * nodes
+def matrix_of(model: mdl.Model, *, spare: int | None = None) -> SparseBlocks:
+    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need."""
     layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
     inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
-    return blocks.bordered(n, m, int(rest) + model.flexible.joints.size, spare=spare, inner=inner)
+    if spare is None:
+        spare = min(model.flexible.joints.size, MOST_REDUNDANT)
+    return ordering.matrix_of(graph.pattern_of(model), spare=spare, inner=inner)
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
@@ -144,7 +145,7 @@ class Prepared(NamedTuple):
     """What the compiled loop takes: equations, room for their tangent, options and the state of the loop."""
 
     model: mdl.Model
-    matrix: blocks.Bordered
+    matrix: SparseBlocks
     options: np.ndarray
     march: alpha.March
     releases: Releases | None
@@ -163,17 +164,16 @@ def prepared(
     longest_step: float | None = None,
 ) -> Prepared:
     """Check the arguments of `solve_implicit`, compile, and stand at the start."""
-    if times.ndim != 1 or times.size < 2 or not np.all(np.diff(times) > 0.0):
-        raise InputError("samples must be two or more increasing times")
     span = float(times[-1] - times[0])
-    if not 0.0 <= number("solver.spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
-        raise InputError(f"solver.spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
+    if not 0.0 <= number("spectral_radius", spectral_radius, allowed="from 0 to 1") <= 1.0:
+        raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
     if step is not None:
-        positive("solver.step", step, allowed="a finite time above 0, or auto")
-    positive("solver.tolerance", tolerance)
+        step = positive("step", step, allowed=STEP_ALLOWED)
+    tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.IMPLICIT)
     try_laws(assembly, times[0], times[-1])
-    check_start(assembly, float(times[0]))
+    with refusing_laws(assembly):
+        check_start(assembly, float(times[0]))
     model = assembly.model
     weight, mass = sizes(assembly)
     matrix = matrix_of(model)
@@ -206,7 +206,7 @@ def prepared(
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
     jit.load((*needs.implicit_steps(model), *alpha.functions(model)))
-    march = _march(assembly, times, first, weight, matrix)
+    march = _march(assembly, times, first, weight)
     return Prepared(model, matrix, options, march, releases, clock.perf_counter() - began)
 
 
@@ -246,7 +246,7 @@ def solve_implicit(
     InputError
         For arguments out of range, parts that have no implicit form yet, or constraints that contradict one another.
     """
-    times = np.array(samples, dtype=float)
+    times = sample_times(samples)
     run = prepared(
         assembly,
         times,
@@ -308,6 +308,11 @@ def solve_implicit(
     except KeyboardInterrupt:
         reached = float(march.clock[alpha.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, moments(run))
+        status, message = "failed", f"{failure}; what was computed is kept"
     wall_time = clock.perf_counter() - began
     kept = int(march.tally[alpha.SAMPLE])
     if releases is not None:
@@ -343,6 +348,15 @@ def solve_implicit(
     )
 
 
+def moments(run: Prepared) -> list[tuple[float, np.ndarray, np.ndarray]]:
+    """Times and states at which the last step may have called a user's law."""
+    march, s = run.march, run.model.flexible.switches
+    t, h = float(march.clock[alpha.TIME]), float(march.clock[alpha.STEP])
+    later = np.concatenate([march.samples, march.stops])
+    ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
+    return [(end, march.y, s) for end in ends] + [(t, march.y0, s), (t, march.y, s)]
+
+
 def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
     flexible, info = assembly.model.flexible, assembly.model.info
@@ -370,23 +384,21 @@ def check_start(assembly: Assembly, t: float) -> None:
         unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
                 f"move what it joins, or its feed"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(
-                f"{_joint_name(assembly, k)!r} does not fit the velocities at the start: what it holds together parts "
-                f"at {rate:.6g}{unit}/s; give velocities that keep it"
+                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: what it holds together "
+                f"parts at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
 
-def _march(
-    assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray, matrix: blocks.Bordered
-) -> alpha.March:
+def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha.March:
     model = assembly.model
     n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
-    n_u = matrix.B.shape[0] + int(matrix.counts[blocks.BORDER])
+    n_u = n_v + n_j
     pushes = model.flexible.pushes
     ends = [pushes["start"] + pushes["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
@@ -431,30 +443,21 @@ def _march(
     )
 
 
-def redundant(assembly: Assembly, matrix: blocks.Bordered) -> str:
+def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     """Which joints repeat what others say."""
-    joints = assembly.model.flexible.joints
-    first = int(matrix.counts[blocks.BORDER]) - joints.size
-    width = int(matrix.counts[blocks.BORDER])
-    left = matrix.order[1, int(matrix.counts[blocks.RANK]) : width + int(matrix.counts[blocks.INNER])]
-    rows = sorted(int(k) - first for k in left if first <= k < width)
-    names = sorted({_joint_name(assembly, k) for k in rows})
+    rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
+    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
         f"{len(rows)} of its constraints say"
     )
 
 
-def _joint_name(assembly: Assembly, row: int) -> str:
-    """Name of the part that wrote a row of the family joints."""
-    return assembly.joint_parts[row] or "a joint"
-
-
 def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
     t = float(march.clock[alpha.TIME])
     h = step if step is not None else float(march.clock[alpha.STEP])
-    smaller = "take a smaller solver.step, or auto" if step is not None else "take a smaller solver.tolerance"
+    smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
     if code == alpha.NO_CONVERGENCE:
         met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
         touching = " with contact" if met else ""
@@ -465,14 +468,15 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
             )
-            law = "a law without jump (contact.law hunt-crossley or conservative), or less contact.damping"
+            law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only the smallest of steps is given up
             smaller = "look at the last samples" if not law else "take"
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (
-            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}; "
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
+            f"{what_may_jump(assembly)}; "
             f"{smaller}{joined}{law}"
         )
     if code == alpha.NOT_FINITE:
@@ -486,8 +490,8 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
     share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
-        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s is too large for this motion or contact; {smaller}, or a "
-        f"lower solver.spectral_radius"
+        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
 
 
@@ -497,7 +501,7 @@ def _stalled(march: alpha.March, steps: int, time: float, rest: float) -> str:
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
         f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
-        f"(damping.beta), touch more softly, or take a greater solver.tolerance or a fixed solver.step"
+        f"(`stiffness_damping`), touch more softly, or take a greater `tolerance` or a fixed `step`"
     )
 
 

@@ -1,17 +1,33 @@
-"""Users' laws are tried once before a run, where a mistake can still be told in one sentence."""
+"""Users' laws: they are tried before a run, and what they raise in one is put into a sentence."""
 
 from __future__ import annotations
 
-from typing import Any
+import contextlib
+import traceback
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent import jit
 from evolvent.builder import Assembly
-from evolvent.errors import InputError
+from evolvent.errors import EvolventError, InputError
+from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation
 from evolvent.kernels import feed, loads, springs
+
+Array = np.ndarray
+#: A time (s) and the states y and s at which a run was then.
+Moment = tuple[float, Array, Array]
+
+
+class _Use(NamedTuple):
+    """A row of the model that calls a user's law."""
+
+    family: str
+    number: int
+    row: Any
 
 
 def try_laws(assembly: Assembly, start: float, end: float) -> None:
@@ -24,36 +40,145 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     """
     if not assembly.laws:
         return
-    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    for k, row in enumerate(model.threads):
-        if row["feed"] == feed.LAW:
+    y, s = assembly.y.copy(), assembly.s.copy()
+    placed = False
+    for use in _uses(assembly):
+        if use.family in ("threads", "joints"):
             for time in (start, end):
-                _attempt(assembly, "threads", k, time, time=time)
-    load_preparation(model)
-    prepare(start, y, s, model)  # places bodies and spools
-    for k, row in enumerate(model.springs):
-        if row["law"] != 0:
-            a, b = (
-                np.array(springs.marker_kinematics(y, model.markers, model.points, model.bodies, row[side]))
-                for side in ("a", "b")
-            )
-            length = float(np.linalg.norm(b[:3] - a[:3]))
-            rate = float((b - a)[:3] @ (b - a)[3:]) / length if length > 0.0 else 0.0
-            _attempt(assembly, "springs", k, length - float(row["length"]), rate, start, time=start)
-    for k, row in enumerate(model.loads):
-        if row["kind"] == loads.LAW:
-            Q = model.threads["Q"][row["target"]]
-            _attempt(assembly, "loads", k, Q[:3].copy(), Q[3:].copy(), start, time=start)
-    for k in range(model.events.size):
-        _attempt(assembly, "events", k, start, y, time=start)
+                _try(assembly, use, time, (time,))
+            continue
+        if not placed:
+            load_preparation(assembly.model)
+            prepare(start, y, s, assembly.model)
+            placed = True
+        for arguments in _arguments(assembly, use, (start, y, s), everywhere=False):
+            _try(assembly, use, start, arguments)
 
 
-def _attempt(assembly: Assembly, family: str, index: int, *arguments: Any, time: float) -> None:
-    """Evaluate the law of one row."""
-    row = getattr(assembly.model, family)[index]
-    parameters = assembly.model.parameters[row["first"] : row["last"]].copy()
+@contextlib.contextmanager
+def refusing_laws(assembly: Assembly) -> Iterator[None]:
+    """Turn what a user's law raises inside, before a run, into an InputError."""
     try:
-        jit.try_law(assembly.laws[int(row["law"])], *arguments, parameters)
+        yield
+    except EvolventError:
+        raise
+    except Exception as error:
+        raise InputError(law_failure(assembly, error)) from error
+
+
+def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] = ()) -> str:
+    """A sentence on what a user's law has raised in compiled code; any other exception is raised again.
+
+    Parameters
+    ----------
+    error : Exception
+    moments : the states at which the law may have been called last; they tell laws apart where the exception does not
+
+    Notes
+    -----
+    An exception that a law raises by itself carries the law's name and file. An index out of bounds does not: its law
+    is the one that raises it again at one of the moments.
+    """
+    states = list(moments)
+    when = f"at t = {states[0][0]:.6g} s " if states else ""
+    for use, arguments, time in _calls(assembly, states):
+        law = assembly.laws[int(use.row["law"])]
+        try:
+            jit.try_law(law, *arguments)
+        except InputError as found:
+            if isinstance(found.__cause__, type(error)):
+                return f"at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
+    frames = [(frame.f_code.co_filename, frame.f_code.co_name) for frame, _ in traceback.walk_tb(error.__traceback__)]
+    suspects = []
+    for law in {id(law): law for law in assembly.laws.values()}.values():
+        code = getattr(law, "py_func", law).__code__
+        if (code.co_filename, code.co_name) in frames:
+            return f"{when}{jit.describe_law(law)} of {_users(assembly, law)} raises {type(error).__name__}: {error}"
+        suspects.append(law)
+    if not suspects or not isinstance(error, IndexError):
+        raise error
+    named = " or ".join(f"{jit.describe_law(law)} of {_users(assembly, law)}" for law in suspects)
+    return f"{when}{named} raises {type(error).__name__}: {error}"
+
+
+def what_may_jump(assembly: Assembly) -> str:
+    """A half sentence on the user's laws of a model as a possible reason for a failure; empty where there is none."""
+    names = list(dict.fromkeys(owner(assembly, use.family, use.number) for use in _uses(assembly)))
+    if not names:
+        return ""
+    return f", or a law of the user's jumps ({', '.join(repr(name) for name in names[:3])})"
+
+
+def _users(assembly: Assembly, law: Any) -> str:
+    """Names of the parts that call a law."""
+    names = [
+        owner(assembly, use.family, use.number) for use in _uses(assembly) if assembly.laws[int(use.row["law"])] is law
+    ]
+    names = list(dict.fromkeys(names))
+    return " and ".join(repr(name) for name in names[:3]) + (" and others" if len(names) > 3 else "")
+
+
+def _uses(assembly: Assembly) -> Iterator[_Use]:
+    """Every row that calls a user's law, feeds first."""
+    model = assembly.model
+    for family, rows in (("threads", model.threads), ("joints", model.flexible.joints)):
+        for k, row in enumerate(rows):
+            if row["law"] != 0 and row["feed"] == feed.LAW:
+                yield _Use(family, k, row)
+    for family, rows in (("springs", model.springs), ("loads", model.loads), ("events", model.events)):
+        for k, row in enumerate(rows):
+            if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
+                yield _Use(family, k, row)
+
+
+def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
+    model, (time, y, _) = assembly.model, moment
+    if use.family in ("threads", "joints"):
+        yield (time,)
+    elif use.family == "springs":
+        a, b = (
+            np.array(springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row[side]))
+            for side in ("a", "b")
+        )
+        length = float(np.linalg.norm(b[:3] - a[:3]))
+        rate = float((b - a)[:3] @ (b - a)[3:]) / length if length > 0.0 else 0.0
+        yield length - float(use.row["length"]), rate, time
+    elif use.family == "loads":
+        thread = model.threads[use.row["target"]]
+        if everywhere:  # where the last evaluation of the forces has put them
+            for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
+                yield node["x"].copy(), node["v"].copy(), time
+        yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
+    else:
+        yield time, y
+
+
+def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use, tuple[Any, ...], float]]:
+    """Calls of laws at some states: row, arguments and time."""
+    for time, y, s in moments:
+        if not np.all(np.isfinite(y)):
+            continue
+        placed = False
+        for use in _uses(assembly):
+            parameters = _parameters(assembly, use)
+            if use.family not in ("threads", "joints", "loads") and not placed:
+                with contextlib.suppress(Exception):  # a feed that raises is found by itself
+                    prepare(time, y.copy(), s.copy(), assembly.model)
+                placed = True
+            for arguments in _arguments(assembly, use, (time, y, s), everywhere=True):
+                yield use, (*arguments, parameters), time
+
+
+def _parameters(assembly: Assembly, use: _Use) -> Array:
+    """The parameters that a row gives its law, in an array of their own."""
+    found: Array = assembly.model.parameters[int(use.row["first"]) : int(use.row["last"])].copy()
+    return found
+
+
+def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:
+    """Evaluate the law of one row."""
+    try:
+        jit.try_law(assembly.laws[int(use.row["law"])], *arguments, _parameters(assembly, use))
     except InputError as error:
-        name = next(name for name, found in assembly.names.items() if found == (family, index))
-        raise InputError(f"{name!r} at t = {time:g} s: {error}") from error
+        raise InputError(f"{owner(assembly, use.family, use.number)!r} at t = {time:g} s: {error}") from error

@@ -14,11 +14,12 @@ from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from evolvent import families
 from evolvent.builder import Assembly
-from evolvent.errors import InputError, RunFailed
+from evolvent.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import couplings, loads, rigid, springs
 from evolvent.kernels.flexible import FIELD, NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha import displace
+from evolvent.solvers.laws import law_failure
 from evolvent.solvers.static import StaticSolution, Work, places_of, solve_static
 
 Array = np.ndarray
@@ -39,10 +40,13 @@ class Modes:
 
     Attributes
     ----------
-    pole : (k,) complex, 1/s and rad/s, s of u = shape exp(s t): one of each conjugate pair; real above 0, a motion that
-        grows without oscillating
-    shape : (k, nv) float or complex, displacements of the velocities' coordinates; u^H M u = 1, the largest one real
+    pole : (k,) complex, s of u = shape exp(s t), real part in 1/s, imaginary part in rad/s
+        One of each conjugate pair; real above 0, a motion that grows without oscillating.
+    shape : (k, nv) float or complex, displacements of the velocities' coordinates
+        In m, rad of a body's rotation, 1 of a beam's slopes, each per square root of kg: u^H M u = 1, M in kg and kg
+        m2; the largest one is real.
     equilibrium : StaticSolution, whose last state the modes are about
+    assembly : Assembly
     """
 
     pole: Array
@@ -57,12 +61,12 @@ class Modes:
 
     @property
     def decay_rate(self) -> Array:
-        """1/s : (k,)."""
+        """Decay rates of the amplitude, 1/s; below zero of a motion that grows: (k,)."""
         return -self.pole.real + 0.0
 
     @property
     def damping_ratio(self) -> Array:
-        """Decay rate over the modulus of the pole: (k,)."""
+        """Decay rate over the modulus of the pole, without unit: (k,)."""
         size = np.abs(self.pole)
         return np.divide(self.decay_rate, size, out=np.zeros_like(size), where=size > 0.0)
 
@@ -72,7 +76,17 @@ class Modes:
         return -(self.pole**2).real
 
     def of(self, name: str) -> Array:
-        """Shapes of one part: (k, nodes, vectors, 3) of a beam, (k, 3) of a point, (k, 6 or 1) of a body."""
+        """Shapes of one part, units as of `shape`.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        (k, nodes, vectors, 3) of a beam, places and slopes; (k, 3) of a point; (k, 6) of a free body, displacement in
+        inertial axes and rotation in body axes; (k, 1) of a spinning body, its angle
+        """
         model = self.assembly.model
         family, index = self.assembly.names.get(name, (None, 0))
         if family is None:
@@ -103,9 +117,17 @@ def modes(
     ----------
     assembly : Assembly
     equilibrium : StaticSolution, optional, of the same assembly, whose last state is taken with its turn and time
-    y, time, rotating, centre : as of `solve_static`, which finds the equilibrium where none is given
+    y : (ny,) float, state to look for the equilibrium from, where none is given; the assembly's own if left out
+    time : float, s, at which loads act and feeds stand
+    rotating : str or (3,) float, optional, rad/s, as of `solve_static`
+    centre : (3,) float, optional, m, as of `solve_static`
     count : int, how many modes; fewer where fewer directions are free
     damped : bool, whether dampers count
+
+    Returns
+    -------
+    Modes
+        Frequencies in rad/s, decay rates in 1/s, damping ratios without unit; the slowest first.
 
     Raises
     ------
@@ -130,9 +152,14 @@ def modes(
         raise InputError("give an equilibrium, or y and rotating to find one, not both")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
-    work = Work(assembly, equilibrium.y[-1], equilibrium.time, equilibrium.spin)
-    work.balance.la[:] = equilibrium.la[-1]
-    M, C, K, G = matrices(work, damped=damped)
+    try:
+        work = Work(assembly, equilibrium.y[-1], equilibrium.time, equilibrium.spin)
+        work.balance.la[:] = equilibrium.la[-1]
+        M, C, K, G = matrices(work, damped=damped)
+    except EvolventError:
+        raise
+    except Exception as error:
+        raise RunFailed(law_failure(assembly, error), equilibrium) from error
     problem = _Problem(M, C, K, G, work.balance.weight, conservative=_conservative(work))
     pole, shape = problem.solve(count)
     return Modes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly)
@@ -149,10 +176,16 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     K = whole[:n_v, :n_v]
     M = work.mass()
     C = work.damping() if damped else sparse.csr_matrix((n_v, n_v))
-    joints = work.model.flexible.joints
-    held = [k for k in range(work.n_j) if joints["stiffness"][k] == 0.0 and couplings.holds(work.time, joints, k)]
-    G = whole[n_v:, :n_v][held]
+    joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
+    held = np.array([couplings.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
+    penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
+    G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     K = _completed(work, K)
+    # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
+    g = gradients[penalties]
+    K = K + g.T @ sparse.diags(joints["stiffness"][penalties]) @ g
+    if damped:
+        C = C + g.T @ sparse.diags(joints["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M)
@@ -232,7 +265,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         b.y[:] = rest
         displace(b.y, b.d, model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, model, b, b.r)
-        return np.array([b.r[f.place], f.P])
+        return np.array([b.r[: work.n_v], f.P])
 
     def derivative(at: int) -> Array:
         h = 1e-3 * b.weight[at]
@@ -273,7 +306,7 @@ class _Problem:
         self.G = sparse.diags(typical / norms) @ G if size else G
         self.size = self.n - size
         m = M.diagonal()
-        self.fastest = float(np.max(np.abs(K.diagonal()) / m))
+        self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
         off = abs(K - K.T)
         bound = sparse.diags(1.0 / np.maximum(scale, 1e-300))
         self.symmetric = C.nnz == 0 and (conservative or float((bound @ off).max()) <= SYMMETRIC)
@@ -322,6 +355,8 @@ class _Problem:
             target = float(np.sort(values)[count - 1])
             if target > 0.2 * s2:
                 return target
+            if target == 0.0:
+                return s2
             s2 = target
         return s2
 

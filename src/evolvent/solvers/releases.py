@@ -5,6 +5,8 @@ The feeds are prescribed, so the times are known beforehand; the solver lands on
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -43,7 +45,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
         n = int(row["n"])
         up = np.append(np.arange(n, dtype=float), n if row["lets_go"] else n + OVERRUN)
         down = np.append(np.arange(n) + float(row["capture"]), -OVERRUN)
-        out = np.array([paid(t) for t in times])
+        out = _values(paid, times)
         for k in np.flatnonzero(np.diff(out) != 0.0):
             low, high = sorted((out[k], out[k + 1]))
             levels = up if out[k + 1] > out[k] else down
@@ -51,9 +53,23 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
                 gap = [out[k] - level, out[k + 1] - level]
                 at = times[k + int(gap[1] == 0.0)]
                 if gap[0] * gap[1] < 0.0:
-                    at = brentq(lambda t, paid=paid, level=level: paid(t) - level, times[k], times[k + 1], xtol=1e-14)
+                    with contextlib.suppress(Exception):  # as in `_values`
+                        at = brentq(
+                            lambda t, paid=paid, level=level: paid(t) - level, times[k], times[k + 1], xtol=1e-14
+                        )
                 found.append(float(at))
     return np.unique(np.array(found, dtype=float))
+
+
+def _values(paid: Callable[[float], float], times: np.ndarray) -> np.ndarray:
+    """Nodes' worth of thread that is out, up to the time at which a user's law raises: there the run fails."""
+    found = []
+    for t in times:
+        try:
+            found.append(paid(t))
+        except Exception:  # noqa: BLE001  (of the user's code)
+            break
+    return np.array(found)
 
 
 class Releases:

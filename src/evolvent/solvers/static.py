@@ -19,12 +19,15 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import blocks, contact, rigid, touch
+from evolvent.kernels import contact, loads, rigid, sparse_lu, springs, touch
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
+from evolvent.kernels.sparse import INNER, SparseBlocks, clear
+from evolvent.parts.checks import number, positive
 from evolvent.solvers import equilibrium as eq
+from evolvent.solvers import ordering
 from evolvent.solvers.implicit import matrix_of, redundant, sizes
-from evolvent.solvers.laws import try_laws
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 
 Array = np.ndarray
 
@@ -34,6 +37,8 @@ MOST_ITERATIONS, MOST_SLIDES = 25, 2000
 SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
 #: Load step above which none is accepted in which a slope turns by more than a right angle: it has turned over.
 CAREFUL = 1e-3
+#: Pivots of statics that may be deferred at most.
+MOST_DEFERRED = 600
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
 
@@ -136,17 +141,17 @@ def solve_static(
     Dampers rest. Friction acts where the path rubs.
     """
     targets = _targets(load_steps)
-    if not (math.isfinite(tolerance) and tolerance > 0.0):
-        raise InputError(f"tolerance is {tolerance!r}; it must be above 0")
-    if not math.isfinite(time):
-        raise InputError(f"time is {time!r}; it must be a finite time, s")
+    tolerance = positive("tolerance", tolerance)
+    time = number("time", time, allowed="a finite time, s")
     families.check(assembly, families.STATIC)
     try_laws(assembly, time, time)
     began = clock.perf_counter()
-    work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
+    with refusing_laws(assembly):
+        work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
-    work.refuse_redundant()
+    with refusing_laws(assembly):
+        work.refuse_redundant()
     search = _Search(work, tolerance, most_steps, progress)
     try:
         if arc_length:
@@ -155,6 +160,11 @@ def solve_static(
             search.by_steps(targets, whole=load_steps is None)
     except KeyboardInterrupt:
         search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        failure = law_failure(assembly, error, [(work.time, work.balance.y, assembly.s)])
+        search.status, search.message = "failed", f"beyond load factor {search.reached:.6g}, {failure}; {_KEPT}"
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
     return search.solution(wall_time, compile_time)
@@ -249,8 +259,8 @@ class Work:
         self.n_j = model.flexible.joints.size
         if self.n_v == 0:
             raise InputError("nothing in the system can move")
-        self.matrix = matrix_of(model, spare=6 * model.flexible.beams.size)
-        n_u = self.matrix.B.shape[0] + int(self.matrix.counts[blocks.BORDER])
+        self.matrix = matrix_of(model, spare=spare_of(model))
+        n_u = self.n_v + self.n_j
         self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else -1.0
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
@@ -301,18 +311,18 @@ class Work:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
         tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
-        return sparse_of(self.matrix, np.append(self.model.flexible.place, self.rows))
+        return sparse_of(self.matrix)
 
     def turning_tangent(self) -> sparse.csr_matrix:
         """What the accelerations of the turn add to the tangent, (nv, nv)."""
-        blocks.clear(self.matrix)
+        clear(self.matrix)
         eq.add_turning_tangent(1.0, self.balance.spin, self.model, self.matrix)
-        return sparse_of(self.matrix, self.model.flexible.place)
+        return sparse_of(self.matrix)[: self.n_v, : self.n_v]
 
     @property
     def rows(self) -> Array:
         """Unknowns of the multipliers."""
-        return self.balance.r.size - self.n_j + np.arange(self.n_j)
+        return self.n_v + np.arange(self.n_j)
 
     def mass(self) -> sparse.csr_matrix:
         """Mass matrix, (nv, nv)."""
@@ -372,9 +382,9 @@ class Work:
         for _ in range(3):
             for j in range(count):
                 b.x[:] = 0.0
-                b.x[self.model.flexible.place] = M @ X[:, j]
-                blocks.solve(self.matrix, b.x)
-                X[:, j] = b.x[self.model.flexible.place]
+                b.x[: self.n_v] = M @ X[:, j]
+                sparse_lu.solve(self.matrix, b.x)
+                X[:, j] = b.x[: self.n_v]
             X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
         size = np.abs(X / b.weight[:, None]).max(axis=1)
         found = []
@@ -401,21 +411,23 @@ def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
     return None
 
 
-def sparse_of(matrix: blocks.Bordered, order: Array) -> sparse.csr_matrix:
-    """A `Bordered` matrix (before it is factored), its unknowns in the given order."""
-    n, m, _ = matrix.A.shape
-    k, size = int(matrix.counts[blocks.BORDER]), n * m
-    row = np.broadcast_to(np.arange(size).reshape(n, m, 1), matrix.A.shape)
-    column = np.broadcast_to(((np.arange(n) - 1) * m)[:, None, None] + np.arange(3 * m), matrix.A.shape)
-    inside = (column >= 0) & (column < size) & (matrix.A != 0.0)
-    inner = sparse.coo_matrix((matrix.A[inside], (row[inside], column[inside])), shape=(size, size)).tocsr()
-    z = slice(k, k + int(matrix.counts[blocks.INNER]))
-    inner = inner + sparse.csr_matrix(matrix.B[:, z]) @ sparse.csr_matrix(matrix.C[:, z]).T
-    B, C, E = matrix.B[:, :k], matrix.C[:, :k], matrix.E[:k, :k]
-    if size == 0:
-        return sparse.csr_matrix(E)[order][:, order]
-    whole = sparse.bmat([[inner, B], [C.T, E]] if k else [[inner]], format="csr")
-    return whole[order][:, order]
+def spare_of(model: mdl.Model) -> int:
+    """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
+    bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
+    return min(6 * (model.flexible.beams.size + bodies) + 3 * model.points.size, MOST_DEFERRED)
+
+
+def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
+    """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
+    values, rows, columns = ordering.entries(matrix)
+    n = matrix.place.size
+    found = sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found.eliminate_zeros()
+    inner = int(matrix.counts[INNER])
+    if inner:
+        B, C = (sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
+        found = found + B @ C.T
+    return found
 
 
 class _Search:
@@ -476,7 +488,7 @@ class _Search:
         self.slides += 1
         m = w.mass().diagonal()
         w.probe(factor)
-        ratio = np.abs(b.r[w.model.flexible.place]) / (m * b.weight)
+        ratio = np.abs(b.r[: w.n_v]) / (m * b.weight)
         shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
         for _ in range(4):
             found = eq.relax(w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
@@ -624,12 +636,36 @@ class _Search:
             free = w.free_motions(self.reached)
             if free:
                 self.free = free
-                return f"nothing holds {_names(free)} against {_motions(found)}"
+                return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
             return f"the state stopped being finite at load factor {factor:.6g}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.clock[eq.QUALITY] < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
         return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
+
+    def _acting(self, free: list[str]) -> str:
+        """Which loads act on parts that nothing holds, in words."""
+        w = self.work
+        model, names = w.model, w.assembly.names
+        found = []
+        for name, (family, index) in names.items():
+            if family == "pushes":
+                push = model.flexible.pushes[index]
+                acts = push["value"] != 0.0 and push["start"] <= w.time < push["end"]
+                target = ("beams", int(push["beam"]))
+            elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
+                row = model.loads[index]
+                p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
+                acts = np.any(p[:3]) and p[4] <= w.time < p[5]
+                target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
+            else:
+                continue
+            if acts and any(names[part] == target for part in free):
+                found.append(name)
+        if not found:
+            return ""
+        acts = "acts" if len(found) == 1 else "act"
+        return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
 
     def _fail(self, factor: float, why: str) -> bool:
         self.reached = factor

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import cases
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError, in_keys, naming_keys, nearest
 from evolvent.systems._common import sample_times
 from evolvent.systems.heliogyro.case import Case
 
@@ -193,10 +194,11 @@ def run(
     for name in laws:
         if name not in LAWS:
             raise InputError(f"no law is called {name!r}; {nearest(str(name), LAWS)}")
-    try:
-        assembly, samples, step = _prepared(case, laws)
-        solver = case.solver
-        solution: Solution | ImplicitSolution
+    assembly, samples, step = _prepared(case, laws)
+    solver = case.solver
+    solution: Solution | ImplicitSolution
+    keys = cases.solver_keys(case)
+    with naming_keys(keys):
         if solver.method == "generalized-alpha":
             step = IMPLICIT_STEP if step is None else step
             solution = solve_implicit(assembly, samples=samples, step=step, progress=progress)
@@ -210,13 +212,7 @@ def run(
                 atol=solver.atol,
                 progress=progress,
             )
-    except InputError:
-        raise
-    except Exception as error:
-        if not laws:
-            raise
-        names = " or ".join(repr(name) for name in sorted(laws))
-        raise InputError(f"the law {names} raised {type(error).__name__}: {' '.join(str(error).split())}") from error
+    solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
     return _results(case, assembly, solution, laws)
 
 
@@ -239,14 +235,18 @@ def plan(case: Case) -> cases.Plan:
 
         families.check(assembly, families.IMPLICIT)
     elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
-        choose_step(assembly, case.solver.method, step, float(samples[-1]))
+        with naming_keys(cases.solver_keys(case)):
+            choose_step(assembly, case.solver.method, step, float(samples[-1]))
     return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
 
 
 def _prepared(case: Case, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, float | None]:
     """What the solver takes: assembly, times of the samples, step (None for one that it chooses)."""
+    from evolvent.solvers.laws import refusing_laws
+
     assembly = build(case, laws=laws).assemble()
-    samples = _samples(case, assembly, by_law="feed" in laws)
+    with refusing_laws(assembly):
+        samples = _samples(case, assembly, by_law="feed" in laws)
     step = case.solver.step if isinstance(case.solver.step, float) else None
     _check_steps(case, step, float(samples[-1]))
     return assembly, samples, step

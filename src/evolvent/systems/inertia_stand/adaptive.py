@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent import parts
-from evolvent.errors import RunFailed
+from evolvent import cases, parts
+from evolvent.errors import RunFailed, in_keys, naming_keys
 from evolvent.kernels.stand import N_STATE
 from evolvent.model import DISSIPATED
 from evolvent.motion import rotation_matrices
@@ -66,16 +66,18 @@ def integrate(
     """
     sensors, solver = item.case.sensors, item.case.solver
     assembly = build(item).assemble()
-    solution = solve(
-        assembly,
-        samples=np.arange(sensors.samples) / sensors.rate,
-        method=solver.method,
-        rtol=solver.rtol,
-        atol=solver.atol,
-        progress=progress,
-    )
+    keys = cases.solver_keys(item.case)
+    with naming_keys(keys):
+        solution = solve(
+            assembly,
+            samples=np.arange(sensors.samples) / sensors.rate,
+            method=solver.method,
+            rtol=solver.rtol,
+            atol=solver.atol,
+            progress=progress,
+        )
     if not solution.success:
-        raise RunFailed(solution.message, None)
+        raise RunFailed(in_keys(solution.message, keys), None)
     states = np.empty((len(solution.t), N_STATE))
     states[:, :10] = solution.y[:, :10]
     own = solution.y[:, 10:13]

@@ -6,7 +6,6 @@ import dataclasses
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from evolvent import inertia as weigh
 from evolvent.errors import InputError
@@ -176,6 +175,8 @@ def partners(item: Prepared, modes: Modes) -> dict[int, int]:
     The assignment of least sum of |log frequency ratio| + 1 - MAC; what is more than `PARTNER` apart is no pair, nor is
     a mode that moves no sensor.
     """
+    from scipy.optimize import linear_sum_assignment
+
     shapes = item.modes.at(item.case.sensor_points, item.case.sensor_directions)
     agreement = np.nan_to_num(mac(modes.mode_shapes().real[:, None], shapes[None]))
     apart = np.abs(np.log(modes.frequency[:, None] / item.modes.frequency))

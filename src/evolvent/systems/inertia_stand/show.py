@@ -19,7 +19,7 @@ SHOWN = 0.12
 
 def case_of(run: xr.Dataset) -> Case:
     """The case that a run was made from."""
-    loaded: Case = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.errors import InputError, in_keys, naming_keys
 from evolvent.motion import rotation_matrices
 from evolvent.systems._common import refuse_laws, sample_times
 from evolvent.systems.wrapped_rib import advice
@@ -237,7 +237,8 @@ def plan(case: Case) -> cases.Plan:
     if step != "auto":
         from evolvent.solvers.drive import choose_step
 
-        choose_step(system.assemble(), case.solver.method, float(step), float(samples[-1]))
+        with naming_keys(cases.solver_keys(case)):
+            choose_step(system.assemble(), case.solver.method, float(step), float(samples[-1]))
     length = advice.explicit_step(case)
     note = (
         f"{case.solver.method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
@@ -321,7 +322,21 @@ def run(
     return _results(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
 
 
+#: Keys of what messages of the solvers name of the parts.
+KEYS = {"law": "contact.law", "damping": "contact.damping", "stiffness_damping": "damping.beta"}
+
+
 def _solved(
+    case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
+) -> ImplicitSolution:
+    """The motion by the case's method, its message in the words of the case."""
+    keys = cases.solver_keys(case) | KEYS
+    with naming_keys(keys):
+        solution = _by_method(case, assembly, samples, progress)
+    return dataclasses.replace(solution, message=in_keys(solution.message, keys))
+
+
+def _by_method(
     case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
 ) -> ImplicitSolution:
     """The motion by the case's method."""
@@ -352,7 +367,7 @@ def _solved(
         assembly, solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
     )
     codecache.mark_warm(_compiled(solver.method))
-    message = solution.message.replace(", or method dopri5", f", or solver.method: {METHOD}")
+    message = solution.message.replace("or `method` dopri5", f"or `method` {METHOD}")
     statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
     return dataclasses.replace(solution, message=message, statistics=statistics)
 
@@ -639,10 +654,12 @@ def _turn_forces(
     case: Case, assembly: Assembly, solution: ImplicitSolution, motion: _Motion, R: np.ndarray, rows: list[int]
 ) -> np.ndarray:
     """Normal forces (nt, ribs, elements) of the elements on the turns below, N, found anew at every sample."""
+    from evolvent.flow import needs
     from evolvent.kernels.layers import add_layers
 
     model, elements = assembly.model, case.rib.elements
     flexible, bodies = model.flexible, model.bodies
+    needs.load_explicit(model)
     hub = assembly.index("hub", "bodies")
     scratch = np.zeros(int(model.info.nv))
     found = np.zeros((solution.t.size, len(rows), elements))

@@ -193,7 +193,7 @@ def _from_run(case: Case) -> Start:
     for name in ("end_coordinates", "end_velocities", "end_hub", "hinge_rest"):
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
-    before = cases.load(cases.parse_yaml(run.attrs["case"], "the run's case"))
+    before = cases.of_run(run.attrs["case"])
     check_follows(before, case)
     shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
     if (

@@ -1,0 +1,47 @@
+"""What a process of the command line does before it loads large libraries, so that it starts quickly."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import os
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+#: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+#: Allocations between two collections: loading libraries allocates some 500 000 objects that stay, and looking through
+#: them again and again takes a tenth of the time.
+_ALLOCATIONS = 200_000
+#: Array libraries that xarray loads where they are installed, to tell their arrays from NumPy's: half a second.
+ARRAY_LIBRARIES = ("cupy", "dask", "distributed", "pint", "sparse")
+
+
+def prepare_process() -> None:
+    """Limit threads and collections of garbage; for a process of our own that has loaded no library yet."""
+    for name in _THREADS:
+        os.environ.setdefault(name, "1")
+    gc.set_threshold(_ALLOCATIONS, *gc.get_threshold()[1:])
+
+
+@contextlib.contextmanager
+def hidden(*names: str) -> Iterator[None]:
+    """Libraries that other libraries do not find in here, as if they were not installed; those loaded stay."""
+    absent = [name for name in names if name not in sys.modules]
+    for name in absent:
+        sys.modules[name] = None  # type: ignore[assignment]  # what importlib documents for a module not to be found
+    try:
+        yield
+    finally:
+        for name in absent:
+            if sys.modules.get(name, sys) is None:
+                del sys.modules[name]
+
+
+def load(name: str) -> Any:
+    """A library that may be hidden."""
+    if sys.modules.get(name, sys) is None:
+        del sys.modules[name]
+    return importlib.import_module(name)

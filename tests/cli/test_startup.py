@@ -1,0 +1,90 @@
+"""What a process of the command line loads: nothing that the command does not need."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from evolvent import startup, units
+from evolvent.systems.heliogyro.show import spline
+
+#: Runs the command line, then prints what was loaded.
+PROGRAM = """
+import sys
+from evolvent import cli
+sys.argv[0] = "evolvent"
+try:
+    cli.main()
+finally:
+    print("loaded:", *(name for name, module in sys.modules.items() if module is not None))
+"""
+#: What no command here needs.
+NEVER = {"IPython", "dask", "distributed", "nicegui", "pandas.plotting._matplotlib", "pint", "pyevtk", "scipy.signal"}
+TINY = ("--set", "solver.duration=0.2 s", "--set", "blade.nodes=4")
+
+
+def loaded(*words: str, cwd: os.PathLike) -> set[str]:
+    """Modules that a fresh process has loaded after a command."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM, *words], cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.rpartition("loaded:")[2].split())
+
+
+@pytest.mark.parametrize("words", [("--help",), ("list",), ("run", "--help")])
+def test_help_and_list_load_no_large_library(words, tmp_path):
+    found = loaded(*words, cwd=tmp_path)
+    assert "click" in found
+    assert not found & (NEVER | {"h5py", "matplotlib", "numba", "numpy", "pandas", "rich", "scipy", "xarray"})
+
+
+def test_a_run_loads_what_it_needs(tmp_path):
+    case = ("run", "heliogyro", *TINY, "--no-figures", "-o", "run.nc")
+    loaded(*case, cwd=tmp_path)  # compiles, where the cache is empty
+    found = loaded(*case, cwd=tmp_path)
+    assert {"numba", "xarray", "h5py"} <= found
+    assert not found & (
+        NEVER | {"h5netcdf", "matplotlib", "rich", "scipy.linalg", "scipy.optimize", "numba.np.arraymath"}
+    )
+
+
+def test_figures_load_no_windows_and_no_scipy(tmp_path):
+    case = ("run", "heliogyro", *TINY, "-o", "run.nc")
+    loaded(*case, cwd=tmp_path)
+    found = loaded(*case, cwd=tmp_path)
+    assert "matplotlib.figure" in found
+    assert not found & (NEVER | {"matplotlib.pyplot", "scipy.interpolate", "scipy.linalg", "scipy.optimize"})
+
+
+def test_units_that_need_the_library_find_it_in_a_run(tmp_path):
+    found = loaded(
+        "run", "heliogyro", *TINY, "--set", "body.spool_offset=2 inch", "--no-figures", "-o", "run.nc", cwd=tmp_path
+    )
+    assert "pint" in found
+    assert "dask" not in found
+
+
+def test_hidden_libraries_are_not_found_and_come_back(monkeypatch):
+    monkeypatch.delitem(sys.modules, "colorsys", raising=False)
+    with startup.hidden("colorsys", "json"):
+        assert sys.modules["json"] is not None  # loaded before: it stays
+        with pytest.raises(ImportError):
+            __import__("colorsys")
+        assert startup.load("colorsys").hls_to_rgb
+    with startup.hidden("wave_that_does_not_exist"):
+        pass
+    assert "wave_that_does_not_exist" not in sys.modules
+
+
+def test_a_unit_itself_is_read_exactly():
+    assert units.parse("0.1 N m s/rad", "N m s/rad") == 0.1
+
+
+def test_spline_is_that_of_scipy(rng):
+    from scipy.interpolate import CubicSpline
+
+    for count in (4, 5, 30, 400):
+        x, y = np.cumsum(rng.uniform(0.05, 0.2, count)), rng.normal(size=count)
+        at = np.linspace(x[0], x[-1], 501)
+        np.testing.assert_allclose(spline(x, y, at), CubicSpline(x, y)(at), rtol=0.0, atol=1e-11)

@@ -1,0 +1,402 @@
+"""Cases of bodies, points, springs, links and joints, threads, loads and events."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import evolvent
+from evolvent import System, parts
+from evolvent.builder import Assembly
+from families.case import Array, Case, at, columns, of, springs_poles, swing
+from implicit.rigs import coordinates
+
+G = 9.81
+DOWN = (0.0, 0.0, -G)
+ORIGIN = (0.0, 0.0, 0.0)
+
+# ------------------------------------------------------------------------------------------------ bodies, points
+
+
+@of("a driven body")
+def driven_body() -> Case:
+    """A mass on a spring turns steadily with a hub: k (r - e - l) = m w^2 r."""
+    k, m, w, e, length, time = 10.0, 1.0, 2.0, 0.3, 0.5, 0.4
+    r = k * (e + length) / (k - m * w**2)
+
+    def system() -> System:
+        found = System()
+        found.add(parts.RigidBody(motion="driven", rate=w), "hub")
+        found.add(parts.Point(mass=m, position=(r, 0.0, 0.0), velocity=(0.0, w * r, 0.0)), "mass")
+        found.add(parts.Spring(a=("hub", (e, 0.0, 0.0)), b="mass", stiffness=k, length=length))
+        return found
+
+    # along and across the spring, coupled by 2 w (Coriolis); along the axis
+    along, across = k / m - w**2, w**2 * e / (r - e)
+    plane = np.roots([1.0, -(along + across + 4.0 * w**2), along * across])
+    return Case(
+        part="hub", system=system, seen=at("mass"), end=3.0, step=0.01, rotating="hub", time=time,
+        motion=lambda t: columns(r * np.cos(w * t), r * np.sin(w * t), 0.0),
+        still=(r * math.cos(w * time), r * math.sin(w * time), 0.0), poles=springs_poles(*plane, w**2 * r / (r - e)),
+    )  # fmt: skip
+
+
+@of("a body that spins about an axis")
+def spinning_body() -> Case:
+    """Held by a spring without length: a torque -k r d sin(angle), as a pendulum's."""
+    k, J, r, d, start = 5.0, 0.5, 0.4, 1.0, 1.0
+
+    def system() -> System:
+        found = System()
+        turned = (math.cos(0.5 * start), 0.0, 0.0, math.sin(0.5 * start))
+        found.add(parts.RigidBody(motion="spin", inertia=J, orientation=turned), "wheel")
+        found.add(parts.Spring(a=("wheel", (r, 0.0, 0.0)), b=(d, 0.0, 0.0), stiffness=k, length=0.0))
+        return found
+
+    w = math.sqrt(k * r * d / J)
+    return Case(
+        part="wheel", system=system, seen=at("wheel"), end=3.0, step=0.01,
+        motion=lambda t: columns(swing(t, start, w) - start), still=(-start,), poles=(1j * w,),
+    )  # fmt: skip
+
+
+BODY_MASS, BODY_INERTIA, BODY_STIFFNESS, INNER, OUTER, TURNED = 2.0, (0.2, 0.25, 0.3), 10.0, 0.5, 1.0, 0.8
+
+
+def held_body(found: System, *, tilt: float = 0.0, position: Any = ORIGIN) -> None:
+    """A body at the middle of four springs without length, turned about z.
+
+    The springs pull its centre back by 4 k x, and turn it back about z by 4 k a b sin(angle), about x and y by half as
+    much. With `tilt` two of them stand higher and lower and turn it about y as well.
+    """
+    a, b = INNER, OUTER
+    turned = (math.cos(0.5 * TURNED), 0.0, 0.0, math.sin(0.5 * TURNED))
+    found.add(parts.RigidBody(mass=BODY_MASS, inertia=BODY_INERTIA, position=position, orientation=turned), "body")
+    for s in (1.0, -1.0):
+        for inner, outer in (((s * a, 0.0, 0.0), (s * b, 0.0, s * tilt)), ((0.0, s * a, 0.0), (0.0, s * b, 0.0))):
+            found.add(parts.Spring(a=outer, b=("body", inner), stiffness=BODY_STIFFNESS, length=0.0))
+
+
+def body_seen(assembly: Assembly, y: Array) -> Array:
+    """Place of the body, its angle about z, and how far its axis z has tilted."""
+    x = coordinates(assembly, y, "body")
+    return columns(*np.moveaxis(x[..., :3], -1, 0), 2.0 * np.arctan2(x[..., 6], x[..., 3]), x[..., 4], x[..., 5])
+
+
+@of("a free body")
+def free_body() -> Case:
+    """The centre moves as on one spring, the turn about z as a pendulum."""
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        held_body(found, position=(0.1, 0.0, 0.0))
+        return found
+
+    m, stiff, turn = BODY_MASS, 4.0 * BODY_STIFFNESS, 4.0 * BODY_STIFFNESS * INNER * OUTER
+    w, spin, sag = math.sqrt(stiff / m), math.sqrt(turn / BODY_INERTIA[2]), m * G / stiff
+    return Case(
+        part="body", system=system, seen=body_seen, end=1.5, step=2e-3,
+        motion=lambda t: columns(
+            0.1 * np.cos(w * t), 0.0, -sag * (1.0 - np.cos(w * t)), swing(t, TURNED, spin), 0.0, 0.0
+        ),
+        still=(0.0, 0.0, -sag, 0.0, 0.0, 0.0),
+        poles=springs_poles(
+            *[stiff / m] * 3, 0.5 * turn / BODY_INERTIA[0], 0.5 * turn / BODY_INERTIA[1], turn / BODY_INERTIA[2]
+        ),
+    )  # fmt: skip
+
+
+@of("a guide")
+def guide() -> Case:
+    """Guides bear the weight and a torque about y of springs that stand askew; the rest moves as before."""
+
+    def system() -> System:
+        found = System(gravity=(3.0, 0.0, -G))
+        held_body(found, tilt=0.3)
+        found.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0)), "level")
+        found.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)), "upright")
+        return found
+
+    m, stiff, turn = BODY_MASS, 4.0 * BODY_STIFFNESS, 4.0 * BODY_STIFFNESS * INNER * OUTER
+    w, spin, off = math.sqrt(stiff / m), math.sqrt(turn / BODY_INERTIA[2]), 3.0 * m / stiff
+    return Case(
+        part="level", system=system, seen=body_seen, end=1.5, step=2e-3,
+        motion=lambda t: columns(off * (1.0 - np.cos(w * t)), 0.0, 0.0, swing(t, TURNED, spin), 0.0, 0.0),
+        still=(off, 0.0, 0.0, 0.0, 0.0, 0.0),
+        poles=springs_poles(*[stiff / m] * 2, 0.5 * turn / BODY_INERTIA[0], turn / BODY_INERTIA[2]),
+    )  # fmt: skip
+
+
+@of("a point mass")
+def point() -> Case:
+    """On a spring without length it runs round an ellipse, and sinks by m g / k."""
+    k, m, v = 8.0, 2.0, 3.0
+    w, sag = math.sqrt(k / m), m * G / k
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=m, position=(1.0, 0.0, -sag), velocity=(0.0, v, 0.0)), "mass")
+        found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
+        return found
+
+    return Case(
+        part="mass", system=system, seen=at("mass"), end=3.0, step=0.01,
+        motion=lambda t: columns(np.cos(w * t), v / w * np.sin(w * t), -sag),
+        still=(0.0, 0.0, -sag), poles=springs_poles(*[w**2] * 3),
+    )  # fmt: skip
+
+
+HUNG, K_HUNG, M_HUNG = 1.0, 50.0, 2.0
+SAG = M_HUNG * G / K_HUNG
+
+
+def hung(t: Array, c: float = 0.0) -> Array:
+    """How far a mass on a spring with damping sinks from its natural length."""
+    decay, w = 0.5 * c / M_HUNG, math.sqrt(K_HUNG / M_HUNG)
+    wd = math.sqrt(w**2 - decay**2)
+    return SAG * (1.0 - np.exp(-decay * t) * (np.cos(wd * t) + decay / wd * np.sin(wd * t)))
+
+
+def hung_poles(c: float = 0.0) -> Array:
+    """A pendulum two ways, and the spring along its line."""
+    decay, swings = 0.5 * c / M_HUNG, math.sqrt(G / (HUNG + SAG))
+    return np.array([1j * swings, 1j * swings, -decay + 1j * math.sqrt(K_HUNG / M_HUNG - decay**2)])
+
+
+@of("a spring")
+def spring() -> Case:
+    """A damped oscillation along its line; across it, a pendulum."""
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG)), "mass")
+        found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=K_HUNG, damping=1.0), "spring")
+        return found
+
+    return Case(
+        part="spring", system=system, seen=at("mass"), end=2.0, step=5e-3, damped=True,
+        motion=lambda t: columns(0.0, 0.0, -HUNG - hung(t, 1.0)), still=(0.0, 0.0, -HUNG - SAG), poles=hung_poles(1.0),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ links, joints
+
+
+def pendulum(rod: Any, part: str) -> Case:
+    """A mass on a rod, let go far from its lowest place."""
+    length, start = 1.2, 1.0
+    x = (length * math.sin(start), 0.0, -length * math.cos(start))
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=0.7, position=x), "mass")
+        found.add(rod, part)
+        return found
+
+    def motion(t: Array) -> Array:
+        angle = swing(t, start, math.sqrt(G / length))
+        return columns(length * np.sin(angle), 0.0, -length * np.cos(angle))
+
+    return Case(
+        part=part, system=system, seen=at("mass"), end=2.0, step=5e-3, motion=motion, still=(0.0, 0.0, -length),
+        poles=springs_poles(G / length, G / length),
+    )  # fmt: skip
+
+
+@of("a link")
+def link() -> Case:
+    """A pendulum."""
+    return pendulum(parts.Link(a=ORIGIN, b="mass"), "link")
+
+
+@of("a joint that is a constraint")
+def constraint() -> Case:
+    """A pendulum."""
+    return pendulum(parts.Joint(a=ORIGIN, b="mass", kind="distance"), "rod")
+
+
+@of("a joint by a penalty")
+def penalty() -> Case:
+    """A distance that is held by a penalty is a spring with damping."""
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG)), "mass")
+        found.add(parts.Joint(a=ORIGIN, b="mass", kind="distance", stiffness=K_HUNG, damping=1.0), "rod")
+        return found
+
+    return Case(
+        part="rod", system=system, seen=at("mass"), end=2.0, step=5e-3, damped=True,
+        motion=lambda t: columns(0.0, 0.0, -HUNG - hung(t, 1.0)), still=(0.0, 0.0, -HUNG - SAG), poles=hung_poles(1.0),
+    )  # fmt: skip
+
+
+@of("a joint driven along a path")
+def carried() -> Case:
+    """A mass hangs from a hand that goes up; in equilibrium the hand stands where it is at that time."""
+    v, time = 0.3, 2.0
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=1.0, velocity=(0.0, 0.0, v)), "hand")
+        found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG), velocity=(0.0, 0.0, v)), "mass")
+        found.add(parts.Spring(a="hand", b="mass", stiffness=K_HUNG))
+        found.add(parts.Carry(what="hand", feed=parts.ConstantFeed(rate=v), direction=(0.0, 0.0, 1.0)), "path")
+        return found
+
+    return Case(
+        part="path", system=system, end=2.0, step=5e-3, time=time,
+        seen=lambda assembly, y: np.concatenate([at("hand")(assembly, y), at("mass")(assembly, y)], axis=-1),
+        motion=lambda t: columns(0.0, 0.0, v * t, 0.0, 0.0, v * t - HUNG - hung(t)),
+        still=(0.0, 0.0, v * time, 0.0, 0.0, v * time - HUNG - SAG), poles=hung_poles(),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ threads
+
+
+def outer_node(assembly: Assembly, y: Array) -> Array:
+    """The first coordinates of the thread: those of the node that leaves the spool first."""
+    return y[..., int(assembly.model.threads["iq"][0]) :][..., :3]
+
+
+def reeled(feed: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -> System:
+    """A thread along x from a reel at the origin."""
+    found = System(gravity=gravity)
+    found.add(parts.RigidBody(motion="driven"), "hub")
+    found.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, feed=feed), "reel")
+    found.add(parts.Thread(reel="reel", length=length, line_density=0.1, tip_mass=0.5, **thread), "thread")
+    return found
+
+
+@of("a thread with segments of springs")
+def spring_thread() -> Case:
+    """Paid out at a constant rate under its weight, until its second node leaves the spool at 1 s."""
+    c, m, v = 200.0, 0.55, 0.2
+    w = math.sqrt(c / m)
+
+    def motion(t: Array) -> Array:
+        x = 0.8 + v * t + m * G / c * (1.0 - np.cos(w * t))
+        return columns(np.where(t < 1.0, x, np.nan), 0.0, 0.0)
+
+    return Case(
+        part="thread", seen=outer_node, end=1.5, step=1e-3, motion=motion,
+        system=lambda: reeled(
+            parts.ConstantFeed(rate=v / 0.1, angle=8.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=2, stiffness=c
+        ),
+    )  # fmt: skip
+
+
+@of("a thread with segments of fixed length")
+def fixed_thread() -> Case:
+    """One segment, all of it out: a pendulum."""
+    start = 1.0
+
+    def motion(t: Array) -> Array:
+        angle = swing(t, start, math.sqrt(G))
+        return columns(np.sin(angle), 0.0, -np.cos(angle))
+
+    return Case(
+        part="thread", seen=outer_node, end=2.0, step=5e-3, motion=motion,
+        system=lambda: reeled(
+            parts.ConstantFeed(rate=0.0, angle=10.0), gravity=DOWN, length=1.0, nodes=1, segments="inextensible",
+            direction=(math.sin(start), 0.0, -math.cos(start)),
+        ),
+    )  # fmt: skip
+
+
+@of("a thread on a free spool")
+def free_spool() -> Case:
+    """A drum with a load on a spring: it falls at m g R^2/(I + m R^2) in the mean, and rings about that."""
+    c, m, inertia, r = 200.0, 0.75, 0.01, 0.1
+    w = math.sqrt(c * (1.0 / m + r**2 / inertia))
+
+    def motion(t: Array) -> Array:
+        stretch = G / w**2 * (1.0 - np.cos(w * t))
+        angle = r * c * G / (inertia * w**2) * (0.5 * t**2 - (1.0 - np.cos(w * t)) / w**2)
+        return columns(0.5 + r * angle + stretch, 0.0, 0.0, 5.0 + angle)
+
+    def seen(assembly: Assembly, y: Array) -> Array:
+        return np.concatenate(
+            [outer_node(assembly, y), y[..., int(assembly.model.threads["spool_q"][0])][..., None]], axis=-1
+        )
+
+    return Case(
+        part="thread", seen=seen, end=0.5, step=5e-4, motion=motion,
+        system=lambda: reeled(
+            parts.FreeSpool(inertia=inertia, angle=5.0), gravity=(G, 0.0, 0.0), length=5.0, nodes=1, stiffness=c
+        ),
+    )  # fmt: skip
+
+
+@of("a load on a thread")
+def thread_load() -> Case:
+    """A force per length acts on the half segment that belongs to the only node."""
+    c, m, force = 200.0, 0.55, 30.0
+    w = math.sqrt(c / m)
+
+    def system() -> System:
+        found = reeled(parts.ConstantFeed(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
+        found.add(parts.UniformLoad(thread="thread", force=(force, 0.0, 0.0)), "wind")
+        return found
+
+    return Case(
+        part="wind", system=system, seen=outer_node, end=1.0, step=1e-3,
+        motion=lambda t: columns(0.8 + 0.5 * force / c * (1.0 - np.cos(w * t)), 0.0, 0.0),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ loads, events
+
+
+@of("a force or torque")
+def force() -> Case:
+    """A force on a mass on a spring, and a small torque on a wheel that a spring without length holds."""
+    k, m, F, J, turn, torque = 8.0, 2.0, 3.0, 0.5, 2.0, 0.002
+    w, spin = math.sqrt(k / m), math.sqrt(turn / J)
+
+    def system() -> System:
+        found = System()
+        found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
+        found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
+        found.add(parts.Force(at="mass", force=(F, 0.0, 0.0)), "push")
+        found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
+        found.add(parts.Spring(a=("wheel", (0.4, 0.0, 0.0)), b=(1.0, 0.0, 0.0), stiffness=turn / 0.4, length=0.0))
+        found.add(parts.Torque(at="wheel", force=(0.0, 0.0, torque)), "turn")
+        return found
+
+    return Case(
+        part="push", system=system, end=3.0, step=0.01, theory=1e-5,
+        seen=lambda assembly, y: np.concatenate([at("mass")(assembly, y), 1e3 * at("wheel")(assembly, y)], axis=-1),
+        motion=lambda t: columns(
+            F / k * (1.0 - np.cos(w * t)), 0.0, np.cos(w * t), 1e3 * torque / turn * (1.0 - np.cos(spin * t))
+        ),
+        still=(F / k, 0.0, 0.0, 1e3 * math.asin(torque / turn)), poles=springs_poles(*[w**2] * 3, spin**2),
+    )  # fmt: skip
+
+
+@evolvent.event_law
+def falls_below(t, y, parameters):  # type: ignore[no-untyped-def]
+    """Rises through zero where the first coordinate falls below a level."""
+    return parameters[0] - y[0]
+
+
+@of("an event")
+def event() -> Case:
+    """A mass on a spring passes half its amplitude at a sixth of its period; the run ends there."""
+    k, m = 8.0, 2.0
+    w = math.sqrt(k / m)
+
+    def system() -> System:
+        found = System()
+        found.add(parts.Point(mass=m, position=(1.0, 0.0, 0.0)), "mass")
+        found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
+        found.add(parts.Event(law=falls_below, parameters=(0.5,), stops=True), "passing")
+        return found
+
+    return Case(
+        part="passing", system=system, seen=at("mass"), end=math.pi / 3.0 / w, step=0.01, stops=True,
+        motion=lambda t: columns(np.cos(w * t), 0.0, 0.0),
+    )  # fmt: skip

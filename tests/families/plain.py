@@ -1,0 +1,56 @@
+"""What the compiled functions return for every case, as JSON: to compare it with that of plain Python."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+import families.beams
+import families.lumped  # noqa: F401  (both enter their cases)
+from evolvent import families as table
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.flow import implicit, inventory
+from evolvent.flow.needs import load_explicit, load_implicit
+from evolvent.solvers import solve
+from evolvent.solvers.implicit import solve_implicit
+from families.case import CASES, Array
+from helpers import derivative
+from implicit.rigs import Equations
+
+
+def disturbed(assembly: Assembly) -> Array:
+    """The start, a little off it everywhere."""
+    y, n = assembly.y.copy(), int(assembly.model.info.nq + assembly.model.info.nv)
+    y[:n] += 1e-3 * np.sin(1.0 + np.arange(n))
+    return y
+
+
+def numbers(name: str) -> dict[str, list[float]]:
+    """Rates, residual and energies of a case's disturbed start, and where a few steps lead from its start."""
+    case = CASES[name]()
+    row = next(family for family in table.FAMILIES if family.name == name)
+    assembly, found = case.system().assemble(), {}
+    y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 3.0 * case.step])
+    if table.EXPLICIT in row.solvers:
+        load_explicit(model)
+        sums = np.zeros(mdl.N_INVENTORY)
+        inventory.inventory(0.0, y, assembly.s, model, sums)
+        found["rates"], found["sums"] = derivative(assembly)(0.0, y).tolist(), sums.tolist()
+        found["explicit"] = solve(assembly, samples=samples, step=case.step, method="rk4").y[-1].tolist()
+    if table.IMPLICIT in row.solvers:
+        load_implicit(model)
+        model.flexible.switches[:] = assembly.s
+        n_v, n_j, energies = int(model.info.nv), model.flexible.joints.size, np.zeros(5)
+        equations = Equations(assembly, 0.0, y, 0.1 * np.cos(np.arange(n_v)), 0.0, 0.0)
+        found["residual"] = equations.residual(np.zeros(n_v), np.sin(np.arange(n_j))).tolist()
+        implicit.energies(0.0, y, model, energies)
+        found["energies"] = energies.tolist()
+        found["implicit"] = solve_implicit(assembly, samples=samples, step=case.step).y[-1].tolist()
+    return found
+
+
+def print_numbers() -> None:
+    """Print the `numbers` of all cases as JSON."""
+    print(json.dumps({name: numbers(name) for name in CASES}))

@@ -1,0 +1,160 @@
+"""The whole table of families: under every solver each is right, or refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import os
+import pathlib
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import config
+
+import evolvent
+from evolvent import InputError, families
+from evolvent import model as mdl
+from evolvent.families import EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
+from evolvent.solvers import solve
+from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.modes import modes
+from evolvent.solvers.static import solve_static
+from families.case import CASES, Case
+from families.plain import numbers, print_numbers
+
+Array = np.ndarray
+#: Ways to call the solvers: the solver's name in the table, and what motions may be off, of their size.
+VARIANTS = {
+    "rk4": (EXPLICIT, 1e-6),
+    "dopri5": (EXPLICIT, 1e-6),
+    "alpha-step": (IMPLICIT, 5e-4),
+    "alpha-tolerance": (IMPLICIT, 1e-3),
+    "static": (STATIC, 1e-6),
+    "modes": (MODES, 1e-6),
+}
+CELLS = [pytest.param(row, variant, id=f"{row.name}-{variant}") for row in FAMILIES for variant in VARIANTS]
+
+
+def solved(case: Case, variant: str) -> Any:
+    """What a solver returns for a case."""
+    assembly, samples = case.system().assemble(), case.times
+    if variant == "rk4":
+        return solve(assembly, samples=samples, method="rk4", step=case.step)
+    if variant == "dopri5":
+        return solve(assembly, samples=samples, method="dopri5")
+    if variant == "alpha-step":
+        return solve_implicit(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
+    if variant == "alpha-tolerance":
+        return solve_implicit(assembly, samples=samples, tolerance=1e-7, spectral_radius=0.9)
+    if variant == "static":
+        return solve_static(assembly, time=case.time, rotating=case.rotating)
+    count = np.size(case.poles) if case.poles is not None else 1
+    return modes(assembly, time=case.time, rotating=case.rotating, damped=case.damped, count=count)
+
+
+@functools.cache
+def reference(family: str) -> Array:
+    """Motion of a case by Dormand-Prince at a tight tolerance."""
+    case = CASES[family]()
+    assembly = case.system().assemble()
+    return case.seen(assembly, solve(assembly, samples=case.times, method="dopri5", rtol=1e-11, atol=1e-13).y)
+
+
+def check_motion(row: Family, case: Case, variant: str) -> None:
+    """Hold a motion against its closed form, and against the tight solution."""
+    allowed = VARIANTS[variant][1]
+    solution, assembly = solved(case, variant), case.system().assemble()
+    assert solution.success, solution.message
+    assert solution.t[-1] == pytest.approx(case.end, abs=1e-6)
+    found, exact = case.seen(assembly, solution.y), case.motion(solution.t)
+    size = (np.nanmax(exact, axis=0) - np.nanmin(exact, axis=0)).max()
+    known = ~np.isnan(exact)
+    assert known.sum() > 0.5 * known.size
+    assert np.abs(found - exact)[known].max() < (case.theory + allowed) * size
+    if EXPLICIT in row.solvers:
+        assert np.abs(found - reference(row.name)).max() < allowed * size
+
+
+def check_equilibrium(case: Case) -> None:
+    """Hold an equilibrium against its closed form."""
+    solution, assembly = solved(case, "static"), case.system().assemble()
+    assert solution.success, solution.message
+    assert not solution.free
+    size = np.ptp([case.still, case.seen(assembly, assembly.y), *case.motion(case.times)], axis=0).max()
+    assert np.abs(case.seen(assembly, solution.y[-1]) - case.still).max() < (case.theory + VARIANTS["static"][1]) * size
+
+
+def check_poles(case: Case) -> None:
+    """Hold the slowest modes against closed forms."""
+    found, wanted = solved(case, "modes").pole, np.array(case.poles)
+    order, exact = np.argsort(np.abs(found)), wanted[np.argsort(np.abs(wanted))]
+    assert found[order] == pytest.approx(exact, rel=case.theory + VARIANTS["modes"][1])
+
+
+@pytest.mark.parametrize(("row", "variant"), CELLS)
+def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    case, solver = CASES[row.name](), VARIANTS[variant][0]
+    if solver in row.solvers:
+        if solver == STATIC:
+            check_equilibrium(case)
+        elif solver == MODES:
+            check_poles(case)
+        else:
+            check_motion(row, case, variant)
+        return
+    with pytest.raises(InputError, match=f"{SOLVERS[solver]} do(es)? not support"):
+        solved(case, variant)
+    # by its own name, whatever the families say that it needs
+    others = [other if other is row else dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES]
+    monkeypatch.setattr(families, "FAMILIES", tuple(others))
+    with pytest.raises(InputError) as refused:
+        solved(case, variant)
+    for words in (repr(case.part), row.name, SOLVERS[solver], row.advice):
+        assert words in str(refused.value)
+
+
+def test_every_row_has_a_case() -> None:
+    assert sorted(CASES) == sorted(row.name for row in FAMILIES)
+    for row in FAMILIES:
+        assert np.any(row.mask(CASES[row.name]().system().assemble().model)), row.name
+        assert row.solvers <= set(SOLVERS)
+
+
+def test_every_family_of_records_has_a_row() -> None:
+    assert {row.records for row in FAMILIES} == set(mdl.RECORDS) - set(families.PARTS_OF_OTHERS)
+
+
+@pytest.mark.parametrize("row", FAMILIES, ids=lambda row: row.name)
+def test_what_no_row_covers_is_refused(row: Family, monkeypatch: pytest.MonkeyPatch) -> None:
+    others = [dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES if other is not row]
+    monkeypatch.setattr(families, "FAMILIES", tuple(others))
+    case = CASES[row.name]()
+    part = "ground" if row.name == "a driven body" else case.part  # which is one
+    for solver, name in SOLVERS.items():
+        with pytest.raises(InputError) as refused:
+            families.check(case.system().assemble(), solver)
+        assert f"{part!r} is one of the {row.records}, which {name}" in str(refused.value)
+
+
+@pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
+def test_without_compilation() -> None:
+    """Rates, residuals, energies and a few steps of every case are the same in plain Python."""
+    paths = [pathlib.Path(evolvent.__file__).parents[1], pathlib.Path(__file__).parents[1]]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths)), "NUMBA_DISABLE_JIT": "1"}
+    script = f"from {print_numbers.__module__} import print_numbers; print_numbers()"
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    plain = json.loads(done.stdout.splitlines()[-1])
+    for row in FAMILIES:
+        compiled = numbers(row.name)
+        assert compiled.keys() == plain[row.name].keys()
+        for key, values in compiled.items():
+            assert np.all(np.isfinite(values)), (row.name, key)
+            size = np.abs(values).max()
+            assert plain[row.name][key] == pytest.approx(values, rel=1e-9, abs=1e-9 * size), (row.name, key)

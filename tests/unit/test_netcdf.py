@@ -1,0 +1,77 @@
+"""NetCDF files that are written by h5py alone: the same to read as those of h5netcdf, in every attribute."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from evolvent import netcdf, results
+
+
+@pytest.fixture
+def sample(rng):
+    """A data set with all that a run may hold."""
+    values = rng.normal(size=(7, 2, 3))
+    values[2, 1] = np.nan
+    units = {"units": "m", "long_name": "a length, µ"}
+    data = {
+        "position": (("time", "blade", "axis"), values, units),
+        "released": (("time", "blade"), values[:, :, 0] > 0.0, {"units": "1"}),
+        "count": (("time",), np.arange(7), {"scale_J": 0.5, "limits": [1.0, 2.0], "steps": 3}),
+        "small": (("time",), np.arange(7, dtype=np.float32)),
+        "end_hub": (("coordinate",), values[0, 0]),
+        "single": ((), 3.5, {"units": "s"}),
+        "word": ((), "heave"),
+        "names": (("blade",), np.array(["a", "longer ü"])),
+    }
+    coordinates = {"time": ("time", 0.1 * np.arange(7), {"units": "s"}), "axis": ("axis", ["x", "y", "z"])}
+    attributes = {"title": "a run", "wall_time_s": 0.25, "case": "a: 1\nb: ü\n", "samples": 7}
+    return xr.Dataset(data, coordinates, attributes).assign_coords(station=("blade", [1.0, 2.0]))
+
+
+def content(path) -> dict:
+    """All that an HDF5 file holds: types, fill values, attributes, scales."""
+    found = {}
+    with h5py.File(path) as file:
+        for name, item in {"/": file, **file}.items():
+            attrs = {}
+            for key, value in item.attrs.items():
+                if key not in ("DIMENSION_LIST", "REFERENCE_LIST", "_NCProperties"):
+                    attrs[key] = (np.asarray(value).shape, np.asarray(value).dtype.kind, np.asarray(value).tolist())
+            found[name] = {"attrs": {key: repr(value) for key, value in attrs.items()}}
+            if name != "/":
+                scales = [[scale.name for scale in dims.values()] for dims in item.dims]
+                found[name] |= {"dtype": item.dtype, "shape": item.shape, "scales": scales}
+                found[name] |= {"fill": repr(item.fillvalue), "scale": item.is_scale}
+    return found
+
+
+def test_file_is_that_of_h5netcdf(sample, tmp_path):
+    assert netcdf.is_plain(sample)
+    netcdf.write(sample, str(tmp_path / "ours.nc"))
+    sample.to_netcdf(tmp_path / "theirs.nc", engine="h5netcdf")
+    ours, theirs = content(tmp_path / "ours.nc"), content(tmp_path / "theirs.nc")
+    assert set(ours) == set(theirs)
+    for name in theirs:
+        assert ours[name] == theirs[name], name
+    read = [xr.load_dataset(tmp_path / name, engine="h5netcdf") for name in ("ours.nc", "theirs.nc")]
+    xr.testing.assert_identical(*read)
+    xr.testing.assert_identical(read[0], sample)
+    assert list(read[0].variables) == list(read[1].variables)
+    # what was read, whose texts are objects, can be written again
+    results.save(read[0], tmp_path / "again.nc")
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "again.nc", engine="h5netcdf"), sample)
+
+
+def test_what_is_not_plain_is_left_to_xarray(sample, tmp_path):
+    packed = sample.copy()
+    packed["position"].encoding = {"zlib": True, "complevel": 4}
+    dated = sample.assign(day=("blade", np.array(["2026-01-01", "2026-01-02"], dtype="datetime64[ns]")))
+    empty = sample.isel(time=slice(0, 0))
+    for k, dataset in enumerate((packed, dated, empty)):
+        assert not netcdf.is_plain(dataset)
+        results.save(dataset, tmp_path / f"{k}.nc")
+        read = xr.load_dataset(tmp_path / f"{k}.nc", engine="h5netcdf")
+        assert read.sizes == dataset.sizes
+    with h5py.File(tmp_path / "0.nc") as file:
+        assert file["position"].compression == "gzip"
