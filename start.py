@@ -4,6 +4,7 @@
     python3 start.py run heliogyro     results in run.nc, figures in run-figures/
     python3 start.py test              lint, types, floors, tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
+    python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
@@ -28,7 +29,7 @@ STAMP = VENV / "evolvent-installed.json"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 USAGE = (
-    "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | docs | "
+    "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | docs | wheel | "
     "bench [NAME [options]]"
 )
 #: Pages, with everything in them run anew; a warning is an error.
@@ -150,6 +151,29 @@ def docs(arguments: list[str]) -> int:
     return code
 
 
+def wheel(arguments: list[str]) -> int:
+    """A wheel that needs no compilation at a user's first run, in dist/ or the folder that is named."""
+    if code := set_up("wheel"):
+        return code
+    folder = pathlib.Path(arguments[0]) if arguments else ROOT / "dist"
+    return build_wheel(PYTHON, folder, ROOT / "build" / "kernels")
+
+
+def build_wheel(python: pathlib.Path, folder: pathlib.Path, kernels: pathlib.Path) -> int:
+    """Compile what is not in the cache, and build the wheel with it."""
+    shutil.rmtree(kernels, ignore_errors=True)
+    say("compiling all functions that are not in the cache; all of them take a minute or two on two cores ...")
+    if code := call([str(python), "-m", "evolvent.ahead", str(kernels)]):
+        return code
+    os.environ["EVOLVENT_KERNELS"] = str(kernels)
+    pip = [str(python), "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation"]
+    code = call([*pip, "-w", str(folder.resolve()), str(ROOT)])
+    del os.environ["EVOLVENT_KERNELS"]
+    for path in sorted(folder.glob("evolvent-*.whl")) if code == 0 else ():
+        say(f"{path}: {path.stat().st_size / 1e6:.1f} MB")
+    return code
+
+
 def bench(arguments: list[str]) -> int:
     """The benchmarks; without the peer that they are compared to where it cannot be installed."""
     if set_up("bench"):
@@ -169,7 +193,7 @@ def bench(arguments: list[str]) -> int:
 
 def main() -> int:
     """Choose by the first word."""
-    commands = {"run": run, "test": test, "docs": docs, "bench": bench}
+    commands = {"run": run, "test": test, "docs": docs, "wheel": wheel, "bench": bench}
     if len(sys.argv) < 2 or sys.argv[1] not in commands:
         say(USAGE)
         return 2

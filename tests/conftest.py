@@ -48,21 +48,11 @@ def book(request: pytest.FixtureRequest) -> Book:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the engine once, before workers that share its cache folder would each do so at the same time."""
+    """Compile all functions once, before workers that share its cache folder would each do so at the same time."""
     several = bool(getattr(session.config.option, "numprocesses", None))
     on_worker = hasattr(session.config, "workerinput")
     if not several or on_worker or session.config.option.collectonly:
         return
-    from evolvent import parts
-    from evolvent.flow.observations import observe
-    from evolvent.solvers import solve
-    from evolvent.system import System
+    from evolvent import ahead
 
-    system = System()
-    system.add(
-        parts.Spring(a=(0.0, 0.0, 0.0), b=system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0))), stiffness=1.0)
-    )
-    assembly = system.assemble()
-    for method in ("rk4", "dopri5"):
-        solution = solve(assembly, samples=[0.0, 0.1], method=method)
-    observe(assembly.model, solution.t, solution.y, solution.s)
+    ahead.load_all()

@@ -197,7 +197,8 @@ def _compilation(plan: Any) -> Iterator[None]:
             end = "\n" if state.done == state.needed else ""
             click.echo(f"\r\x1b[Kevolvent: {text}{end}", err=True, nl=False)
         elif state.done == 0:
-            click.echo(f"evolvent: compiling {state.needed} functions for this machine, once", err=True)
+            what = "1 function" if state.needed == 1 else f"{state.needed} functions"
+            click.echo(f"evolvent: compiling {what} for this machine, once", err=True)
 
     with jit.reporting(show):
         yield

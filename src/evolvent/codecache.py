@@ -10,19 +10,22 @@ machines of its kind. Nothing of this changes what other users of numba in the p
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import pathlib
 import platform
 import sys
 import tempfile
+from types import FunctionType
 from typing import Any
 
 import numba
 from llvmlite import binding
 from numba import config
 from numba.core import codegen
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
+from numba.core.compiler import compile_result
 from numba.core.registry import cpu_target
 from numba.core.targetconfig import TargetConfig
 
@@ -115,6 +118,24 @@ class _Locator(_CacheLocator):
         return str(self._line)
 
 
+class _MachineCode:
+    """Machine code of a function that was compiled before; in place of numba's library.
+
+    Numba would keep LLVM's intermediate code too, which is longer than the machine code and takes most of the time of
+    loading, to link it into other functions. Functions of this package are called by address.
+    """
+
+    def __init__(self, code: bytes, compiler: Any) -> None:
+        self.codegen, self._code = compiler, code
+        engine = compiler._engine._ee
+        engine.add_object_file(binding.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Address of a function of that name in the machine code."""
+        return int(self.codegen._engine.get_function_address(name))
+
+
 def _impl_in(base: pathlib.Path) -> type:
     class Impl(CompileResultCacheImpl):
         def __init__(self, function: Any) -> None:
@@ -122,14 +143,46 @@ def _impl_in(base: pathlib.Path) -> type:
             self._locator = _Locator(base, function)
             self._filename_base = self.get_filename_base(function.__qualname__, "")
 
+        def reduce(self, result: Any) -> tuple[Any, ...]:
+            description = result.fndesc
+            description.typemap = description.calltypes = None
+            return result.library._get_compiled_object(), description, result.environment, result.signature
+
+        def rebuild(self, target_context: Any, kept: tuple[Any, ...]) -> Any:
+            code, description, environment, signature = kept
+            library = _MachineCode(code, target_context.codegen())
+            called = target_context.get_executable(library, description, environment)
+            return compile_result(
+                target_context=target_context, library=library, environment=environment, entry_point=called,
+                fndesc=description, signature=signature, objectmode=False, lifted=(),
+            )  # fmt: skip
+
     return Impl
 
 
-class _Shipped(FunctionCache):
+class _Folder(FunctionCache):
+    """Cache of one function in one folder."""
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """Compiled function, or None; unlike numba's, without setting up the compiler, which takes half a second."""
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(signature, target_context)
+
+    def read(self, signature: Any) -> tuple[Any, Any]:
+        """Key and content of what is kept for a signature; None for the content where nothing is."""
+        key = self._index_key(signature, cpu_target.target_context.codegen())
+        return key, self._cache_file.load(key)
+
+    def exists(self) -> bool:
+        """Whether something of the function is kept."""
+        return os.path.exists(self._cache_file._index_path)
+
+
+class _Shipped(_Folder):
     _impl_class = _impl_in(SHIPPED)
 
 
-class Cache(FunctionCache):
+class Cache(_Folder):
     """Cache of one function: what was shipped, then the user's folder; new results go to the user's."""
 
     _impl_class = _impl_in(CACHE_DIR)
@@ -139,25 +192,37 @@ class Cache(FunctionCache):
         self._shipped = _Shipped(function) if SHIPPED.is_dir() else None
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Compiled function from either folder, or None.
-
-        Notes
-        -----
-        numba sets up its compiler before it looks into a cache, which takes half as long as importing it and loads
-        scipy.linalg. What was compiled before needs none of that; compiling sets it up by itself.
-        """
-        for cache in (self._shipped, self):
-            if cache is not None:
-                with cache._guard_against_spurious_io_errors():
-                    found = cache._load_overload(signature, target_context)
-                if found is not None:
-                    return found
-        return None
+        """Compiled function from either folder, or None."""
+        found = None if self._shipped is None else self._shipped.load_overload(signature, target_context)
+        return super().load_overload(signature, target_context) if found is None else found
 
     def exists(self) -> bool:
-        """Whether something of the function is kept."""
-        caches: list[Any] = [self] if self._shipped is None else [self._shipped, self]
-        return any(os.path.exists(cache._cache_file._index_path) for cache in caches)
+        """Whether something of the function is kept in either folder."""
+        return super().exists() or (self._shipped is not None and self._shipped.exists())
+
+    def copy(self, signature: Any, base: pathlib.Path) -> None:
+        """Copy what is kept for a signature into the folder `base`."""
+        with compiling:
+            key, kept = self.read(signature)
+            if kept is None and self._shipped is not None:
+                key, kept = self._shipped.read(signature)
+        if kept is None:
+            raise FileNotFoundError(f"{self._name} is not in the cache for {signature}")
+        locator = _Locator(base, self._py_func)
+        locator.ensure_cache_path()
+        name = self._impl.filename_base
+        IndexDataCacheFile(locator.get_cache_path(), name, locator.get_source_stamp()).save(key, kept)
+
+
+def without_path(function: Any) -> Any:
+    """The same function, said to come from a file of the package and not of this machine.
+
+    Exceptions that machine code raises carry the name of the file.
+    """
+    name = pathlib.PurePosixPath(*function.__module__.split(".")).with_suffix(".py")
+    code = function.__code__.replace(co_filename=str(name))
+    found = FunctionType(code, function.__globals__, function.__name__, function.__defaults__, function.__closure__)
+    return functools.update_wrapper(found, function)
 
 
 # ---------------------------------------------------------------------------------------------- compiling

@@ -28,7 +28,7 @@ from numba.core.errors import NumbaError, NumbaExperimentalFeatureWarning, Typin
 from numba.core.typing.templates import infer, make_intrinsic_template
 from numba.extending import intrinsic
 
-from evolvent.codecache import CACHE_DIR, COMPILED, Cache, compiling, module_name, sources
+from evolvent.codecache import CACHE_DIR, COMPILED, Cache, compiling, module_name, sources, without_path
 from evolvent.errors import InputError
 from evolvent.pointer import has_addresses, load_attribute
 
@@ -45,7 +45,7 @@ def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
     Without numba's reference counts, which cost more than the arithmetic of a small model: arrays are borrowed from the
     caller, and a kernel that tried to allocate one would not compile.
     """
-    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(function)
+    found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(function))
     if cache:
         found._cache = Cache(function)
     return found
@@ -78,10 +78,12 @@ class Kernel:
     Attributes
     ----------
     py_func : the plain function
+    signature : tuple of the types of its arguments, where it is declared by `entry`
     """
 
     def __init__(self, function: Callable, *, inline: bool) -> None:
         self.py_func, self._inline = function, inline
+        self.signature: tuple[Any, ...] | None = None
         functools.update_wrapper(self, function)
 
     @functools.cached_property
@@ -89,19 +91,28 @@ class Kernel:
         """What compiled code sees: a dispatcher whose functions go into their callers."""
         self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
         old = inside._compiler
-        inside._compiler = _IntoCallers(
-            self.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class
-        )
+        inside._compiler = _IntoCallers(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
         return types.Dispatcher(inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
         _unloaded()
         with compiling:
-            return self._called(*arguments)
+            return self.dispatcher(*arguments)
 
     @functools.cached_property
-    def _called(self) -> Any:
+    def dispatcher(self) -> Any:
+        """Numba's dispatcher for calls from Python, with nothing compiled yet."""
         return _njit(self.py_func)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it can be called from Python without compilation or loading."""
+        return self.signature in self.dispatcher.overloads
+
+    def load(self) -> None:
+        """Compile it for calls from Python, or load it from the cache folder."""
+        with compiling:
+            self.dispatcher.compile(self.signature)
 
 
 def kernel(function: Callable) -> Any:
@@ -114,6 +125,22 @@ def inlined(function: Callable) -> Any:
     """As `kernel`, and always inlined into the compiled caller, which is for what is small or called from one place."""
     _check_followed(function)
     return function if config.DISABLE_JIT else Kernel(function, inline=True)
+
+
+#: Kernels declared by `entry`.
+_ENTRIES: list[Kernel] = []
+
+
+def entry(*kinds: Any) -> Callable[[Any], Any]:
+    """Declare the types of arguments with which Python calls a kernel, so that it can be compiled beforehand."""
+
+    def decorate(function: Any) -> Any:
+        if isinstance(function, Kernel):
+            function.signature = kinds
+            _ENTRIES.append(function)
+        return function
+
+    return decorate
 
 
 # ------------------------------------------------------------------------------------------------ calls by address
@@ -239,18 +266,17 @@ def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-unt
 matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
 
 
+@entry()
+@kernel
+def _fail() -> None:
+    raise RuntimeError("a compiled function was called that was not loaded for this model")
+
+
 @functools.cache
 def _unloaded() -> int:
     """Address of a function that says what is wrong, in the place of all that are not loaded."""
-
-    def fail() -> None:
-        raise RuntimeError("a compiled function was called that was not loaded for this model")
-
-    signature = types.void()
-    dispatcher = _njit(fail)
-    with compiling:
-        dispatcher.compile(signature)
-        address = _pointer(dispatcher, signature)
+    _fail.load()
+    address = _pointer(_fail.dispatcher, types.void())
     ADDRESSES[ADDRESSES == 0] = address
     return address
 
@@ -294,7 +320,7 @@ def reporting(listener: Callable[[Progress], None]) -> Iterator[None]:
 
 
 def load(functions: Iterable[Any]) -> None:
-    """Load functions made by `indirect`; those that are in no cache are compiled, in two processes at once."""
+    """Load functions made by `indirect` or declared by `entry`; what is in no cache is compiled, in two processes."""
     if config.DISABLE_JIT:
         return
     wanted = [function for function in dict.fromkeys(functions) if not function.is_loaded]
@@ -339,6 +365,11 @@ def _compile_aside(functions: list[Any]) -> subprocess.Popen | None:
         )  # fmt: skip
     except OSError:
         return None
+
+
+def functions() -> list[Any]:
+    """All functions made by `indirect` or declared by `entry` in the modules that are loaded."""
+    return [*_ENTRIES, *_BY_SLOT.values()]
 
 
 def compile_named(names: list[tuple[str, str]]) -> None:

@@ -7,8 +7,11 @@ the model, so that nothing is allocated in a time loop; two threads of execution
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import config
+from numba.np import numpy_support
 
 from evolvent.jit import ADDRESSES
 from evolvent.pointer import Struct, array, record, shared, struct
@@ -113,6 +116,11 @@ RECORDS: dict[str, np.dtype] = {
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = ("beams", "cells", "joints", "hinges", "cylinders", "checks", "pushes")
+
+
+def family_type(name: str) -> Any:
+    """Type of a family in signatures of compiled functions."""
+    return numpy_support.from_dtype(RECORDS[name])[::1]
 
 
 def zeros(name: str, size: int) -> Array:

@@ -6,7 +6,7 @@ is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
 
 import math
 
-from numba import void
+from numba import types, void
 
 from evolvent.flow.implicit_thread import add_thread_energies, add_thread_residual, add_thread_tangent
 from evolvent.flow.inventory import add_momentum
@@ -108,7 +108,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         add_thread_residual(t, y, a, step, model, r, powers)
 
 
-@kernel
+@indirect(void(VECTOR, types.int64, MODEL, VECTOR))
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
     bodies, points = model.bodies, model.points

@@ -113,9 +113,8 @@ def load_preparation(model: Model) -> None:
 
 
 def load_weight(model: Model) -> None:
-    """Load the functions that `implicit.add_weight` calls."""
-    if model.flexible.cells.size:
-        jit.load([flexible.add_gravity])
+    """Load `implicit.add_weight` and what it calls."""
+    jit.load([implicit.add_weight, *([flexible.add_gravity] if model.flexible.cells.size else [])])
 
 
 def load_explicit(model: Model) -> None:

@@ -5,13 +5,14 @@ from numba import types, void
 
 from evolvent.flow.impulse import impulse, prepare
 from evolvent.flow.penalties import release_penalties
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
+from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import joints, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
 from evolvent.model import MODEL
 
 
+@entry(MODEL)
 @kernel
 def is_corrected(model):
     """Whether `project` has anything to correct: links, segments of fixed length, quaternions, joints that let go."""

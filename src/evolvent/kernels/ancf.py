@@ -22,7 +22,7 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
   w = (1 + b c/2) v + b v'/2.
 """
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import REAL, VECTOR, entry, inlined, kernel
 
 #: Vectors and products of the beam.
 N, PRODUCTS = 7, 28
@@ -338,6 +338,7 @@ def beam_paper_damped_tangent(e, u, b, c, H, h, work, K):
     paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)
 
 
+@entry(REAL, REAL, REAL, REAL, VECTOR)
 @kernel
 def beam_shape(length, xi, y, z, S):
     """Shape functions at x = xi length and (y, z) of the section: r = sum_i S_i e_i; S : (8,).
@@ -357,6 +358,7 @@ def beam_shape(length, xi, y, z, S):
     S[7] = z * xi
 
 
+@entry(VECTOR, REAL, REAL, VECTOR)
 @kernel
 def line_strains(e, length, xi, strains):
     """Strains of the beam's axis at x = xi length, without those of its rest shape; strains : (9,).

@@ -9,13 +9,13 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined, kernel
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels import rigid
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.feed import feed
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry, first_entry
-from evolvent.model import MODEL
+from evolvent.model import MODEL, family_type
 
 _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
@@ -147,6 +147,7 @@ def add_turning(matrix, model, index, local, fx, fy, fz):
 # ---------------------------------------------------------------------------------------------- joints
 
 
+@entry(REAL, family_type("joints"), types.int64)
 @inlined
 def holds(t, joints, k):
     """Whether joint k holds at time t."""

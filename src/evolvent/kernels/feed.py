@@ -1,6 +1,8 @@
 """Angle, rate and acceleration of a spool as functions of time."""
 
-from evolvent.jit import feed_law_at, inlined, kernel
+from numba import types
+
+from evolvent.jit import REAL, VECTOR, entry, feed_law_at, inlined, kernel
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 
@@ -71,6 +73,7 @@ def feed_table(p, t):
     return angle, rate, acceleration
 
 
+@entry(types.int64, VECTOR, types.int64, REAL)
 @inlined
 def feed(kind, p, address, t):
     """(angle rad, rate rad/s, acceleration rad/s2) of a prescribed spool at time t."""

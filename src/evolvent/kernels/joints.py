@@ -8,20 +8,21 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import thread as chain
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import add_wrench, centripetal, respond
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics
-from evolvent.model import MODEL
+from evolvent.model import MODEL, family_type
 
 THREAD, LINK, GUIDE = 0, 1, 2
 #: Kinds of guides.
 CENTRE, AXIS = 0, 1
 
 
+@entry(family_type("guides"), family_type("bodies"), types.int64)
 @inlined
 def guide_geometry(guides, bodies, k):
     """What guide k lacks, its rate, the part of its second derivative without accelerations, and its J : 6 numbers.

@@ -2,9 +2,10 @@
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, inlined
 
 
+@entry(VECTOR, REAL, MATRIX, MATRIX)
 @inlined
 def rotation_about_axis(axis, angle, R0, R):
     """R = R0 rot(axis, angle): Rodrigues' formula.
@@ -26,6 +27,7 @@ def rotation_about_axis(axis, angle, R0, R):
         R[i, 2] = a * (k * x * z + s * y) + b * (k * y * z - s * x) + d * (c + k * z * z)
 
 
+@entry(REAL, REAL, REAL, REAL, MATRIX)
 @inlined
 def rotation_from_quaternion(w, x, y, z, R):
     """Rotation matrix of a quaternion of any length, body to inertial frame.

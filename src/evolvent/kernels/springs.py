@@ -4,16 +4,17 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel, spring_law_at
+from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
 from evolvent.kernels import couplings
 from evolvent.kernels.couplings import add_product, add_turning, side_columns
 from evolvent.kernels.rigid import add_wrench, point_kinematics
 from evolvent.kernels.sparse import SPARSE
-from evolvent.model import MODEL
+from evolvent.model import MODEL, family_type
 
 ON_BODY, ON_POINT = 0, 1
 
 
+@entry(VECTOR, family_type("markers"), family_type("points"), family_type("bodies"), types.int64)
 @inlined
 def marker_kinematics(y, markers, points, bodies, k):
     """Position and velocity of marker k, inertial axes: (x, y, z, vx, vy, vz)."""
@@ -37,6 +38,7 @@ def push_marker(markers, points, bodies, k, x, y, z, fx, fy, fz):
         add_wrench(bodies[i].F, x - bodies[i].x[0], y - bodies[i].x[1], z - bodies[i].x[2], fx, fy, fz)
 
 
+@entry(family_type("springs"), types.int64, REAL, REAL, REAL, VECTOR)
 @inlined
 def spring_tension(springs, k, extension, rate, t, parameters):
     """Elastic (or law) part and damping part of the tension of spring k, N."""

@@ -12,6 +12,7 @@ first), velocity v and angular velocity w in inertial axes, and the energy that 
 import math
 
 import numpy as np
+from numba.np import numpy_support
 
 from evolvent.jit import inlined, kernel
 
@@ -29,6 +30,8 @@ def _rows(**shapes: int) -> np.dtype:
 BODIES = _rows(
     y=N_STATE, dy=N_STATE, compliance=1, gravity=3, inertia=6, inverse=6, guided=1, R=9, F=3, M=3, power=1, spring=14
 )  # fmt: skip
+#: Type of an array of such bodies in signatures of compiled functions.
+BODIES_TYPE = numpy_support.from_dtype(BODIES)[::1]
 #: Rows of one spring of every case: attachment (from the centre of mass, body axes), ground point, unit axis of its
 #: mount; stiffness, damping, natural length, lateral stiffness, lateral damping.
 ATTACHMENT, GROUND, AXIS = 0, 3, 6

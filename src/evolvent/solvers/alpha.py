@@ -31,7 +31,7 @@ from numba import types, void
 
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies, keep_momentum, residual, tangent
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import contact, couplings, rigid, sparse_lu, touch
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross
@@ -583,6 +583,7 @@ def gain(t, model, march):
     return gained
 
 
+@entry(VECTOR, VECTOR)
 @inlined
 def gain_scale(ledger, options):
     """Energy beside which a gain counts: the largest there was, or the work, J."""

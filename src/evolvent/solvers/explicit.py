@@ -20,7 +20,7 @@ from numba import types
 from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
-from evolvent.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
 
@@ -175,6 +175,7 @@ def highest(model, t, y, s, loop):
     return value
 
 
+@entry(types.int64)
 @inlined
 def rounds(threads):
     """How often `fire` looks for events at one time; each round carries out one, or one of every thread."""

@@ -2,9 +2,13 @@
 
 import math
 
-from evolvent.jit import inlined, kernel
+from numba import types
+
+from evolvent.jit import MATRIX, REAL, VECTOR, entry, inlined, kernel
 from evolvent.kernels import stand
 from evolvent.kernels.stand import DISSIPATED, LANES, N_STATE, Q, V, W, X
+
+_CUBE = types.float64[:, :, ::1]
 
 
 @inlined
@@ -114,6 +118,7 @@ def runge_kutta(bodies, springs, A, b, h, steps, K):
         hold_yaw(bodies)
 
 
+@entry(stand.BODIES_TYPE, _CUBE, MATRIX, VECTOR, REAL, types.int64, _CUBE, _CUBE)
 @kernel
 def march(bodies, springs, A, b, h, steps, K, out):
     """Fill out : (nt, N_STATE, LANES) with the states after every `steps` steps of `h` s."""

@@ -186,7 +186,7 @@ class _Sweep:
         from evolvent import codecache
 
         if not codecache.is_warm(solver):
-            self.tell("compiling for this machine, once; this takes half a minute")
+            self.tell("compiling for this machine, once; this takes 10 to 30 s on two free cores")
             self._here([self.pending.popleft()])
 
     def _worth(self) -> int:

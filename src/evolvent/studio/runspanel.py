@@ -40,7 +40,7 @@ def told(job: Job) -> str:
         return "ending; what was computed is kept"
     if job.status == "running":
         if not job.reached and job.kind != "identify":
-            return job.note or "starting; where its solver must be compiled anew, this takes a minute or two"
+            return job.note or "starting; where functions must be compiled first, this takes up to a minute"
         unit = "cases" if job.kind == "sweep" else "s"
         reached = f"{job.reached:.4g} of {job.end:.4g} {unit}" if job.kind != "identify" else "computing"
         left = job.left
