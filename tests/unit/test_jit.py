@@ -112,7 +112,8 @@ import json
 from evolvent import jit
 from evolvent.kernels import flexible
 jit.load([flexible.add_gravity])
-print(json.dumps({"loaded": flexible.add_gravity.signature in flexible.add_gravity.dispatcher.overloads}))
+address = int(jit.ADDRESSES[flexible.add_gravity.slot])
+print(json.dumps({"loaded": address not in (0, jit._unloaded())}))
 """
 
 
