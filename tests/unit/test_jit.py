@@ -112,7 +112,7 @@ import json
 from evolvent import jit
 from evolvent.kernels import flexible
 jit.load([flexible.add_gravity])
-print(json.dumps({"loaded": flexible.add_gravity.signature in flexible.add_gravity.dispatcher.overloads}))
+print(json.dumps({"loaded": flexible.add_gravity.is_loaded}))
 """
 
 
