@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pytest
 
+import evolvent
+from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.solvers import solve
@@ -56,3 +58,20 @@ def test_unstable_step_over_the_whole_deployment() -> None:
     failed = solve(assembly, samples=np.linspace(0.0, END, 101), method="rk4", step=1.01 * limit, unsafe_step=True)
     assert failed.status == "failed"
     assert 1 <= failed.t.size < 101
+
+
+@pytest.mark.parametrize("method", ["rk4", "heun", "dopri5"])
+def test_damping_that_no_explicit_step_resolves_is_refused(method):
+    """Of a damper c on a node of mass m the rate is about c/m: the bound of the step counts it."""
+    with pytest.raises(InputError, match=r"stable with steps up to .* damping rate .*'blade"):
+        evolvent.run("heliogyro", {"blade.damping": "1e9 N s/m", "solver.method": method})
+
+
+def test_the_bound_of_the_step_counts_damping():
+    """A mass on a damper alone: r = c/m, RK4 is stable up to 2.785/r."""
+    system = System()
+    system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0), velocity=(0.1, 0.0, 0.0)), "ball")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", stiffness=0.0, damping=6.0, length=1.0))
+    found = solve(system.assemble(), samples=[0.0, 1.0], method="rk4")
+    assert found.statistics["stability_limit"] == pytest.approx(2.7852935634 / 3.0, rel=1e-3)
+    assert found.y[-1, 3] == pytest.approx(0.1 * np.exp(-3.0), rel=1e-3)

@@ -32,6 +32,8 @@ SAFETY = {"heun": 0.5, "rk4": 0.42}
 #: not a thread's; and (k, f) of each method's share omega T (omega h)^k / f.
 FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
+#: Stable steps beyond which an explicit run is refused: at a microsecond each they take hours.
+MOST_STEPS = 1e10
 #: Relative defect of the energy account at which a run has failed.
 ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
@@ -51,6 +53,26 @@ def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, star
     return float(energy), float(energy - start - booked), float(scale)
 
 
+def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode, float]:
+    """The fastest mode of a model, and the stability limit of a method on it, s.
+
+    Raises
+    ------
+    InputError
+        If a run of `duration` s would take more than `MOST_STEPS` stable steps.
+    """
+    with refusing_laws(assembly):
+        mode = fastest_mode(assembly)
+    limit = stability_limit(METHODS[method], mode, duration)
+    if duration > MOST_STEPS * limit:
+        raise InputError(
+            f"{method} is stable with steps up to {limit:.2g} s here, {duration / limit:.2g} steps in all (highest "
+            f"frequency {mode.frequency:.3g} rad/s, highest damping rate {mode.largest_damping_rate:.3g} 1/s, in "
+            f"{mode.where!r}); take less damping or stiffness, or generalized-alpha"
+        )
+    return mode, limit
+
+
 def choose_step(assembly: Assembly, method: str, step: float | None, duration: float) -> tuple[float, float, Mode]:
     """A stable step for a fixed-step method: (step, limit, fastest mode).
 
@@ -59,9 +81,7 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     InputError
         If `step` is above the stability limit, or none is given and the model has no frequency to choose by.
     """
-    with refusing_laws(assembly):
-        mode = fastest_mode(assembly)
-    limit = stability_limit(METHODS[method], mode, duration)
+    mode, limit = stable_step(assembly, method, duration)
     if step is None:
         if not math.isfinite(limit):
             raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
@@ -70,6 +90,8 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             return limit * (0.25 if rigid_links else SAFETY[method]), limit, mode
         order, factor = ENERGY_LOSS[method]
+        if mode.frequency == 0.0:  # nothing but dampers
+            return limit * SAFETY[method], limit, mode
         accurate = (FASTEST_MODE_LOSS * factor / (mode.frequency * duration)) ** (1.0 / order) / mode.frequency
         return min(limit * SAFETY[method], accurate), limit, mode
     step = positive("step", step, allowed=STEP_ALLOWED)
@@ -129,13 +151,13 @@ def solve(
     limit = math.inf
     if fixed:
         if unsafe_step and step is not None:
-            with refusing_laws(assembly):
-                mode = fastest_mode(assembly)
-            step, limit = float(step), stability_limit(tableau, mode, times[-1] - times[0])
+            step, limit = float(step), stable_step(assembly, method, times[-1] - times[0])[1]
         else:
             step, limit, _ = choose_step(assembly, method, step, times[-1] - times[0])
     else:
         rtol, atol = positive("rtol", rtol), positive("atol", atol)
+        if not needs.is_flexible(model):  # of beams the fastest mode takes longer to find than a run may take
+            stable_step(assembly, method, times[-1] - times[0])
     loop = _make_loop(assembly, times, tableau, step)
     start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
     status, message = "success", "the run reached its end"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -144,10 +144,21 @@ def _thread_modes(model: mdl.Model, p: int, name: str, body: np.ndarray) -> list
     return [(4.0 * float(np.max(tension / lighter)) / float(row["segment"]), 0.0, name)]
 
 
-def amplification(method: Method, z: complex) -> float:
-    """|R(z)| of a Runge-Kutta method, R(z) = 1 + z b^T (I - z A)^-1 1."""
-    n = method.b.size
-    return float(abs(1.0 + z * (method.b @ np.linalg.solve(np.eye(n) - z * method.A, np.ones(n)))))
+def stability_polynomial(method: Method) -> list[float]:
+    """Coefficients of R(z) = 1 + z b^T (I - z A)^-1 1 of an explicit method, from the highest power on."""
+    power, found = np.ones(method.b.size), [1.0]
+    for _ in range(method.b.size):
+        found.append(float(method.b @ power))
+        power = method.A @ power
+    return found[::-1]
+
+
+def amplification(coefficients: list[float], z: Any) -> Any:
+    """|R(z)| of a complex number or an array, by Horner's rule."""
+    found = 0.0 * z
+    for coefficient in coefficients:
+        found = found * z + coefficient
+    return abs(found)
 
 
 def stability_limit(method: Method, mode: Mode, duration: float) -> float:
@@ -158,24 +169,24 @@ def stability_limit(method: Method, mode: Mode, duration: float) -> float:
     Heun's method has no stable step for an undamped mode, |R|^2 = 1 + z^4 / 4 on the imaginary axis: growth by a
     twentieth over the whole `duration` is accepted of any method.
     """
-    if mode.frequency == 0.0 and mode.damping_rate == 0.0:
+    if mode.frequency == 0.0 and mode.largest_damping_rate == 0.0:
         return math.inf
     half = 0.5 * mode.damping_rate
     root = np.sqrt(complex(half * half - mode.frequency**2))
-    poles = [-half + root, -half - root, complex(-mode.largest_damping_rate)]
+    poles = [complex(-half + root), complex(-half - root), complex(-mode.largest_damping_rate)]
+    polynomial = stability_polynomial(method)
 
-    def stable(h: float) -> bool:
-        return all(amplification(method, h * pole) <= 1.0 + 0.05 * h / duration for pole in poles)
+    def stable(h: Any) -> Any:
+        found = h > 0.0
+        for pole in poles:
+            found = found & (amplification(polynomial, h * pole) <= 1.0 + 0.05 * h / duration)
+        return found
 
-    low = 0.0
     scale = max(mode.frequency, mode.largest_damping_rate)
     if not stable(0.01 / scale):
         scale *= 100.0 * max(1.0, (mode.frequency * duration) ** (1 / 3))
-    for k in range(1, 801):
-        h = 0.01 * k / scale
-        if not stable(h):
-            break
-        low = h
+    grows = np.flatnonzero(~stable(0.01 * np.arange(1, 801) / scale))
+    low = 0.01 * (int(grows[0]) if grows.size else 800) / scale
     high = low + 0.01 / scale
     for _ in range(60):
         middle = 0.5 * (low + high)
