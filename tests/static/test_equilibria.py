@@ -322,6 +322,7 @@ def test_what_nothing_holds_is_named():
     falls = solve_static(beam("assumed_strain", 4, (), gravity=(0.0, 0.0, -9.81)))
     assert falls.status == "failed"
     assert "nothing holds 'beam' against 6 motions" in falls.message
+    assert falls.factor.tolist() == [0.0]  # where it stood
     hangs = solve_static(beam("assumed_strain", 4, ("point",), gravity=(0.0, 0.0, -9.81)))
     assert hangs.success
     assert hangs.y[-1, 12 * 4 + 2] < -0.99  # it swings down

@@ -129,7 +129,7 @@ def solve_static(
     Returns
     -------
     StaticSolution
-        One that fails keeps what it reached.
+        One that fails keeps what it reached, at least the state that it started from.
 
     Raises
     ------
@@ -668,6 +668,8 @@ class _Search:
         return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
 
     def _fail(self, factor: float, why: str) -> bool:
+        if not self.kept:  # a search that reaches nothing keeps where it stood
+            self._keep(factor)
         self.reached = factor
         self.status, self.message = "failed", why
         return False
