@@ -63,7 +63,7 @@ MOST_ITERATIONS = 25
 SLOW = 0.15
 #: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
 #: where they depend on one another).
-ROUND_OFF = 1e-10
+ROUND_OFF = 1e-8
 #: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
 #: it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
