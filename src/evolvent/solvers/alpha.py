@@ -530,7 +530,7 @@ def step_of(t1, h, start, model, matrix, options, march):
             ratio = norm / last if last > 0.0 else 0.0
         if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
             return iteration + 1
-        if renewed and ratio > 0.5 and norm <= ROUND_OFF:
+        if renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0:
             return iteration + 1
         last = norm
     march.tally[FRESH] = 1
