@@ -17,7 +17,7 @@ from evolvent.kernels import rigid
 from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha_loop, alpha_state
 from evolvent.solvers.drive import METHODS, STEP_ALLOWED, choose_step, solve
 from evolvent.solvers.implicit import moments, prepared, reason
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
@@ -238,7 +238,7 @@ class Stepper:
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
-                self.time = float(self._run.march.clock[alpha.TIME])
+                self.time = float(self._run.march.clock[alpha_state.TIME])
             raise
         self.time = end
         self._changed = False
@@ -260,7 +260,7 @@ class Stepper:
         run = self._run
         failure = law_failure(self.assembly, error, moments(run))
         run.march.y[:] = run.march.y0
-        rigid.kinematics(float(run.march.clock[alpha.TIME]), run.march.y, run.model)
+        rigid.kinematics(float(run.march.clock[alpha_state.TIME]), run.march.y, run.model)
         return RunFailed(failure, self)
 
     def _begin(self) -> None:
@@ -268,28 +268,28 @@ class Stepper:
         with refusing_laws(self.assembly):
             if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
                 raise RunFailed(reason_of_outrun(self.time), self)
-            code = alpha.begin(run.model, run.matrix, run.options, run.march)
-        if code != alpha.DONE:
+            code = alpha_loop.begin(run.model, run.matrix, run.options, run.march)
+        if code != alpha_state.DONE:
             raise RunFailed(reason(code, run.march, self._fixed, run.options, self.assembly), self)
 
     def _go_on(self, end: float) -> None:
         run = self._run
         march = run.march
         march.samples[:] = self.time, end
-        march.tally[alpha.SAMPLE] = 1
+        march.tally[alpha_state.SAMPLE] = 1
         if self._changed:  # loads that jump
-            h = float(march.clock[alpha.STEP])
-            code = alpha.anew(self.time, h, run.model, run.matrix, run.options, march)
-            if code != alpha.DONE:
+            h = float(march.clock[alpha_state.STEP])
+            code = alpha_loop.restart(self.time, h, run.model, run.matrix, run.options, march)
+            if code != alpha_state.DONE:
                 raise RunFailed(reason(code, march, self._fixed, run.options, self.assembly), self)
         while True:
-            code = alpha.advance(run.model, run.matrix, run.options, march, 1000)
-            if code == alpha.AT_STOP and run.releases is not None:
+            code = alpha_loop.advance(run.model, run.matrix, run.options, march, 1000)
+            if code == alpha_state.AT_STOP and run.releases is not None:
                 if run.releases.resume(march) < 0:
-                    raise RunFailed(reason_of_outrun(float(march.clock[alpha.TIME])), self)
-            elif code != alpha.BUDGET:
+                    raise RunFailed(reason_of_outrun(float(march.clock[alpha_state.TIME])), self)
+            elif code != alpha_state.BUDGET:
                 break
-        if code != alpha.DONE:
+        if code != alpha_state.DONE:
             raise RunFailed(reason(code, march, self._fixed, run.options, self.assembly), self)
 
     def _solve(self, end: float) -> None:

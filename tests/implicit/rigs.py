@@ -11,7 +11,7 @@ from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
 from evolvent.kernels import sparse, touch
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha_state
 from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
 from evolvent.solvers.static import sparse_of
 
@@ -42,7 +42,7 @@ class Equations(NamedTuple):
         r, power = np.zeros(n_v + n_j), np.zeros(powers.N_POWERS)
         y = self.y.copy()
         y[n_q : n_q + n_v] += self.c_rate * dq
-        alpha.displace(self.y, dq, model, y)
+        alpha_state.displace(self.y, dq, model, y)
         load_implicit(model)
         implicit.residual(self.t, y, self.a + self.c_mass * dq, la, self.step, 1.0, model, r, power)
         return r

@@ -10,7 +10,7 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
-from evolvent.solvers import alpha as at
+from evolvent.solvers import alpha_state as at
 from evolvent.solvers.modes import matrices
 from evolvent.solvers.static import Work
 from helpers import accounts, derivative

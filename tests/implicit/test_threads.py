@@ -16,7 +16,7 @@ from evolvent.flow.needs import load_implicit
 from evolvent.flow.observations import observe
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels.sparse import OUTSIDE
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha_state
 from evolvent.solvers.drive import choose_step
 from evolvent.solvers.implicit import gained, matrix_of, solve_implicit
 from evolvent.solvers.static import sparse_of
@@ -69,7 +69,7 @@ def test_tangent(motion: str, rng: np.random.Generator) -> None:
 
     def residual(d: np.ndarray) -> np.ndarray:
         moved = y.copy()
-        alpha.displace(y, d, model, moved)
+        alpha_state.displace(y, d, model, moved)
         moved[n_q : n_q + n_v] = y[n_q : n_q + n_v] + rate * d
         equations.residual(0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
         return r.copy()

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha_state
 from evolvent.solvers.implicit import ImplicitSolution, solve_implicit
 from implicit.rigs import coordinates, momenta, run
 
@@ -72,7 +72,7 @@ def test_restitution(law: str, damping: float, expected: float, book: Book) -> N
     assembly = bar(law, damping)
     solution = run(assembly, [0.0, 0.04, 0.15], tolerance=1e-9 if law == "paper" else 1e-8)
     before = 0.5 * SPEED**2
-    assert solution.ledger[-1, alpha.BY_CONTACT] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
+    assert solution.ledger[-1, alpha_state.BY_CONTACT] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
     source = "SciPy DOP853, 1e-12" if law != "paper" and damping else "closed form"
     book(
         "Contact", f"Bounce of a bar, law {law}, damping {damping:g}", reference=f"restitution {expected:.6f}",
@@ -183,8 +183,8 @@ def test_the_account_of_a_sliding_point_closes(law: str) -> None:
         solution = run(dragged(law), np.linspace(0.0, 0.8, 9), step=step, spectral_radius=0.9)
         opened.append(np.abs(solution.gained).max())
     way = 0.5 * (0.25 + 0.3)  # the load's ramp is half of it on average
-    assert solution.ledger[-1, alpha.BY_FRICTION] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
-    assert solution.ledger[-1, alpha.DRIVES] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert solution.ledger[-1, alpha_state.BY_FRICTION] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert solution.ledger[-1, alpha_state.DRIVES] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
     assert opened[-1] < (1e-6 if law == "hunt-crossley" else 5e-6)
     if law == "hunt-crossley":
         assert np.polyfit(np.log(steps), np.log(opened), 1)[0] == pytest.approx(2.0, abs=0.15)
@@ -285,7 +285,7 @@ def test_capstan_pulled(book: Book) -> None:
     """Force ratio e^(mu beta); pulled so slowly that nothing else counts."""
     solution = run(capstan(speed=0.01), [0.0, 0.1, 0.5, 0.8], tolerance=1e-5)
     assert np.abs(solution.la[2:, 0]) == pytest.approx(math.exp(MU * BETA), rel=0.01)
-    assert solution.ledger[-1, alpha.BY_FRICTION] > 0.0
+    assert solution.ledger[-1, alpha_state.BY_FRICTION] > 0.0
     book(
         "Contact", "Capstan, a quarter of a turn, cable pulled (48 elements)", reference="e^(mu beta)",
         source="closed form", error=np.abs(np.abs(solution.la[2:, 0]) / math.exp(MU * BETA) - 1.0).max(), allowed=0.01,

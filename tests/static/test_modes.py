@@ -11,7 +11,7 @@ from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import modes as under_test
-from evolvent.solvers.alpha import displace
+from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import matrices, modes
 from evolvent.solvers.static import Work, solve_static, spin_of
 from static.composing import EI, STEEL, beam, solved, tip_force

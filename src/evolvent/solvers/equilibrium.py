@@ -26,7 +26,7 @@ from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
-from evolvent.solvers.alpha import displace
+from evolvent.solvers.alpha_state import displace
 
 # status codes
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4

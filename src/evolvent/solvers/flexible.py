@@ -38,7 +38,7 @@ def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
     Of the accounts that the method integrates (see `evolvent.model`), and of the forces at the samples. Penalties stand
     in COUPLED, as springs in hinges do. Accelerations and multipliers are none.
     """
-    from evolvent.solvers import alpha as at
+    from evolvent.solvers import alpha_state as at
     from evolvent.solvers.implicit import ImplicitSolution
 
     model, t, y = assembly.model, solution.t, np.ascontiguousarray(solution.y)

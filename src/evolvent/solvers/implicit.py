@@ -21,7 +21,7 @@ from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha, graph, ordering
+from evolvent.solvers import alpha_energy, alpha_loop, alpha_state, graph, ordering
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import Releases, book_accounts, reason_of_outrun, release_times
@@ -85,7 +85,7 @@ class ImplicitSolution:
 
 def gained(ledger: np.ndarray) -> np.ndarray:
     """Energy at each sample less that at the start, less work, plus losses, J."""
-    a = alpha
+    a = alpha_state
     energy = ledger[..., a.KINETIC] + ledger[..., a.ELASTIC] + ledger[..., a.COUPLED]
     lost = ledger[..., a.BY_MASS : a.BY_SPRINGS + 1].sum(axis=-1)
     work = ledger[..., a.LOADS] + ledger[..., a.DRIVES] + ledger[..., a.SPOOLS]
@@ -147,7 +147,7 @@ class Prepared(NamedTuple):
     model: mdl.Model
     matrix: SparseBlocks
     options: np.ndarray
-    march: alpha.March
+    march: alpha_state.March
     releases: Releases | None
     compile_time: float
 
@@ -186,26 +186,27 @@ def prepared(
     rho = spectral_radius
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)
-    options = np.zeros(alpha.N_OPTIONS)
-    options[alpha.ALPHA_M] = (2.0 * rho - 1.0) / (rho + 1.0)
-    options[alpha.ALPHA_F] = rho / (rho + 1.0)
-    options[alpha.BETA] = 1.0 / (1.0 + rho) ** 2
-    options[alpha.GAMMA] = 2.0 / (1.0 + rho) - 0.5
-    options[alpha.NEWTON] = newton
-    options[alpha.TOLERANCE] = 0.0 if step is not None else tolerance
-    options[alpha.SMALLEST] = 1e-13 * span
-    options[alpha.LONGEST] = longest
-    options[alpha.GAIN] = largest_gain
-    options[alpha.MASS] = mass
-    options[alpha.FLOOR] = _floor(assembly, mass, weight)
-    options[alpha.SPAN] = first if step is not None else 10.0 * first
-    options[alpha.SHARE] = (1.0 - options[alpha.ALPHA_M]) / (2.0 * options[alpha.BETA] * (1.0 - options[alpha.ALPHA_F]))
+    options = np.zeros(alpha_state.N_OPTIONS)
+    options[alpha_state.ALPHA_M] = (2.0 * rho - 1.0) / (rho + 1.0)
+    options[alpha_state.ALPHA_F] = rho / (rho + 1.0)
+    options[alpha_state.BETA] = 1.0 / (1.0 + rho) ** 2
+    options[alpha_state.GAMMA] = 2.0 / (1.0 + rho) - 0.5
+    options[alpha_state.NEWTON] = newton
+    options[alpha_state.TOLERANCE] = 0.0 if step is not None else tolerance
+    options[alpha_state.SMALLEST] = 1e-13 * span
+    options[alpha_state.LONGEST] = longest
+    options[alpha_state.GAIN] = largest_gain
+    options[alpha_state.MASS] = mass
+    options[alpha_state.FLOOR] = _floor(assembly, mass, weight)
+    options[alpha_state.SPAN] = first if step is not None else 10.0 * first
+    a = alpha_state
+    options[a.SHARE] = (1.0 - options[a.ALPHA_M]) / (2.0 * options[a.BETA] * (1.0 - options[a.ALPHA_F]))
     cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, options[alpha.SHARE], 1.0)
+    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, options[alpha_state.SHARE], 1.0)
     began = clock.perf_counter()
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
-    jit.load((*needs.implicit_steps(model), *alpha.functions(model)))
+    jit.load((*needs.implicit_steps(model), *alpha_loop.functions(model)))
     march = _march(assembly, times, first, weight)
     return Prepared(model, matrix, options, march, releases, clock.perf_counter() - began)
 
@@ -268,26 +269,26 @@ def solve_implicit(
     try:
         if releases is not None:
             outrun = releases.fire(times[0], march.y) < 0
-        code = alpha.begin(model, matrix, options, march)
-        if code == alpha.REDUNDANT:
+        code = alpha_loop.begin(model, matrix, options, march)
+        if code == alpha_state.REDUNDANT:
             raise InputError(redundant(assembly, matrix))
-        if code == alpha.DONE:
+        if code == alpha_state.DONE:
             while True:
                 slice_began = clock.perf_counter()
-                first_sample = int(march.tally[alpha.SAMPLE])
+                first_sample = int(march.tally[alpha_state.SAMPLE])
                 if first_sample == 1:
                     kept_s[0] = model.flexible.switches
-                code = alpha.advance(model, matrix, options, march, budget)
-                kept_s[first_sample : int(march.tally[alpha.SAMPLE])] = model.flexible.switches
+                code = alpha_loop.advance(model, matrix, options, march, budget)
+                kept_s[first_sample : int(march.tally[alpha_state.SAMPLE])] = model.flexible.switches
                 spent = clock.perf_counter() - slice_began
-                if code == alpha.AT_STOP and releases is not None:
+                if code == alpha_state.AT_STOP and releases is not None:
                     outrun = releases.resume(march) < 0
-                elif code != alpha.BUDGET:
+                elif code != alpha_state.BUDGET:
                     break
                 if outrun:
                     break
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
-                now = (clock.perf_counter(), float(march.clock[alpha.TIME]), int(march.tally[alpha.STEPS]))
+                now = (clock.perf_counter(), float(march.clock[alpha_state.TIME]), int(march.tally[alpha_state.STEPS]))
                 if now[0] - last[0] > LOOK:
                     rest = (times[-1] - now[1]) / max(now[1] - last[1], 1e-300) * (now[2] - last[2])
                     if step is None and rest > MOST_STEPS:
@@ -295,18 +296,18 @@ def solve_implicit(
                         break
                     last = now
                 if progress is not None:
-                    progress(float(march.clock[alpha.TIME]))
-        if releases is not None and code == alpha.DONE:  # what is due at the very end still happens
+                    progress(float(march.clock[alpha_state.TIME]))
+        if releases is not None and code == alpha_state.DONE:  # what is due at the very end still happens
             outrun = releases.fire(times[-1], march.y) < 0
             march.out_y[-1], kept_s[-1] = march.y, model.flexible.switches
         if stalled:
             status, message = "failed", _stalled(march, now[2] - last[2], now[1] - last[1], rest)
         elif outrun:
-            status, message = "failed", reason_of_outrun(float(march.clock[alpha.TIME]))
-        elif code != alpha.DONE:
+            status, message = "failed", reason_of_outrun(float(march.clock[alpha_state.TIME]))
+        elif code != alpha_state.DONE:
             status, message = "failed", reason(code, march, step, options, assembly)
     except KeyboardInterrupt:
-        reached = float(march.clock[alpha.TIME])
+        reached = float(march.clock[alpha_state.TIME])
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
     except InputError:
         raise
@@ -314,19 +315,19 @@ def solve_implicit(
         failure = law_failure(assembly, error, moments(run))
         status, message = "failed", f"{failure}; what was computed is kept"
     wall_time = clock.perf_counter() - began
-    kept = int(march.tally[alpha.SAMPLE])
+    kept = int(march.tally[alpha_state.SAMPLE])
     if releases is not None:
         book_accounts(model, march.out_y, march.out_ledger)
-    steps = int(march.tally[alpha.STEPS])
+    steps = int(march.tally[alpha_state.STEPS])
     statistics = {
         "steps": steps,
-        "rejected_steps": int(march.tally[alpha.REJECTED]),
-        "iterations": int(march.tally[alpha.ITERATIONS]),
-        "factorizations": int(march.tally[alpha.FACTORED]),
+        "rejected_steps": int(march.tally[alpha_state.REJECTED]),
+        "iterations": int(march.tally[alpha_state.ITERATIONS]),
+        "factorizations": int(march.tally[alpha_state.FACTORED]),
         "step": float(step) if step is not None else float("nan"),
-        "mean_step": float(march.clock[alpha.TIME] - times[0]) / max(steps, 1),
-        "smallest_pivot": float(march.clock[alpha.QUALITY]),
-        "energy_gained": float(march.clock[alpha.NET]),
+        "mean_step": float(march.clock[alpha_state.TIME] - times[0]) / max(steps, 1),
+        "smallest_pivot": float(march.clock[alpha_state.QUALITY]),
+        "energy_gained": float(march.clock[alpha_state.NET]),
     }
     codecache.mark_warm("generalized-alpha")
     return ImplicitSolution(
@@ -351,7 +352,7 @@ def solve_implicit(
 def moments(run: Prepared) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Times and states at which the last step may have called a user's law."""
     march, s = run.march, run.model.flexible.switches
-    t, h = float(march.clock[alpha.TIME]), float(march.clock[alpha.STEP])
+    t, h = float(march.clock[alpha_state.TIME]), float(march.clock[alpha_state.STEP])
     later = np.concatenate([march.samples, march.stops])
     ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
     return [(end, march.y, s) for end in ends] + [(t, march.y0, s), (t, march.y, s)]
@@ -394,7 +395,7 @@ def check_start(assembly: Assembly, t: float) -> None:
             )
 
 
-def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha.March:
+def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha_state.March:
     model = assembly.model
     n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
@@ -407,13 +408,13 @@ def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarra
     model.flexible.checks["stick"] = 0.0
     model.flexible.checks["drag"] = 0.0
     model.flexible.hinges["latched"] = 0.0
-    clocks = np.zeros(alpha.N_CLOCK)
-    for place, value in ((alpha.TIME, times[0]), (alpha.STEP, step), (alpha.LAST, step)):
+    clocks = np.zeros(alpha_state.N_CLOCK)
+    for place, value in ((alpha_state.TIME, times[0]), (alpha_state.STEP, step), (alpha_state.LAST, step)):
         clocks[place] = value
-    clocks[alpha.QUALITY], clocks[alpha.EVENT] = 1.0, np.inf
-    tally = np.zeros(alpha.N_TALLY, dtype=np.int64)
-    tally[alpha.FRESH] = 1
-    return alpha.March(
+    clocks[alpha_state.QUALITY], clocks[alpha_state.EVENT] = 1.0, np.inf
+    tally = np.zeros(alpha_state.N_TALLY, dtype=np.int64)
+    tally[alpha_state.FRESH] = 1
+    return alpha_state.March(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
         spare=assembly.y.copy(),
@@ -429,7 +430,7 @@ def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarra
         gaps=np.zeros(n_j),
         clock=clocks,
         tally=tally,
-        ledger=np.zeros(alpha.N_LEDGER),
+        ledger=np.zeros(alpha_state.N_LEDGER),
         impulse=np.zeros(n_c),
         kept=np.full(12, np.nan),
         samples=times.copy(),
@@ -437,8 +438,8 @@ def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarra
         out_y=np.zeros((n_t, assembly.y.size)),
         out_a=np.zeros((n_t, n_v)),
         out_la=np.zeros((n_t, n_j)),
-        out_ledger=np.zeros((n_t, alpha.N_LEDGER)),
-        out_cylinders=np.zeros((n_t, n_c, alpha.N_CYLINDER)),
+        out_ledger=np.zeros((n_t, alpha_state.N_LEDGER)),
+        out_cylinders=np.zeros((n_t, n_c, alpha_state.N_CYLINDER)),
         out_bodies=np.zeros((n_t, n_b, 6)),
     )
 
@@ -453,13 +454,13 @@ def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     )
 
 
-def reason(code: int, march: alpha.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
+def reason(code: int, march: alpha_state.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
-    t = float(march.clock[alpha.TIME])
-    h = step if step is not None else float(march.clock[alpha.STEP])
+    t = float(march.clock[alpha_state.TIME])
+    h = step if step is not None else float(march.clock[alpha_state.STEP])
     smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
-    if code == alpha.NO_CONVERGENCE:
-        met = march.tally[alpha.SET] != 0 or march.tally[alpha.MET] != 0
+    if code == alpha_state.NO_CONVERGENCE:
+        met = march.tally[alpha_state.SET] != 0 or march.tally[alpha_state.MET] != 0
         touching = " with contact" if met else ""
         jumps = _jumping(assembly)
         why = law = ""
@@ -479,25 +480,25 @@ def reason(code: int, march: alpha.March, step: float | None, options: np.ndarra
             f"{what_may_jump(assembly)}; "
             f"{smaller}{joined}{law}"
         )
-    if code == alpha.NOT_FINITE:
+    if code == alpha_state.NOT_FINITE:
         return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s; {smaller}"
-    if code in (alpha.SINGULAR, alpha.REDUNDANT):
+    if code in (alpha_state.SINGULAR, alpha_state.REDUNDANT):
         return (
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
             f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
         )
-    scale = float(alpha.gain_scale(march.ledger, options))
-    share = float(march.clock[alpha.LARGEST]) / max(scale, 1e-300)
+    scale = float(alpha_energy.gain_scale(march.ledger, options))
+    share = float(march.clock[alpha_state.LARGEST]) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
-        f"{options[alpha.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{options[alpha_state.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
         f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
 
 
-def _stalled(march: alpha.March, steps: int, time: float, rest: float) -> str:
+def _stalled(march: alpha_state.March, steps: int, time: float, rest: float) -> str:
     """Why a run of ever smaller steps was given up."""
-    t = float(march.clock[alpha.TIME])
+    t = float(march.clock[alpha_state.TIME])
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
         f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "

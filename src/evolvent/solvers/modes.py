@@ -18,7 +18,7 @@ from evolvent.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import couplings, loads, rigid, springs
 from evolvent.kernels.flexible import FIELD, NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.alpha import displace
+from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.static import StaticSolution, Work, places_of, solve_static
 

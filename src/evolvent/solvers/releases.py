@@ -18,7 +18,7 @@ from evolvent.flow import needs
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.kernels.feed import feed
-from evolvent.solvers import alpha
+from evolvent.solvers import alpha_energy, alpha_state
 
 #: Intervals in which changes of a feed's direction are looked for.
 _INTERVALS = 4096
@@ -106,7 +106,7 @@ class Releases:
             count += len(together)
         return count
 
-    def resume(self, march: alpha.March) -> int:
+    def resume(self, march: alpha_state.March) -> int:
         """Events at the loop's time: state, accelerations, energies and account; returns what `fire` returns.
 
         Notes
@@ -114,7 +114,7 @@ class Releases:
         A node that leaves goes on as its neighbour does: what its spring would do to it at once is far shorter than a
         step. What an event brings in or takes away does not count as gained.
         """
-        model, t = self.model, float(march.clock[alpha.TIME])
+        model, t = self.model, float(march.clock[alpha_state.TIME])
         before = model.flexible.switches.copy()
         count = self.fire(t, march.y)
         if count < 0:
@@ -131,22 +131,22 @@ class Releases:
         residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
         march.v1[2] = model.flexible.P
         ledger = march.ledger
-        energy = [alpha.KINETIC, alpha.ELASTIC, alpha.COUPLED]
+        energy = [alpha_state.KINETIC, alpha_state.ELASTIC, alpha_state.COUPLED]
         had = ledger[energy].sum()
-        alpha.fill_energies(t, model, march)
-        ledger[alpha.START] += ledger[energy].sum() - had
-        ledger[alpha.PEAK] = max(ledger[alpha.PEAK], ledger[energy].sum())
-        march.tally[alpha.FRESH] = 1
+        alpha_energy.fill_energies(t, model, march)
+        ledger[alpha_state.START] += ledger[energy].sum() - had
+        ledger[alpha_state.PEAK] = max(ledger[alpha_state.PEAK], ledger[energy].sum())
+        march.tally[alpha_state.FRESH] = 1
         return count
 
 
 def book_accounts(model: mdl.Model, out_y: np.ndarray, ledger: np.ndarray) -> None:
     """Write what the ledger holds into the accounts of the states, where explicit methods have it."""
     first = int(model.info.nq + model.info.nv)
-    out_y[:, first + mdl.DISSIPATED] = ledger[:, alpha.BY_MASS : alpha.BY_SPRINGS + 1].sum(axis=1)
-    out_y[:, first + mdl.SPOOL] = ledger[:, alpha.SPOOLS]
-    out_y[:, first + mdl.LOAD] = ledger[:, alpha.LOADS]
-    out_y[:, first + mdl.DRIVE] = ledger[:, alpha.DRIVES]
+    out_y[:, first + mdl.DISSIPATED] = ledger[:, alpha_state.BY_MASS : alpha_state.BY_SPRINGS + 1].sum(axis=1)
+    out_y[:, first + mdl.SPOOL] = ledger[:, alpha_state.SPOOLS]
+    out_y[:, first + mdl.LOAD] = ledger[:, alpha_state.LOADS]
+    out_y[:, first + mdl.DRIVE] = ledger[:, alpha_state.DRIVES]
 
 
 def reason_of_outrun(reached: float) -> str:

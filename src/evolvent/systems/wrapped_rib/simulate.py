@@ -714,7 +714,7 @@ def _wrap(case: Case, motion: _Motion, R: np.ndarray) -> np.ndarray:
 def _account(case: Case, assembly: Assembly, solution: ImplicitSolution, motion: _Motion) -> dict[str, xr.Variable]:
     """Energies, what takes them, momenta."""
     from evolvent.results import variable
-    from evolvent.solvers import alpha as at
+    from evolvent.solvers import alpha_state as at
 
     ledger = solution.ledger
     kinetic, contact = ledger[:, at.KINETIC], ledger[:, at.CONTACT]
