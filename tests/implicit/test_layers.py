@@ -196,7 +196,7 @@ def test_refusals(fields: dict[str, Any], words: str) -> None:
 def test_explicit_methods_refuse_layers() -> None:
     from evolvent import families
 
-    with pytest.raises(InputError, match="'layer-0' is a layer on others"):
+    with pytest.raises(InputError, match="'layer-0' is a layer on other turns"):
         families.check(wound(0.0015), families.EXPLICIT)
 
 
