@@ -125,12 +125,9 @@ def _find(matrix, b, c):
     return -1
 
 
-@indirect(types.UniTuple(_I, 3)(SPARSE, _I, _I))
-def first_entry(matrix, i, j):
-    """Place in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
-
-    Returns (-1, 0, 0) outside the pattern, which is counted.
-    """
+@inlined
+def _first_entry(matrix, i, j):
+    """`first_entry`."""
     table, p, q = matrix.table, matrix.place[i], matrix.place[j]
     b, c = matrix.block[p], matrix.block[q]
     r, s = p - table[b, START], q - table[c, START]
@@ -151,10 +148,19 @@ def first_entry(matrix, i, j):
     return table[c, AT] + m * m + m * w + s * w + matrix.later[k, COLUMN] + r, w, 1
 
 
+@indirect(types.UniTuple(_I, 3)(SPARSE, _I, _I))
+def first_entry(matrix, i, j):
+    """Place in the values of the entry of unknowns i and j, and from it to the entries of i, j + 1 and of i + 1, j.
+
+    Returns (-1, 0, 0) outside the pattern, which is counted.
+    """
+    return _first_entry(matrix, i, j)
+
+
 @indirect(void(SPARSE, _I, _I, REAL))
 def add_entry(matrix, i, j, value):
     """Add to the entry of unknowns i and j; what lies outside the pattern is left out and counted."""
-    at, _, _ = first_entry(matrix, i, j)
+    at, _, _ = _first_entry(matrix, i, j)
     if at >= 0:
         matrix.values[at] += value
 
@@ -162,13 +168,34 @@ def add_entry(matrix, i, j, value):
 @indirect(void(SPARSE, _I, _I, MATRIX, _I, _I, _I, _I, REAL))
 def add_block(matrix, i, j, K, row, column, rows, columns, scale):
     """Add scale K[row : row + rows, column : column + columns] to unknowns from i and j on, each of one block."""
-    at, right, down = first_entry(matrix, i, j)
+    at, right, down = _first_entry(matrix, i, j)
     if at < 0:
         return
-    values = matrix.values
-    for r in range(rows):
+    if right == 1 and columns == 6:
+        for r in range(rows):
+            _add_six(matrix.values, at + r * down, K, row + r, column, 0, 1, scale)
+    elif down == 1 and rows == 6:
         for c in range(columns):
-            values[at + r * down + c * right] += scale * K[row + r, column + c]
+            _add_six(matrix.values, at + c * right, K, row, column + c, 1, 0, scale)
+    else:
+        for r in range(rows):
+            for c in range(columns):
+                matrix.values[at + r * down + c * right] += scale * K[row + r, column + c]
+
+
+@inlined
+def _add_six(values, at, K, r, c, down, right, scale):
+    """Add six entries of K, from (r, c) in steps of (down, right), to consecutive values; all are read before."""
+    x0, x1, x2 = K[r, c], K[r + down, c + right], K[r + 2 * down, c + 2 * right]
+    x3, x4, x5 = (
+        K[r + 3 * down, c + 3 * right],
+        K[r + 4 * down, c + 4 * right],
+        K[r + 5 * down, c + 5 * right],
+    )
+    x0, x1, x2 = values[at] + scale * x0, values[at + 1] + scale * x1, values[at + 2] + scale * x2
+    x3, x4, x5 = values[at + 3] + scale * x3, values[at + 4] + scale * x4, values[at + 5] + scale * x5
+    values[at], values[at + 1], values[at + 2] = x0, x1, x2
+    values[at + 3], values[at + 4], values[at + 5] = x3, x4, x5
 
 
 @inlined

@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect
+from evolvent.jit import REAL, VECTOR, indirect, kernel
 from evolvent.kernels import contact, layers, rigid
 from evolvent.kernels.couplings import add_relative, add_relative_body, body_columns
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -137,7 +137,10 @@ def add_contact_tangents(y, c_rate, model, matrix):
     """Tangents of all contacts, c_rate times the derivatives by velocity included."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, checks = flexible.cylinders, flexible.checks
-    J, K = flexible.J[1], flexible.K12
+    J, K, W = flexible.J[1], flexible.K12, flexible.K24
+    for r in range(12):
+        for c in range(12):
+            W[r, c] = 0.0
     for k in range(cylinders.size):
         if cylinders[k].under >= 0:
             layers.add_layer_tangents(k, c_rate, model, matrix)
@@ -146,6 +149,7 @@ def add_contact_tangents(y, c_rate, model, matrix):
         moves = bodies[body].motion != rigid.DRIVEN
         R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
         ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        last = -1  # check point whose element's sum is in W
         for i in range(cylinders[k].first, cylinders[k].last):
             force = checks[i].force
             if force == 0.0 or checks[i].gap1 == math.inf:
@@ -172,10 +176,15 @@ def add_contact_tangents(y, c_rate, model, matrix):
                     h = H[a] if a == b else H[2 + a + b]
                     change = normal * n[b] + d_rate * turned[b]
                     K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
+            if last >= 0 and checks[last].cell != checks[i].cell:
+                _add_sum(matrix, checks[last].iv, n_q, W)
+            last = i
             for p in range(4):
-                row, s = checks[i].iv[p] - n_q, checks[i].S[p] * cylinders[k].share
                 for q in range(4):
-                    add_block(matrix, row, checks[i].iv[q] - n_q, K, 0, 0, 3, 3, s * checks[i].S[q])
+                    s = checks[i].S[p] * cylinders[k].share * checks[i].S[q]
+                    for a in range(3):
+                        for b in range(3):
+                            W[3 * p + a, 3 * q + b] += s * K[a, b]
             if not moves:
                 continue
             q = flexible.e[2]
@@ -190,6 +199,19 @@ def add_contact_tangents(y, c_rate, model, matrix):
                 row = checks[i].iv[p] - n_q
                 add_relative(matrix, model, body, J, K, f, row, checks[i].S[p])
             add_relative_body(matrix, model, body, True, J, K, f)
+        if last >= 0:
+            _add_sum(matrix, checks[last].iv, n_q, W)
+
+
+@kernel
+def _add_sum(matrix, iv, n_q, W):
+    """Add the sum of the tangents of an element's check points, by the two vectors of each of its nodes; clear it."""
+    for r in (0, 2):
+        for c in (0, 2):
+            add_block(matrix, iv[r] - n_q, iv[c] - n_q, W, 3 * r, 3 * c, 6, 6, 1.0)
+    for r in range(12):
+        for c in range(12):
+            W[r, c] = 0.0
 
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL))
