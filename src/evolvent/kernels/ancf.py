@@ -22,7 +22,7 @@ With g the products, i <= j, row by row (28, or 6), and J = dg/dv:
   w = (1 + b c/2) v + b v'/2.
 """
 
-from evolvent.jit import REAL, VECTOR, entry, inlined, kernel
+from evolvent.jit import REAL, VECTOR, entry, inlined, kernel, matrix_view
 
 #: Vectors and products of the beam.
 N, PRODUCTS = 7, 28
@@ -188,7 +188,7 @@ def tangent_of(e, H, h, n, work, K):
     nodal_vectors(e, n, v)
     products(v, n, g)
     stresses(H, h, g, n, s)
-    write_tangent(H, s, v, v, n, work[a : a + 3 * n * m].reshape(3 * n, m), K)
+    write_tangent(H, s, v, v, n, matrix_view(work, a, 3 * n, m), K)
 
 
 @inlined
@@ -228,7 +228,7 @@ def damped_tangent_of(e, u, b, c, H, h, n, work, K):
     stresses(H, h, g, n, s)
     for i in range(3 * n):
         w[i] = (1.0 + b * c) * v[i] + b * w[i]
-    write_tangent(H, s, v, w, n, work[a : a + 3 * n * m].reshape(3 * n, m), K)
+    write_tangent(H, s, v, w, n, matrix_view(work, a, 3 * n, m), K)
 
 
 @inlined
@@ -273,7 +273,7 @@ def paper_damped_tangent_of(e, u, b, c, H, h, n, work, K):
         s[k] -= b * c * h[k]
     for i in range(3 * n):
         w[i] = (1.0 + 0.5 * b * c) * v[i] + 0.5 * b * w[i]
-    write_tangent(H, s, v, w, n, work[a : a + 3 * n * m].reshape(3 * n, m), K)
+    write_tangent(H, s, v, w, n, matrix_view(work, a, 3 * n, m), K)
 
 
 # ---------------------------------------------------------------------------------------------- the beam
