@@ -125,7 +125,7 @@ def add_weight(gravity, n_q, model, P):
 
 @indirect(void(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE))
 def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
-    """matrix = c_mass M + c_rate dF/dv + dF/dq, with `scale` times the constraints as rows and columns; after `residual` only.
+    """matrix = c_mass M + c_rate dF/dv + dF/dq, and `scale` times the constraints; after `residual` only.
 
     Left out is what only slows Newton's method: how a turn of a body or of a line of action changes rates (beside what
     is kept it is the angle turned in a step), how forces at markers turn with a body (beside its inertia: torque h^2),
