@@ -195,11 +195,9 @@ def check(assembly: Any, solver: str) -> None:
 
 def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
     """Whether a joint is a link or guide, which explicit methods have in other records as well."""
-    return name == "joints" and solver == EXPLICIT and owner(assembly, name, index) not in _names(assembly, "joints")
-
-
-def _names(assembly: Any, family: str) -> list[str]:
-    return [name for name, (found, _) in assembly.names.items() if found == family]
+    if name != "joints" or solver != EXPLICIT:
+        return False
+    return bool(assembly.names.get(owner(assembly, name, index), ("",))[0] != "joints")
 
 
 def owner(assembly: Any, family: str, index: int) -> str:

@@ -185,7 +185,7 @@ def spring() -> Case:
 
 
 def pendulum(rod: Any, part: str) -> Case:
-    """A mass on a rod, let go far from its lowest place."""
+    """A mass on a rod, released far from its lowest place."""
     length, start = 1.2, 1.0
     x = (length * math.sin(start), 0.0, -length * math.cos(start))
 

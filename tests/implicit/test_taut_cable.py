@@ -69,7 +69,7 @@ def at_rest(assembly: Assembly) -> tuple[Assembly, StaticSolution]:
 @pytest.mark.parametrize("law", ["hunt-crossley", "conservative"])
 @pytest.mark.parametrize(("strain", "step"), [(1e-3, 2e-3), (1e-3, 1e-3), (1e-3, 1e-4), (1e-2, 1e-3), (1e-2, 1e-4)])
 def test_a_taut_cable_lies_still_under_any_fixed_step(law: str, strain: float, step: float) -> None:
-    """The drum bears 2 T of two parallel legs; nothing moves, from the first step on."""
+    """The drum carries 2 T of two parallel legs; nothing moves, from the first step on."""
     assembly, tension = cable(law, strain=strain, held=False)
     assembly, start = at_rest(assembly)
     assert start.cylinders[-1, 0, 1] == pytest.approx(-2.0 * tension, rel=1e-6)
@@ -117,7 +117,7 @@ def test_a_conservative_cable_that_rubs_lies_still() -> None:
 @pytest.mark.parametrize("law", ["hunt-crossley", "conservative", "paper"])
 @pytest.mark.parametrize("depth", [0.0, 5e-5])
 def test_a_cable_that_begins_to_press_is_carried(law: str, depth: float) -> None:
-    """Laid on the drum without the depth that bears it: it sinks in, rings, and the mean force is that of rest."""
+    """Laid on the drum without the depth that carries it: it sinks in, rings, and the mean force is that of rest."""
     assembly, _ = cable(law, depth=depth)
     rest = at_rest(assembly)[1].cylinders[-1, 0, 1]
     run = solve_implicit(assembly, samples=np.linspace(0.0, 0.04, 401), step=1e-4)

@@ -18,11 +18,6 @@ def is_flexible(model: Model) -> bool:
     return bool(model.flexible.beams.size or model.info.penalties)
 
 
-def is_corrected(model: Model) -> bool:
-    """Whether states are corrected after a step (see `projection.is_corrected`)."""
-    return bool(projection.is_corrected(model))
-
-
 def forces(model: Model) -> Iterator[Any]:
     """Functions of the families that explicit and implicit methods need alike."""
     f = model.flexible
@@ -68,7 +63,7 @@ def explicit(model: Model) -> Iterator[Any]:
     if is_flexible(model):
         yield from (penalties.add_flexible_forces, penalties.flexible_rates, penalties.add_flexible_inventory)
         yield penalties.release_penalties
-    if is_corrected(model):
+    if projection.is_corrected(model):
         yield projection.project
     if model.links.size or model.guides.size:
         yield projection.project_links

@@ -30,8 +30,8 @@ from evolvent.solvers.alpha_state import (
 
 _I, _B = types.int64, types.boolean
 
-#: Part of mean contact forces that stiffness bears for which a step is solved once more; their change by that at which
-#: it is not.
+#: Part of mean contact forces that stiffness carries for which a step is solved once more; their change by that at
+#: which it is not.
 BORNE, FOLLOWS = 1e-2, 0.25
 #: Change of that part, beside the forces, below which a step is not solved once more.
 KEPT = 1e-9
@@ -43,7 +43,7 @@ def add_mean_forces(t, h, model, matrix, options, march):
 
     Notes
     -----
-    Steps go on with accelerations that hold the part g of f which stiffness bears, and nothing of the rest, M w. A
+    Steps go on with accelerations that hold the part g of f which stiffness carries, and nothing of the rest, M w. A
     start without g would not stay at rest where it is in equilibrium. Multipliers and wrenches are those of all of f.
     """
     n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
@@ -87,7 +87,7 @@ def add_mean_forces(t, h, model, matrix, options, march):
 
 @indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, MARCH))
 def solve_with_stiff_part(t, h, found, model, matrix, options, march):
-    """Solve a fixed step once more with what stiffness bears of mean contact forces; returns as `step_of` does.
+    """Solve a fixed step again with the part of mean forces that stiffness carries; returns as `step_of` does.
 
     Where the forces follow that (a contact that is stiffer than what it pushes), the step stays as it was, and so it
     does with friction, whose forces go on as those of rest do.
@@ -99,8 +99,8 @@ def solve_with_stiff_part(t, h, found, model, matrix, options, march):
     last = march.spare[n_v : 2 * n_v]
     for i in range(n_v):
         last[i] = g[i]
-    borne = find_stiff_part(t, h, model, matrix, options, march)
-    if borne < 0:
+    counts = find_stiff_part(t, h, model, matrix, options, march)
+    if counts < 0:
         return SINGULAR
     change = largest = 0.0
     for i in range(n_v):
@@ -108,7 +108,7 @@ def solve_with_stiff_part(t, h, found, model, matrix, options, march):
         before[i] = f[i]
     if change <= KEPT * largest:
         return found
-    if borne > 0:
+    if counts > 0:
         again = step_of(t, h, AS_IT_IS, model, matrix, options, march)
         if again > 0:
             residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])

@@ -242,7 +242,7 @@ def advance(model, matrix, options, march, budget):
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, MARCH))
 def restart(t, h, model, matrix, options, march):
-    """Start restart just after time t, where loads or joints change at once; what a joint lets go is lost in it."""
+    """Start again just after time t, where loads or joints change at once; the energy of a released joint is lost."""
     ledger = march.ledger
     before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
     after = t + max(1e-9 * h, 20.0 * options[SMALLEST])
@@ -271,7 +271,7 @@ def _until_latch(model):
 
 @indirect(void(MODEL, MARCH))
 def restore_start(model, march):
-    """Back to the start of a step that is given up."""
+    """Restore the start of a step that is rejected."""
     for i in range(march.y.size):
         march.y[i] = march.y0[i]
     for j in range(4):

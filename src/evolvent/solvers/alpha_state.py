@@ -45,7 +45,7 @@ class March(Struct):
     ----------
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     v1 : (5, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
-        over the step, the part g of those that stiffness bears; those of its start in `v0`
+        over the step, the part g of those that stiffness carries; those of its start in `v0`
     la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
