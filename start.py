@@ -2,7 +2,7 @@
 """Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
     python3 start.py run heliogyro     results in run.nc, figures in run-figures/
-    python3 start.py test              lint, types, floors, tests, documentation
+    python3 start.py test              lint, types, layers, tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
@@ -95,7 +95,7 @@ def run(arguments: list[str]) -> int:
 
 
 def test(arguments: list[str]) -> int:
-    """Lint, format, types, floors, tests and documentation; all are run, and any failure counts."""
+    """Lint, format, types, layers, tests and documentation; all are run, and any failure counts."""
     if code := set_up("test"):
         return code
     if not arguments:  # the validation book is that of a whole run
@@ -107,7 +107,7 @@ def test(arguments: list[str]) -> int:
         "lint": ["ruff", "check"],
         "format": ["ruff", "format", "--check"],
         "types": ["mypy"],
-        "floors": ["lint-imports", "--no-logo"],
+        "layers": ["lint-imports", "--no-logo"],
         "tests": ["pytest", "-q", "-rs", *(["-n", str(workers)] if workers > 1 else []), *arguments],
         "docs": SPHINX,
     }

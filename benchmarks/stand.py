@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases
-from evolvent.solvers import lanes
+from evolvent import batch, cases
 from evolvent.systems.inertia_stand.prepare import Prepared, prepare
 
 STEP, DURATION = 1e-3, 10.0
@@ -41,7 +40,7 @@ def integrate(prepared: list[Prepared], repeat: int, **options: Any) -> tuple[fl
     best = np.inf
     for _ in range(repeat):
         began = time.process_time()
-        states = lanes.integrate(suspended, **options)
+        states = batch.integrate(suspended, **options)
         best = min(best, time.process_time() - began)
     return best, states
 
@@ -98,24 +97,24 @@ def main() -> int:
     options = parser.parse_args()
     before = os.getloadavg()
     prepared = bodies()
-    lanes.warm_up()
+    batch.warm_up()
     highest = max(float(item.modes.natural_frequency.max()) for item in prepared)
     figures: dict[str, Any] = {"cases": len(prepared)}
 
     # the map: samples of the built-in case, every method at the step that keeps 1e-4
     every, samples = 1.0 / prepared[0].case.sensors.rate, prepared[0].case.sensors.samples
-    for method in lanes.METHODS:
-        steps = max(1, int(np.ceil(every * highest / lanes.accurate_step(method, 1e-4))))
+    for method in batch.METHODS:
+        steps = max(1, int(np.ceil(every * highest / batch.accurate_step(method, 1e-4))))
         spent, _ = integrate(prepared, options.repeat, every=every, samples=samples, steps=steps, method=method)
-        error = lanes.amplification(method)(every / steps * highest)[1]
+        error = batch.amplification(method)(every / steps * highest)[1]
         figures[f"map, {method}"] = {"cpu_s": spent, "frequency_error": error, "step_s": every / steps}
 
     # the batch at equal step, and at equal frequency accuracy
     steps = round(every / STEP)
     count = round(DURATION / every) + 1
     ours, states = integrate(prepared, options.repeat, every=every, samples=count, steps=steps, method="rk4")
-    target = abs(lanes.amplification("rk4")(STEP * highest)[1])
-    n = max(1, int(np.ceil(every * highest / lanes.accurate_step("dop853", target))))
+    target = abs(batch.amplification("rk4")(STEP * highest)[1])
+    n = max(1, int(np.ceil(every * highest / batch.accurate_step("dop853", target))))
     equal, _ = integrate(prepared, options.repeat, every=every, samples=count, steps=n, method="dop853")
     figures["batch, rk4 at 1 ms"] = {"cpu_s": ours, "us_a_case_step": 1e6 * ours / len(prepared) / (DURATION / STEP)}
     figures["batch, equal frequency accuracy"] = {

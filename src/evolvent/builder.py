@@ -14,7 +14,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation, load_weight
-from evolvent.kernels import ancf, flexible, joints, loads, rigid, springs, thread
+from evolvent.kernels import ancf, constraint_rows, flexible, loads, rigid, springs, thread
 from evolvent.pointer import zeros_record
 
 Array = np.ndarray
@@ -225,9 +225,9 @@ class Builder:
         return assembly
 
     def _ends(self) -> set[float]:
-        """Times at which joints let go and pushes start or end."""
+        """Times at which joints let go and beam loads start or end."""
         times = [row["until"] for row in self.rows["joints"]]
-        times += [row[key] for row in self.rows["pushes"] for key in ("start", "end")]
+        times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
     def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
@@ -244,7 +244,7 @@ class Builder:
             switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             angles=np.zeros(int(beams["nodes"].sum())),
-            masses=_factor_masses(beams, families["cells"], pools),
+            masses=_factor_masses(beams, families["elements"], pools),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),
@@ -298,15 +298,15 @@ class Builder:
         entries: list[tuple[Any, Any, Any, Any]] = []  # kind, index, bodies, points
         threads, links, markers = families["threads"], families["links"], families["markers"]
         for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE):
-            entries.append((joints.THREAD, p, (threads["body"][p], -1), (-1, -1)))
+            entries.append((constraint_rows.THREAD, p, (threads["body"][p], -1), (-1, -1)))
         for k in range(links.size):
             sides = []
             for m in (links["a"][k], links["b"][k]):
                 on_body, index = markers["kind"][m] == springs.ON_BODY, markers["index"][m]
                 sides.append((index, -1) if on_body else (-1, index))
-            entries.append((joints.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
+            entries.append((constraint_rows.LINK, k, (sides[0][0], sides[1][0]), (sides[0][1], sides[1][1])))
         for k, body in enumerate(families["guides"]["body"]):
-            entries.append((joints.GUIDE, k, (body, -1), (-1, -1)))
+            entries.append((constraint_rows.GUIDE, k, (body, -1), (-1, -1)))
         motion = families["bodies"]["motion"]
         shared: dict[tuple[str, int], list[tuple[int, int]]] = {}
         for r, (_, _, bodies, points) in enumerate(entries):
@@ -335,7 +335,7 @@ class Builder:
         return rows, np.array(coupled, dtype=np.int64).reshape(len(coupled), 4)
 
 
-def _factor_masses(beams: Array, cells: Array, pools: dict[str, Array]) -> Array:
+def _factor_masses(beams: Array, elements: Array, pools: dict[str, Array]) -> Array:
     """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Flexible.masses`."""
     found = [np.zeros((0, 8))]
     if beams.size:
@@ -344,8 +344,8 @@ def _factor_masses(beams: Array, cells: Array, pools: dict[str, Array]) -> Array
         k = flexible.NODE_VECTORS[beam["kind"]]
         pool, n, w = pools["M12" if k == 2 else "M24"], k * int(beam["nodes"]), 2 * k - 1
         band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
-        for c in range(beam["cells"]):
-            M = pool[cells["mass"][beam["cell"] + c]]
+        for c in range(beam["elements"]):
+            M = pool[elements["mass"][beam["first_element"] + c]]
             for j in range(2 * k):
                 band[: 2 * k - j, k * c + j] += M[j:, j]
         L = scipy.linalg.cholesky_banded(band, lower=True)
@@ -372,11 +372,11 @@ def _check_constraints(assembly: Assembly) -> None:
     load_preparation(model)
     prepare(0.0, y, s, model)
     for k in range(model.guides.size):
-        rate = joints.guide_geometry(model.guides, model.bodies, k)[1]
+        rate = constraint_rows.guide_geometry(model.guides, model.bodies, k)[1]
         if abs(rate) > 1e-6 * max(1.0, np.abs(y).max()):
             raise InputError(f"guide {guides[k]!r}: the body moves against it, at {rate:.6g}, at the start")
     for k in range(model.links.size):
-        geometry = joints.link_geometry(y, model, k)
+        geometry = constraint_rows.link_geometry(y, model, k)
         length, gap, rate = model.links["length"][k], geometry[0] - model.links["length"][k], geometry[1]
         if abs(gap) > 1e-6 * length:
             raise InputError(
@@ -387,10 +387,10 @@ def _check_constraints(assembly: Assembly) -> None:
             raise InputError(
                 f"link {by_index[k]!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it"
             )
-    bad = joints.build_rows(y, s, model)
+    bad = constraint_rows.build_rows(y, s, model)
     if bad >= 0:
         kind, index = int(model.rows["kind"][bad]), int(model.rows["index"][bad])
-        if kind == joints.GUIDE:
+        if kind == constraint_rows.GUIDE:
             raise InputError(f"guide {guides[index]!r} is redundant: the other constraints already imply it")
         name = by_index.get(index, "a thread")
         raise InputError(f"link {name!r} is redundant: the other constraints already imply it")

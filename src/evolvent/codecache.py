@@ -31,7 +31,7 @@ from numba.core.targetconfig import TargetConfig
 
 _PACKAGE = pathlib.Path(__file__).parent
 #: Modules and packages that may hold compiled functions or constants that these use.
-COMPILED = ("codecache", "jit", "pointer", "model", "kernels", "flow", "solvers")
+COMPILED = ("codecache", "jit", "pointer", "model", "kernels", "flow", "solvers", "batch")
 #: Baselines by machine: LLVM's name of the processor, and the features of a host that has all of it.
 _BASELINES = {"x86_64": ("x86-64-v3", ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"))}
 _BASELINES["AMD64"] = _BASELINES["x86_64"]

@@ -15,7 +15,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.errors import InputError
-from evolvent.kernels import couplings, flexible, layers, loads, rigid, springs, thread, touch
+from evolvent.kernels import contact, flexible, hinge, joint, layers, loads, rigid, sides, springs, thread
 from evolvent.kernels.feed import FREE
 from evolvent.model import Model
 
@@ -31,7 +31,7 @@ SOLVERS = {
 }
 EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
-PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "cells", "checks")
+PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,11 +76,11 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 _NOT_EXPLICIT = EVERY - {EXPLICIT}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
-_MATRIX = (couplings.side_columns, couplings.add_product, couplings.add_turning)
-_ON_BODIES = (couplings.side_columns, couplings.add_relative, couplings.add_relative_body)
-_JOINT_TANGENT = (couplings.add_joint_tangent, *_MATRIX)
-_JOINT = (couplings.joint_geometry, couplings.add_joint_force, couplings._cord_geometry)
-_CONTACT = (touch.add_contact_tangents, touch.settle_contacts, *_ON_BODIES)
+_MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
+_ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
+_JOINT_TANGENT = (joint.add_joint_tangent, *_MATRIX)
+_JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
+_CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
     Family("a driven body", "bodies", EVERY, which=_is("motion", rigid.DRIVEN)),
@@ -114,10 +114,10 @@ FAMILIES = (
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(
-        "a beam", "beams", EVERY, forces=(flexible.add_cells, flexible.beam_energies, flexible.beam_momenta),
-        tangents=(flexible.add_cell_tangents,),
+        "a beam", "beams", EVERY, forces=(flexible.add_elements, flexible.beam_energies, flexible.beam_momenta),
+        tangents=(flexible.add_element_tangents,),
     ),
-    Family("a load on a beam", "pushes", EVERY, forces=(flexible.add_pushes,)),
+    Family("a load on a beam", "beam_loads", EVERY, forces=(flexible.add_beam_loads,)),
     Family(
         "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
         tangents=_JOINT_TANGENT,
@@ -132,35 +132,35 @@ FAMILIES = (
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
-        "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(couplings.add_hinges,),
-        tangents=(couplings.add_hinge_tangents, *_ON_BODIES),
+        "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(hinge.add_hinges,),
+        tangents=(hinge.add_hinge_tangents, *_ON_BODIES),
     ),
     Family(
         "a hinge with a latch", "hinges", _NOT_EXPLICIT, "take generalized-alpha",
-        which=lambda found: np.isfinite(found["latch"]), forces=(couplings.add_hinges,),
-        tangents=(couplings.add_hinge_tangents, *_ON_BODIES),
+        which=lambda found: np.isfinite(found["latch"]), forces=(hinge.add_hinges,),
+        tangents=(hinge.add_hinge_tangents, *_ON_BODIES),
     ),
     Family(
         "a contact without friction", "cylinders", EVERY,
-        which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0), forces=(touch.add_contacts,),
+        which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
     ),
     Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",
-        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(touch.add_contacts,),
+        which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
     ),
     Family(
         "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
         which=lambda found: found["under"] >= 0,
-        forces=(touch.add_contacts, layers.add_layers, layers.settle_layers, layers.nearest),
+        forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),
     ),
 )  # fmt: skip
 
 
 def _is_driven(found: Array) -> Array:
-    return (found["path"] != couplings.STILL) | (found["kind"] == couplings.ANGLE)
+    return (found["path"] != joint.STILL) | (found["kind"] == joint.ANGLE)
 
 
 def check(assembly: Any, solver: str) -> None:

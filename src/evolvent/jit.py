@@ -569,9 +569,9 @@ def _make_lookup(signature: Any) -> Any:
 _A, _M = f8[::1], f8[:, ::1]
 #: Signatures of the package's own functions that a model calls by address, so that only those in use are compiled.
 FUNCTIONS = {
-    "cell_force": f8(_A, _A, f8, _M, _A, _M, _A, _A),
-    "cell_tangent": types.void(_A, _A, f8, f8, _M, _A, _M, _A, _M),
-    "cell_energy": f8(_A, _M, _A, f8, _A),
+    "element_force": f8(_A, _A, f8, _M, _A, _M, _A, _A),
+    "element_tangent": types.void(_A, _A, f8, f8, _M, _A, _M, _A, _M),
+    "element_energy": f8(_A, _M, _A, f8, _A),
 }
 
 
@@ -590,9 +590,9 @@ def at_slots(slots: np.ndarray) -> list[Any]:
     return [] if config.DISABLE_JIT else [_BY_SLOT[int(k)] for k in np.unique(slots)]
 
 
-cell_force_at = _make_lookup(FUNCTIONS["cell_force"])
-cell_tangent_at = _make_lookup(FUNCTIONS["cell_tangent"])
-cell_energy_at = _make_lookup(FUNCTIONS["cell_energy"])
+element_force_at = _make_lookup(FUNCTIONS["element_force"])
+element_tangent_at = _make_lookup(FUNCTIONS["element_tangent"])
+element_energy_at = _make_lookup(FUNCTIONS["element_energy"])
 force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 feed_law_at = _make_lookup(LAWS["feed"])

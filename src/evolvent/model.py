@@ -24,7 +24,7 @@ DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Accounts that follow in a model with beams, under explicit methods: what causes have taken, and the impulse of the
 #: normal forces of every cylinder.
-BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_COUPLINGS, IMPULSE = range(5)
+BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
 #: Layout of what `inventory` writes.
 KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
 
@@ -69,12 +69,11 @@ RECORDS: dict[str, np.dtype] = {
     "events": _record("law first last stops", ""),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
-    # flexible beams: cells are their elements; a node's coordinates stand together, node after node; node: number of
-    # the first one among the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole
-    # feels
-    "beams": _record("kind iq iv nodes cell cells node paper", "length"),
-    # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of functions (`kernels.cells`)
-    "cells": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
+    # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
+    # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
+    "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
+    # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of `kernels.element_calls`
+    "elements": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
@@ -100,22 +99,22 @@ RECORDS: dict[str, np.dtype] = {
         "F normal energy power touching share",
         centre=_3, axis=_3, F=_6,
     ),
-    # a check point is S . (four vectors of its cell). Of the step's start: gap, place and bristle (body axes); of its
-    # end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the start
-    # (body axes), drag1 of the end (inertial axes). Of layers: cell and place below at the step's start and end, how
-    # far off along the axis that was; `anchor` is what it moved by against what is below
-    "checks": _record(
-        "cell iq iv carrier carrier1", "S reach",
+    # a contact point is S . (four vectors of its element). Of the step's start: gap, place and bristle (body axes);
+    # of its end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the
+    # start (body axes), drag1 of the end (inertial axes). Of layers: element and place below at the step's start and
+    # end, how far off along the axis that was; `anchor` is what it moved by against what is below
+    "contact_points": _record(
+        "element iq iv carrier carrier1", "S reach",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1",
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector
-    "pushes": _record("kind beam iq iv", "value centre axis start end ramp", centre=_3, axis=_3),
+    "beam_loads": _record("kind beam iq iv", "value centre axis start end ramp", centre=_3, axis=_3),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
-FLEXIBLE = ("beams", "cells", "joints", "hinges", "cylinders", "checks", "pushes")
+FLEXIBLE = ("beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads")
 
 
 def family_type(name: str) -> Any:
@@ -134,7 +133,7 @@ class Flexible(Struct):
 
     Attributes
     ----------
-    beams, cells, joints, hinges, cylinders, checks, pushes : families of records (see `RECORDS`)
+    beams, elements, joints, hinges, cylinders, contact_points, beam_loads : families of records (see `RECORDS`)
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -152,12 +151,12 @@ class Flexible(Struct):
     """
 
     beams: Array = array(1, RECORDS["beams"])
-    cells: Array = array(1, RECORDS["cells"])
+    elements: Array = array(1, RECORDS["elements"])
     joints: Array = array(1, RECORDS["joints"])
     hinges: Array = array(1, RECORDS["hinges"])
     cylinders: Array = array(1, RECORDS["cylinders"])
-    checks: Array = array(1, RECORDS["checks"])
-    pushes: Array = array(1, RECORDS["pushes"])
+    contact_points: Array = array(1, RECORDS["contact_points"])
+    beam_loads: Array = array(1, RECORDS["beam_loads"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

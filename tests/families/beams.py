@@ -176,7 +176,7 @@ def layer() -> Case:
 def friction() -> Case:
     """A rod in the groove between two cylinders slides along them, or stands on its bristles.
 
-    Four check points of each cylinder bear it, at 0.25, 0.5, 0.75 and 1 m. Their forces along the normals, at 45
+    Four contact points of each cylinder bear it, at 0.25, 0.5, 0.75 and 1 m. Their forces along the normals, at 45
     degrees, are sqrt(2) m g together, so that it slows down at sqrt(2) mu g; bristles that stick hold it by 8 k.
     """
     stiff, stick, mu, g, along, v, count = 2500.0, 1000.0, 0.3, 1.0, 0.05, 0.5, 4

@@ -10,7 +10,7 @@ from evolvent import elements
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
-from evolvent.kernels import sparse, touch
+from evolvent.kernels import contact, sparse
 from evolvent.solvers import alpha_state
 from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
 from evolvent.solvers.static import sparse_of
@@ -76,12 +76,12 @@ def start_step(assembly: Assembly, y: Array) -> None:
     """Take the state y as the start of a step: gaps, anchors and bristles of contacts are those of y."""
     model = assembly.model
     n_v = int(model.info.nv)
-    model.flexible.checks["gap"] = np.inf
-    model.flexible.checks["stick"] = 0.0
-    model.flexible.checks["drag"] = 0.0
+    model.flexible.contact_points["gap"] = np.inf
+    model.flexible.contact_points["stick"] = 0.0
+    model.flexible.contact_points["drag"] = 0.0
     Equations(assembly, 0.0, y, np.zeros(n_v), 0.0, 0.0).residual(np.zeros(n_v), np.zeros(model.flexible.joints.size))
     model.flexible.cylinders["share"] = 1.0
-    touch.settle_contacts(y, model)
+    contact.end_contact_step(y, model)
 
 
 def run(assembly: Assembly, samples: Any, **options: Any) -> ImplicitSolution:

@@ -69,7 +69,7 @@ def test_gap_of_a_spiral(sense: int) -> None:
     """All of the second turn and what there is of the third lie a pitch above the turn below; the first has none."""
     assembly = wound(0.0015, sense=sense)
     start_step(assembly, assembly.y)
-    gap, checks = assembly.model.flexible.checks["gap"], 2 * N
+    gap, checks = assembly.model.flexible.contact_points["gap"], 2 * N
     over = np.arange(1, checks + 1) / checks * TURNS > 1.0
     assert np.all(np.isinf(gap[~over]))
     assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
@@ -83,7 +83,7 @@ def test_gap_of_neighbours(sense: int) -> None:
     start_step(assembly, assembly.y)
     for row in assembly.model.flexible.cylinders:
         assert row["shift"] == pytest.approx(2.0 * np.pi / 3.0)
-        gap = assembly.model.flexible.checks["gap"][row["first"] : row["last"]]
+        gap = assembly.model.flexible.contact_points["gap"][row["first"] : row["last"]]
         over = np.arange(1, 2 * N + 1) / (2 * N) * TURNS > 1.0 / 3.0
         assert gap[over] == pytest.approx(0.0015 - THICK, abs=2e-5)
         assert np.all(np.isinf(gap[~over]))
@@ -218,7 +218,7 @@ def test_stuck_turns_stay_stuck_where_the_coil_turns_on_its_hub() -> None:
     assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0)
     start_step(assembly, assembly.y)
     model, beam = assembly.model, assembly.model.flexible.beams[0]
-    checks = model.flexible.checks
+    checks = model.flexible.contact_points
     checks["stick"][checks["gap"] < 0.0] = [1e-4, 0.0, 0.0]
     n_v, energies = int(model.info.nv), []
     for angle in (0.0, 0.3, 1.0, 1.5):

@@ -366,7 +366,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
     overrides = {"solver.method": method, "sensors.rate": "8 Hz", "solver.step": "0.125 s", "sensors.duration": "60 s"}
     with pytest.raises(evolvent.InputError, match="stability limit"):
         evolvent.run("inertia-stand", overrides)
-    monkeypatch.setattr(inertia_stand.simulate.lanes, "stability_limit", lambda method: 10.0)
+    monkeypatch.setattr(inertia_stand.simulate.batch, "stability_limit", lambda method: 10.0)
     with pytest.raises(evolvent.RunFailed, match=r"energy account|finite"):
         evolvent.run("inertia-stand", overrides)
 

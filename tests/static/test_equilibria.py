@@ -248,7 +248,7 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     section, material = Rectangle(thickness=0.01, width=0.02), Material(E=1e9, nu=0.3, density=1000.0)
 
     def prop(system: System) -> None:
-        # under the tip: only its last check point touches
+        # under the tip: only its last contact point touches
         system.add(
             parts.Cylinder(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05), axis=(0.0, 1.0, 0.0),
                            stiffness=1e6, points=1), "prop",

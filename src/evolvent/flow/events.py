@@ -7,7 +7,7 @@ from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
-from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels import constraint_rows, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
@@ -273,7 +273,7 @@ def capture_node(t, y, s, model, p):
     if threads[p].carried:
         strike(model, p, fx, fy, fz, couple)
     for r in range(model.rows.size):
-        if model.rows[r].kind == joints.THREAD and model.rows[r].index == p:
+        if model.rows[r].kind == constraint_rows.THREAD and model.rows[r].index == p:
             model.rows[r].rx = threads[p].copies * (along - threads[p].b[1])
     impulse(y, s, model)
 

@@ -21,9 +21,9 @@ from evolvent.flow.powers import (
     STIFFNESS_DAMPING,
 )
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import couplings, flexible, loads, rigid, sparse, springs, touch
-from evolvent.kernels.couplings import ON_BODY
+from evolvent.kernels import contact, flexible, hinge, joint, loads, rigid, sparse, springs
 from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.sides import ON_BODY
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
@@ -53,12 +53,12 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     for i in range(points.size):
         for c in range(3):
             points[i].f[c] = 0.0
-    if f.cells.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_cells(y, a, model, F)
-        if f.pushes.size > 0:
-            flexible.add_pushes(t, y, factor, model, P)
+    if f.elements.size > 0:
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, model, F)
+        if f.beam_loads.size > 0:
+            flexible.add_beam_loads(t, y, factor, model, P)
         if f.cylinders.size > 0:
-            touch.add_contacts(y, step, model, F)
+            contact.add_contacts(y, step, model, F)
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost
@@ -66,21 +66,21 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
     if f.hinges.size > 0:
-        energy, lost = couplings.add_hinges(y, model, F)
+        energy, lost = hinge.add_hinges(y, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
     for k in range(joints.size):
-        couplings.joint_geometry(t, y, k, model)
-        if not couplings.holds(t, joints, k):
+        joint.joint_geometry(t, y, k, model)
+        if not joint.holds(t, joints, k):
             r[first + k] = la[k]
         elif joints[k].stiffness > 0.0:
             gap, rate = joints[k].gap, joints[k].rate
-            couplings.add_joint_force(k, la[k], model, F)
+            joint.add_joint_force(k, la[k], model, F)
             powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
             powers[JOINTS] += joints[k].damping * rate * rate
             r[first + k] = gap + (joints[k].damping * rate - la[k]) / joints[k].stiffness
         else:
-            couplings.add_joint_force(k, la[k], model, F)
+            joint.add_joint_force(k, la[k], model, F)
             r[first + k] = joints[k].gap
     for i in range(points.size):
         at = points[i].iv - n_q
@@ -112,7 +112,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
     bodies, points = model.bodies, model.points
-    if model.flexible.cells.size > 0:
+    if model.flexible.elements.size > 0:
         flexible.add_gravity(gravity, model, P)
     for i in range(points.size):
         for c in range(3):
@@ -137,24 +137,24 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     n_q = info.nq
     joints, K = f.joints, f.K12
     sparse.clear(matrix)
-    if f.cells.size > 0:
-        flexible.add_cell_tangents(y, c_mass, c_rate, model, matrix)
+    if f.elements.size > 0:
+        flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
         if f.cylinders.size > 0:
-            touch.add_contact_tangents(y, c_rate, model, matrix)
+            contact.add_contact_tangents(y, c_rate, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
-        couplings.add_hinge_tangents(y, c_rate, model, matrix)
+        hinge.add_hinge_tangents(y, c_rate, model, matrix)
     for k in range(joints.size):
         row = info.nv + k
-        if not couplings.holds(t, joints, k):
+        if not joint.holds(t, joints, k):
             add_entry(matrix, row, row, scale * scale)
             continue
         stiffness, damped = joints[k].stiffness, 1.0
         if stiffness > 0.0:
             add_entry(matrix, row, row, -scale * scale / stiffness)
             damped = 1.0 + c_rate * joints[k].damping / stiffness
-        couplings.add_joint_tangent(k, la[k], row, scale, damped, model, matrix)
+        joint.add_joint_tangent(k, la[k], row, scale, damped, model, matrix)
     for i in range(points.size):
         at = points[i].iv - n_q
         for c in range(3):
@@ -197,7 +197,7 @@ def energies(t, y, model, out):
     bodies, points, f = model.bodies, model.points, model.flexible
     for i in range(3):
         out[i] = 0.0
-    if f.cells.size > 0:
+    if f.elements.size > 0:
         flexible.beam_energies(y, model, out)
     for b in range(bodies.size):
         v = bodies[b].iv
@@ -227,7 +227,7 @@ def momenta(y, model, out):
     for i in range(6):
         out[i] = 0.0
     P, H = out[:3], out[3:]
-    if model.flexible.cells.size > 0:
+    if model.flexible.elements.size > 0:
         flexible.beam_momenta(y, model, P, H)
     for i in range(points.size):
         q, v, m = points[i].iq, points[i].iv, points[i].mass
@@ -261,13 +261,13 @@ def is_isolated(t, model):
     for k in range(f.beams.size):
         if f.beams[k].paper != 0:
             return False
-    for k in range(f.cells.size):
-        if f.cells[k].alpha != 0.0:
+    for k in range(f.elements.size):
+        if f.elements[k].alpha != 0.0:
             return False
     for k in range(f.joints.size):
-        if couplings.holds(t, f.joints, k):
+        if joint.holds(t, f.joints, k):
             for side in range(2):
-                if f.joints[k].kind == couplings.ANGLE:
+                if f.joints[k].kind == joint.ANGLE:
                     return False
                 if f.joints[k].on[side] == ON_BODY and bodies[f.joints[k].index[side]].motion != rigid.FREE:
                     return False
@@ -412,9 +412,9 @@ def determinant(I):  # noqa: E741
 def total_mass(model):
     """Mass of all that moves freely, kg."""
     f, total = model.flexible, 0.0
-    for k in range(f.cells.size):
-        half = flexible.NODE_VECTORS[f.beams[f.cells[k].beam].kind]
-        M = f.M12[f.cells[k].mass] if half == 2 else f.M24[f.cells[k].mass]
+    for k in range(f.elements.size):
+        half = flexible.NODE_VECTORS[f.beams[f.elements[k].beam].kind]
+        M = f.M12[f.elements[k].mass] if half == 2 else f.M24[f.elements[k].mass]
         total += M[0, 0] + 2.0 * M[0, half] + M[half, half]
     for i in range(model.points.size):
         total += model.points[i].mass

@@ -12,8 +12,8 @@ from evolvent.flow.inventory import thread_inventory
 from evolvent.flow.powers import MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid, thread
-from evolvent.kernels.couplings import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.rotations import turn, turn_back
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import ELASTIC, KINETIC, MODEL
 

@@ -3,7 +3,7 @@
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, kernel
-from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels import constraint_rows, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -34,7 +34,7 @@ def prepare(t, y, s, model):
     for k in range(nodes.size):
         nodes[k].rhs = 0.0
     if model.rows.size > 0:
-        joints.build_rows(y, s, model)
+        constraint_rows.build_rows(y, s, model)
         for r in range(model.rows.size):
             model.rows[r].rx = 0.0
 
@@ -60,7 +60,7 @@ def impulse(y, s, model):
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
     if model.rows.size > 0:
-        joints.solve_rows(s, model)
+        constraint_rows.solve_rows(s, model)
     for b in range(bodies.size):
         rigid.kick(y, bodies, b, bodies[b].a)
     for i in range(points.size):

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
-from evolvent.kernels import flexible, joints, loads, rigid, sparse, sparse_lu, thread, touch
+from evolvent.kernels import constraint_rows, contact, flexible, loads, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
 
@@ -29,7 +29,7 @@ def forces(model: Model) -> Iterator[Any]:
         yield from (thread.reels, thread.carry_wound, thread.carry_power, inventory.thread_inventory)
         if model.loads.size or np.any(model.info.gravity):
             yield thread.node_loads
-    yield from (*jit.at_slots(f.cells["force"]), *jit.at_slots(f.cells["energy"]))
+    yield from (*jit.at_slots(f.elements["force"]), *jit.at_slots(f.elements["energy"]))
 
 
 def preparation(model: Model) -> Iterator[Any]:
@@ -38,9 +38,9 @@ def preparation(model: Model) -> Iterator[Any]:
     if model.threads.size:
         yield from (thread.reels, thread.carry_wound)
     if model.rows.size:
-        yield joints.build_rows
+        yield constraint_rows.build_rows
     if model.links.size:
-        yield joints.link_geometry
+        yield constraint_rows.link_geometry
     if has_chains(model):
         yield thread.chain_matrix
 
@@ -56,7 +56,7 @@ def explicit(model: Model) -> Iterator[Any]:
     yield from forces(model)
     if model.rows.size:
         yield from preparation(model)
-        yield from (joints.row_velocity_terms, joints.solve_rows, impulse.impulse)
+        yield from (constraint_rows.row_velocity_terms, constraint_rows.solve_rows, impulse.impulse)
     if has_chains(model):
         yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
         yield from (impulse.kick_chain, events.start_links)
@@ -86,7 +86,7 @@ def balance(model: Model) -> Iterator[Any]:
     yield from forces(model)
     yield from (*sparse.functions(), *sparse_lu.functions())
     yield from families.functions(model, tangents=True)
-    yield from jit.at_slots(f.cells["tangent"])
+    yield from jit.at_slots(f.elements["tangent"])
     if model.threads.size:
         yield from (implicit_thread.add_thread_residual, implicit_thread.add_thread_tangent)
         yield from (implicit_thread.add_thread_energies, implicit_thread._add_segment)
@@ -97,7 +97,7 @@ def implicit_steps(model: Model) -> Iterator[Any]:
     yield from balance(model)
     yield from (implicit.keep_momentum, implicit.momenta, implicit.add_rigid_motion)
     if model.flexible.cylinders.size:
-        yield from (touch.count_touching, touch.step_forces)
+        yield from (contact.count_touching, contact.step_forces)
     if model.threads.size:
         yield from explicit(model)  # an event needs the state's sums, impulses and rates
 
@@ -109,7 +109,7 @@ def load_preparation(model: Model) -> None:
 
 def load_weight(model: Model) -> None:
     """Load `implicit.add_weight` and what it calls."""
-    jit.load([implicit.add_weight, *([flexible.add_gravity] if model.flexible.cells.size else [])])
+    jit.load([implicit.add_weight, *([flexible.add_gravity] if model.flexible.elements.size else [])])
 
 
 def load_explicit(model: Model) -> None:

@@ -6,11 +6,11 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import couplings, flexible, rigid, touch
+from evolvent.kernels import contact, flexible, hinge, joint, rigid
 from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.model import (
     BY_CONTACT,
-    BY_COUPLINGS,
+    BY_JOINTS,
     BY_MASS,
     BY_STIFFNESS,
     ELASTIC,
@@ -41,32 +41,32 @@ def add_flexible_forces(t, y, model, dy):
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
-    by_mass = by_stiffness = by_contact = by_couplings = given = 0.0
+    by_mass = by_stiffness = by_contact = by_joints = given = 0.0
     account = n_q + n_v + N_ACCOUNTS
-    if f.cells.size > 0:
-        by_mass, by_stiffness = flexible.add_cells(y, dy[n_q : n_q + n_v], model, F)
+    if f.elements.size > 0:
+        by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
         for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
             at = f.beams[k].iv - n_q
             for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
                 P[i] = f.G[i]
-        if f.pushes.size > 0:
-            flexible.add_pushes(t, y, 1.0, model, P)
+        if f.beam_loads.size > 0:
+            flexible.add_beam_loads(t, y, 1.0, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
         if f.cylinders.size > 0:
-            touch.add_contacts(y, -1.0, model, F)
+            contact.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             by_contact += f.cylinders[k].power
             dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.hinges.size > 0:
-        _, by_couplings = couplings.add_hinges(y, model, F)
+        _, by_joints = hinge.add_hinges(y, model, F)
     for k in range(f.joints.size):
         if is_held(t, f.joints, k):
-            couplings.joint_geometry(t, y, k, model)
+            joint.joint_geometry(t, y, k, model)
             gap, rate = f.joints[k].gap, f.joints[k].rate
             stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
-            couplings.add_joint_force(k, stiffness * gap + damping * rate, model, F)
-            by_couplings += damping * rate * rate
+            joint.add_joint_force(k, stiffness * gap + damping * rate, model, F)
+            by_joints += damping * rate * rate
     if f.joints.size > 0:
         for i in range(points.size):
             for c in range(3):
@@ -75,8 +75,8 @@ def add_flexible_forces(t, y, model, dy):
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
-        dy[account + BY_COUPLINGS] = by_couplings
-    return by_mass + by_stiffness + by_contact + by_couplings, given
+        dy[account + BY_JOINTS] = by_joints
+    return by_mass + by_stiffness + by_contact + by_joints, given
 
 
 @inlined
@@ -111,7 +111,7 @@ def add_flexible_inventory(t, y, model, out):
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0
-    if f.cells.size > 0:
+    if f.elements.size > 0:
         part = model.sums[1]
         for i in range(3):
             part[i] = 0.0
@@ -120,15 +120,15 @@ def add_flexible_inventory(t, y, model, out):
         out[ELASTIC] += part[1]
         flexible.beam_momenta(y, model, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
         if f.cylinders.size > 0:
-            touch.add_contacts(y, -1.0, model, F)
+            contact.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
     if f.hinges.size > 0:
-        energy, _ = couplings.add_hinges(y, model, F)
+        energy, _ = hinge.add_hinges(y, model, F)
         out[ELASTIC] += energy
     for k in range(f.joints.size):
         if is_held(t, f.joints, k):
-            couplings.joint_geometry(t, y, k, model)
+            joint.joint_geometry(t, y, k, model)
             out[ELASTIC] += 0.5 * f.joints[k].stiffness * f.joints[k].gap * f.joints[k].gap
 
 
@@ -139,5 +139,5 @@ def release_penalties(t, y, model):
     for k in range(joints.size):
         if t == joints[k].until:
             rigid.kinematics(t, y, model)
-            couplings.joint_geometry(t, y, k, model)
+            joint.joint_geometry(t, y, k, model)
             y[account] -= 0.5 * joints[k].stiffness * joints[k].gap * joints[k].gap

@@ -6,7 +6,7 @@ from numba import types, void
 from evolvent.flow.impulse import impulse, prepare
 from evolvent.flow.penalties import release_penalties
 from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
-from evolvent.kernels import joints, rigid, thread
+from evolvent.kernels import constraint_rows, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
 from evolvent.model import MODEL
@@ -71,15 +71,15 @@ def project_links(t, y, s, model):
         prepare(t, y, s, model)
         for r in range(n):
             model.la[r] = 0.0
-            if rows[r].kind == joints.LINK:
+            if rows[r].kind == constraint_rows.LINK:
                 k = rows[r].index
-                geometry = joints.link_geometry(y, model, k)
+                geometry = constraint_rows.link_geometry(y, model, k)
                 model.la[r] = geometry[0] - model.links[k].length
-            elif rows[r].kind == joints.GUIDE:
-                model.la[r] = -joints.guide_geometry(model.guides, bodies, rows[r].index)[0]
+            elif rows[r].kind == constraint_rows.GUIDE:
+                model.la[r] = -constraint_rows.guide_geometry(model.guides, bodies, rows[r].index)[0]
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
         for r in range(n):
-            if rows[r].kind == joints.THREAD:
+            if rows[r].kind == constraint_rows.THREAD:
                 continue
             for side in range(2):
                 sign = model.la[r] if side == 0 else -model.la[r]
@@ -94,11 +94,11 @@ def project_links(t, y, s, model):
             shift_body(y, bodies, b)
     prepare(t, y, s, model)
     for r in range(n):
-        if rows[r].kind == joints.LINK:
+        if rows[r].kind == constraint_rows.LINK:
             k = rows[r].index
-            rows[r].rx = joints.link_geometry(y, model, k)[1]
-        elif rows[r].kind == joints.GUIDE:
-            rows[r].rx = -joints.guide_geometry(model.guides, bodies, rows[r].index)[1]
+            rows[r].rx = constraint_rows.link_geometry(y, model, k)[1]
+        elif rows[r].kind == constraint_rows.GUIDE:
+            rows[r].rx = -constraint_rows.guide_geometry(model.guides, bodies, rows[r].index)[1]
     impulse(y, s, model)
 
 

@@ -6,7 +6,7 @@ from numba import void
 
 from evolvent.flow.penalties import add_flexible_forces, flexible_rates
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import joints, loads, rigid, springs, thread
+from evolvent.kernels import constraint_rows, loads, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -81,12 +81,12 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
     if model.rows.size > 0:
-        if joints.build_rows(y, s, model) >= 0:
+        if constraint_rows.build_rows(y, s, model) >= 0:
             for i in range(y.size):
                 dy[i] = math.nan
             return
-        joints.row_velocity_terms(y, s, model, loaded)
-        joints.solve_rows(s, model)
+        constraint_rows.row_velocity_terms(y, s, model, loaded)
+        constraint_rows.solve_rows(s, model)
         for p in range(threads.size):
             if threads[p].kind == thread.INEXTENSIBLE:
                 spool_power += thread.chain_rates(y, s, model, p, loaded, dy)

@@ -1,253 +1,323 @@
-"""Contact of points: gaps, normal laws and friction that sticks, each with its energy and its derivatives.
-
-A gap is positive outside and negative where bodies overlap; a normal n points from the obstacle to the point, so that
-a force f >= 0 pushes the point by f n. With rate = n . v, the derivatives of f n by the point's place x and velocity v
-are
-
-    f_gap n n^T + f_rate n (H v)^T + f H    and    f_rate n n^T,      H = d2 gap / dx2.
-"""
+"""Beams against cylinders: all contact points of a model, their forces, tangents and what a step leaves behind."""
 
 import math
 
-from evolvent.jit import inlined
+from numba import types, void
 
-#: Normal laws: of the paper; Hunt-Crossley; elastic work equal to the change of energy over a step.
-PAPER, HUNT_CROSSLEY, CONSERVATIVE = 0, 1, 2
-
-# ------------------------------------------------------------------------------------------------ gaps
-
-
-@inlined
-def may_touch(x, y, z, reach, cx, cy, cz, ax, ay, az, radius, half_length):
-    """Whether any point within `reach` (m) of (x, y, z) may touch the cylinder of `cylinder_gap`: the coarse test.
-
-    Never False where one does, to round-off.
-    """
-    dx, dy, dz = x - cx, y - cy, z - cz
-    along = dx * ax + dy * ay + dz * az
-    if abs(along) > half_length + reach:
-        return False
-    px, py, pz = dx - along * ax, dy - along * ay, dz - along * az
-    limit = radius + reach
-    return px * px + py * py + pz * pz <= limit * limit
+from evolvent.jit import REAL, VECTOR, indirect, kernel
+from evolvent.kernels import contact_laws, layers, rigid
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
+from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.model import MODEL
 
 
-@inlined
-def cylinder_gap(x, y, z, cx, cy, cz, ax, ay, az, radius, half_length):
-    """Gap between a point and a cylinder's surface.
+@indirect(void(VECTOR, REAL, MODEL, VECTOR))
+def add_contacts(y, step, model, F):
+    """Forces of all contacts into F and the bodies' wrenches; fills cylinders and checks.
 
     Parameters
     ----------
-    x, y, z : float, m, the point
-    cx, cy, cz : float, m, the middle of the cylinder
-    ax, ay, az : float, its axis, a unit vector
-    radius, half_length : float, m; `half_length` may be infinite
-
-    Returns
-    -------
-    gap : float, m, negative inside, infinite beyond the ends
-    nx, ny, nz : float, d gap / dx, the unit vector from the axis to the point; zero on the axis
-    distance : float, m, from the axis
+    step : float, s, length of the step that ends in the state y; 0 where a run begins; below 0 without steps (statics,
+        explicit methods)
 
     Notes
     -----
-    The ends do not push: a point that passes one in contact loses its contact energy.
+    Forces of the law CONSERVATIVE are means over the step, not those of its end: `share` of them stands in the
+    equations (see `evolvent.solvers.alpha`), nothing where no step leads there. Of a cylinder: F, force and torque on
+    its body at the body's origin; normal, the sum of the normal forces; energy; power that normal damping takes;
+    touching, the number of contact points that overlap it.
     """
-    dx, dy, dz = x - cx, y - cy, z - cz
-    along = dx * ax + dy * ay + dz * az
-    px, py, pz = dx - along * ax, dy - along * ay, dz - along * az
-    distance = math.sqrt(px * px + py * py + pz * pz)
-    scale = 1.0 / distance if distance > 0.0 else 0.0
-    gap = distance - radius if abs(along) <= half_length else math.inf
-    return gap, px * scale, py * scale, pz * scale, distance
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layers(y, step, model, k, F)
+            continue
+        body = cylinders[k].body
+        R, X, V, w = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w
+        o, axis, G = cylinders[k].centre, cylinders[k].axis, cylinders[k].F
+        cx, cy, cz = turn(R, o[0], o[1], o[2])
+        cx, cy, cz = cx + X[0], cy + X[1], cz + X[2]
+        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
+        stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
+        mu = cylinders[k].friction
+        share = cylinders[k].share
+        if law == contact_laws.CONSERVATIVE and step == 0.0:
+            share = 0.0
+        for i in range(6):
+            G[i] = 0.0
+        normal = energy = power = touching = 0.0
+        element, near = -1, False
+        for i in range(cylinders[k].first, cylinders[k].last):
+            iq = contacts[i].iq
+            if contacts[i].element != element:
+                element = contacts[i].element
+                # the mean force of a step needs the gaps of both its ends, however far away
+                near = (
+                    law == contact_laws.CONSERVATIVE
+                    or contact_laws.may_touch(
+                        y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                    )
+                    or contact_laws.may_touch(
+                        y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                    )
+                )
+            contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
+            contacts[i].damper1 = 0.0
+            d = contacts[i].drag1
+            d[0] = d[1] = d[2] = 0.0
+            contacts[i].gap1 = math.inf
+            if not near:
+                continue
+            x, yy, z = contact_laws.point_position(y, iq, contacts[i].S)
+            gap, nx, ny, nz, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
+            contacts[i].gap1 = gap
+            before = contacts[i].gap if step > 0.0 else gap
+            if gap >= 0.0 and (before >= 0.0 or law != contact_laws.CONSERVATIVE):
+                continue
+            vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
+            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
+            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
+            rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
+            if law == contact_laws.CONSERVATIVE and step > 0.0:
+                rate = (gap - before) / step if math.isfinite(before) else 0.0
+            force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, before, stiffness, exponent, damping)
+            if law == contact_laws.CONSERVATIVE and step > 0.0:  # its rate follows the gap
+                d_gap, d_rate = d_gap + d_rate / step, 0.0
+            contacts[i].force, contacts[i].d_gap, contacts[i].d_rate, contacts[i].distance = (
+                force,
+                d_gap,
+                d_rate,
+                distance,
+            )
+            n, f, t = contacts[i].n, contacts[i].f, contacts[i].t
+            n[0], n[1], n[2] = nx, ny, nz
+            fx, fy, fz = force * nx, force * ny, force * nz
+            if mu > 0.0:
+                sx, sy, sz = 0.0, 0.0, 0.0
+                if step > 0.0:
+                    q = contacts[i].anchor
+                    px, py, pz = turn(R, q[0], q[1], q[2])
+                    sx, sy, sz = contact_laws.tangential(dx - px, dy - py, dz - pz, nx, ny, nz)
+                q = contacts[i].stick
+                ux, uy, uz = turn(R, q[0], q[1], q[2])
+                ux, uy, uz = contact_laws.tangential(ux, uy, uz, nx, ny, nz)
+                found = contact_laws.friction(
+                    ux, uy, uz, sx, sy, sz, force, mu,
+                    cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
+                )  # fmt: skip
+                fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
+                q = contacts[i].stick1
+                q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
+                d[0], d[1], d[2] = found[0], found[1], found[2]
+                t[0], t[1], t[2] = found[8], found[9], found[10]
+                contacts[i].along, contacts[i].across, contacts[i].by_normal = found[11], found[12], found[13]
+                energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
+            f[0], f[1], f[2] = fx, fy, fz
+            energy += contact_laws.contact_energy(gap, stiffness, exponent)
+            elastic, _ = contact_laws.elastic_force(gap, stiffness, exponent)
+            if law == contact_laws.CONSERVATIVE:  # all but the mean of the elastic force
+                elastic = contact_laws.normal_force(law, gap, 0.0, before, stiffness, exponent, 0.0)[0]
+            contacts[i].damper1 = force - elastic
+            if gap < 0.0:
+                touching += 1.0
+                power -= contacts[i].damper1 * rate
+            normal += force
+            for j in range(4):
+                at, s = contacts[i].iv[j] - n_q, contacts[i].S[j] * share
+                F[at] -= s * fx
+                F[at + 1] -= s * fy
+                F[at + 2] -= s * fz
+            rigid.add_wrench(G, dx, dy, dz, -fx, -fy, -fz)
+        for i in range(6):
+            bodies[body].F[i] += share * G[i]
+        cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
+        cylinders[k].touching = touching
 
 
-@inlined
-def cylinder_curvature(nx, ny, nz, ax, ay, az, distance):
-    """H = d2 gap / dx2 = (I - n n^T - a a^T) / distance, 1/m: (xx, yy, zz, xy, xz, yz)."""
-    f = 1.0 / distance if distance > 0.0 else 0.0
-    return (
-        f * (1.0 - nx * nx - ax * ax),
-        f * (1.0 - ny * ny - ay * ay),
-        f * (1.0 - nz * nz - az * az),
-        f * (-nx * ny - ax * ay),
-        f * (-nx * nz - ax * az),
-        f * (-ny * nz - ay * az),
-    )
+@indirect(void(VECTOR, REAL, MODEL, SPARSE))
+def add_contact_tangents(y, c_rate, model, matrix):
+    """Tangents of all contacts, c_rate times the derivatives by velocity included."""
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    J, K, W = flexible.J[1], flexible.K12, flexible.K24
+    for r in range(12):
+        for c in range(12):
+            W[r, c] = 0.0
+    for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            layers.add_layer_tangents(k, c_rate, model, matrix)
+            continue
+        body = cylinders[k].body
+        moves = bodies[body].motion != rigid.DRIVEN
+        R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
+        ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        last = -1  # contact point whose element's sum is in W
+        for i in range(cylinders[k].first, cylinders[k].last):
+            force = contacts[i].force
+            if force == 0.0 or contacts[i].gap1 == math.inf:
+                continue
+            n, t = contacts[i].n, contacts[i].t
+            H = contact_laws.cylinder_curvature(n[0], n[1], n[2], ax, ay, az, contacts[i].distance)
+            x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+            vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
+            dx, dy, dz = x - X[0], yy - X[1], z - X[2]
+            bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
+            vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
+            turned = (
+                H[0] * vx + H[3] * vy + H[4] * vz,
+                H[3] * vx + H[1] * vy + H[5] * vz,
+                H[4] * vx + H[5] * vy + H[2] * vz,
+            )
+            normal, d_rate = contacts[i].d_gap + c_rate * contacts[i].d_rate, contacts[i].d_rate
+            along, across, by_normal = contacts[i].along, contacts[i].across, contacts[i].by_normal
+            # minus d(force)/dx; friction follows the normal force
+            for a in range(3):
+                for b in range(3):
+                    nn, tt = n[a] * n[b], t[a] * t[b]
+                    same = 1.0 if a == b else 0.0
+                    h = H[a] if a == b else H[2 + a + b]
+                    change = normal * n[b] + d_rate * turned[b]
+                    K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
+            if last >= 0 and contacts[last].element != contacts[i].element:
+                _add_sum(matrix, contacts[last].iv, n_q, W)
+            last = i
+            for p in range(4):
+                for q in range(4):
+                    s = contacts[i].S[p] * cylinders[k].share * contacts[i].S[q]
+                    for a in range(3):
+                        for b in range(3):
+                            W[3 * p + a, 3 * q + b] += s * K[a, b]
+            if not moves:
+                continue
+            q = flexible.e[2]
+            q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
+            body_columns(model, body, q, True, J)
+            s = cylinders[k].share
+            f = (-s * contacts[i].f[0], -s * contacts[i].f[1], -s * contacts[i].f[2])
+            for a in range(3):
+                for b in range(3):
+                    K[a, b] *= s
+            for p in range(4):
+                row = contacts[i].iv[p] - n_q
+                add_relative(matrix, model, body, J, K, f, row, contacts[i].S[p])
+            add_relative_body(matrix, model, body, True, J, K, f)
+        if last >= 0:
+            _add_sum(matrix, contacts[last].iv, n_q, W)
 
 
-@inlined
-def check_point(y, at, S):
-    """Place (or velocity) of a check point of a beam, S . (the four vectors at `at`)."""
-    return (
-        S[0] * y[at[0]] + S[1] * y[at[1]] + S[2] * y[at[2]] + S[3] * y[at[3]],
-        S[0] * y[at[0] + 1] + S[1] * y[at[1] + 1] + S[2] * y[at[2] + 1] + S[3] * y[at[3] + 1],
-        S[0] * y[at[0] + 2] + S[1] * y[at[1] + 2] + S[2] * y[at[2] + 2] + S[3] * y[at[3] + 2],
-    )
+@kernel
+def _add_sum(matrix, iv, n_q, W):
+    """Add the sum of the tangents of an element's contact points, by the two vectors of each of its nodes; clear it."""
+    for r in (0, 2):
+        for c in (0, 2):
+            add_block(matrix, iv[r] - n_q, iv[c] - n_q, W, 3 * r, 3 * c, 6, 6, 1.0)
+    for r in range(12):
+        for c in range(12):
+            W[r, c] = 0.0
 
 
-# ------------------------------------------------------------------------------------------------ normal laws
-
-
-@inlined
-def contact_energy(gap, stiffness, exponent):
-    """V = K delta^(n + 1) / (n + 1), J, of the penetration delta = max(-gap, 0)."""
-    return stiffness * (-gap) ** (exponent + 1.0) / (exponent + 1.0) if gap < 0.0 else 0.0
-
-
-@inlined
-def elastic_force(gap, stiffness, exponent):
-    """K delta^n = -dV/d gap, N, and its derivative by the gap."""
-    if gap >= 0.0:
-        return 0.0, 0.0
-    force = stiffness * (-gap) ** exponent
-    return force, exponent * force / gap
-
-
-@inlined
-def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping):
-    """Force that pushes a point out of an obstacle.
-
-    Parameters
-    ----------
-    law : int, PAPER, HUNT_CROSSLEY or CONSERVATIVE
-    gap, rate : float, m and m/s, at the end of the step
-    gap_before : float, m, at its beginning; only CONSERVATIVE reads it
-    stiffness : float, K, N/m^n
-    exponent : float, n >= 1
-    damping : float, c in N s/m for PAPER, d in s/m for the others
-
-    Returns
-    -------
-    force : float, N, never negative but for PAPER
-    d_gap : float, N/m, derivative by `gap` at a fixed `gap_before`
-    d_rate : float, N s/m, derivative by `rate`
+@indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL))
+def end_contact_step(y, model):
+    """Make the end of a step the start of the next; returns what friction and normal damping took, J.
 
     Notes
     -----
-    With delta = -gap:
-
-    - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it lets go.
-    - HUNT_CROSSLEY, K delta^n (1 + d delta') (Hunt & Crossley, 1975), not below zero.
-    - CONSERVATIVE, (V1 - V0) / (delta1 - delta0) + K delta1^n d delta1', not below zero: the mean of the elastic force
-      between the step's two ends, inside or outside, so that its work over the step is the change of V. The damping
-      takes energy out of every step for sure where `rate` is that of the step, (gap - gap_before) / h. A point that was
-      beyond the end of the obstacle counts as one that was at its surface.
-
-    Only the damping of PAPER jumps; the derivatives of HUNT_CROSSLEY and CONSERVATIVE jump where the force is clipped.
+    Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
+    of both ends as the work of all else is booked, and of the law CONSERVATIVE the step's own: with the force of the
+    end alone the account would gain in proportion to the step.
     """
-    elastic, slope = elastic_force(gap, stiffness, exponent)
-    if law == PAPER:
-        if gap >= 0.0:
-            return 0.0, 0.0, 0.0
-        return elastic - damping * rate, slope, -damping
-    force = elastic * (-damping * rate)
-    d_gap = slope * (-damping * rate)
-    d_rate = -damping * elastic
-    if law == CONSERVATIVE:
-        mean, d_mean = _mean_power(-gap_before, -gap, exponent)
-        force += stiffness * mean
-        d_gap -= stiffness * d_mean
-    else:
-        force += elastic
-        d_gap += slope
-    if not force > 0.0:
-        return 0.0, 0.0, 0.0
-    return force, d_gap, d_rate
+    flexible, bodies = model.flexible, model.bodies
+    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    slip = damped = 0.0
+    for k in range(cylinders.size):
+        body = cylinders[k].body
+        R, X, mu = bodies[body].R, bodies[body].x, cylinders[k].friction
+        for i in range(cylinders[k].first, cylinders[k].last):
+            gap, gap1 = contacts[i].gap, contacts[i].gap1
+            if math.isfinite(gap) and math.isfinite(gap1):
+                if cylinders[k].law == contact_laws.CONSERVATIVE:
+                    damped -= contacts[i].damper1 * (gap1 - gap)
+                else:
+                    damped -= 0.5 * (contacts[i].damper + contacts[i].damper1) * (gap1 - gap)
+            contacts[i].gap, contacts[i].damper = gap1, contacts[i].damper1
+            if mu > 0.0 and cylinders[k].under >= 0:  # along the turn below and the axis; anchor: displacement
+                q, u, u1, d, d1 = (
+                    contacts[i].anchor,
+                    contacts[i].stick,
+                    contacts[i].stick1,
+                    contacts[i].drag,
+                    contacts[i].drag1,
+                )
+                for c in range(2):
+                    new = u1[c] if contacts[i].force > 0.0 else 0.0
+                    slip -= 0.5 * (d[c] + d1[c]) * q[c]
+                    slip += 0.5 * cylinders[k].stick_stiffness * (u[c] * u[c] - new * new)
+                    d[c], u[c] = d1[c], new
+            elif mu > 0.0:
+                x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+                q, u, u1 = contacts[i].anchor, contacts[i].stick, contacts[i].stick1
+                x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
+                d, d1 = contacts[i].drag, contacts[i].drag1
+                fx, fy, fz = turn_back(R, d1[0], d1[1], d1[2])
+                if cylinders[k].law == contact_laws.CONSERVATIVE:
+                    d[0], d[1], d[2] = fx, fy, fz
+                slip -= 0.5 * ((d[0] + fx) * (x - q[0]) + (d[1] + fy) * (yy - q[1]) + (d[2] + fz) * (z - q[2]))
+                q[0], q[1], q[2] = x, yy, z
+                d[0], d[1], d[2] = fx, fy, fz
+                half = 0.5 * cylinders[k].stick_stiffness
+                slip += half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+                for c in range(3):
+                    u[c] = u1[c] if contacts[i].force > 0.0 else 0.0
+                slip -= half * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+        if cylinders[k].under >= 0:
+            layers.end_layer_step(y, model, k)
+    return slip, damped
 
 
-@inlined
-def _mean_power(a, b, n):
-    """Mean of max(s, 0)^n for s between a and b, and its derivative by b."""
-    if (a <= 0.0 and b <= 0.0) or b == -math.inf:
-        return 0.0, 0.0
-    if a == -math.inf:
-        a = 0.0
-    middle, half = 0.5 * (a + b), 0.5 * (b - a)
-    if abs(half) > 0.1 * middle:
-        before = a**n if a > 0.0 else 0.0
-        after = b**n if b > 0.0 else 0.0
-        mean = (after * b - before * a) / ((n + 1.0) * (b - a))
-        return mean, (after - mean) / (b - a)
-    # nearby ends would cancel: the sum over i of binomial(n + 1, 2 i + 1) e^(2 i) / (n + 1), times middle^n
-    e = half / middle
-    term, total, derivative = 1.0, 1.0, 0.0
-    for i in range(7):
-        term *= (n - 2 * i) * (n - 2 * i - 1) / ((2 * i + 2) * (2 * i + 3)) * e
-        derivative += (2 * i + 2) * term
-        term *= e
-        total += term
-    power = middle**n
-    return power * total, 0.5 * power / middle * (n * total + derivative * (1.0 - e))
+@indirect(types.boolean(MODEL, VECTOR))
+def step_forces(model, F):
+    """Forces of cylinders with the law CONSERVATIVE, pushing ones, as of the last `add_contacts`; returns whether any.
 
-
-# ------------------------------------------------------------------------------------------------ friction
-
-
-@inlined
-def tangential(x, y, z, nx, ny, nz):
-    """The part of a vector across n: for displacements, and for the state of `friction` when the normal has turned."""
-    along = x * nx + y * ny + z * nz
-    return x - along * nx, y - along * ny, z - along * nz
-
-
-@inlined
-def friction(ux, uy, uz, sx, sy, sz, normal, coefficient, stiffness, damping, step):
-    """Friction of a bristle that sticks or slips, with its state at the end of a step.
-
-    Parameters
-    ----------
-    ux, uy, uz : float, m, elastic displacement u of the bristle at the beginning of the step, across the normal
-    sx, sy, sz : float, m, displacement s of the point against the obstacle during the step, across the normal
-    normal : float, N, normal force
-    coefficient : float, mu
-    stiffness : float, k, N/m, of the bristle
-    damping : float, c, N s/m, of the bristle's own rate
-    step : float, h, s; only read where `damping` is not zero
-
-    Returns
-    -------
-    fx, fy, fz : float, N, force on the point
-    ux, uy, uz : float, m, the state at the end
-    slipping : bool
-    dissipated : float, J, work of the slip, mu N times its length
-    tx, ty, tz : float, direction t of the trial force
-    along, across : float, N/m: dF/ds = -(along t t^T + across (I - n n^T - t t^T))
-    by_normal : float: dF/dN = -by_normal t
-
-    Notes
-    -----
-    Return mapping, with K = k + c/h and the trial force T = k (u + s) + c s/h: where |T| <= mu N the bristle takes all
-    of s, F = -T; else the point slips by (|T| - mu N) / K along t = T/|T|, and F = -mu N t. A stuck bristle is an
-    elastic spring whose state is not touched: it cannot creep. Its energy is k u^2 / 2; without a normal force it lets
-    go. Over a step -F . s = change of energy + dissipated + (c/h + k/2) |u1 - u0|^2, where k/2 |u1 - u0|^2 comes from
-    taking the force at the step's end; accounts take the mean of both ends (`touch.settle_contacts`).
+    F : (nv,) float, output
     """
-    if not normal > 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    K = stiffness + (damping / step if damping != 0.0 else 0.0)
-    x = stiffness * ux + K * sx
-    y = stiffness * uy + K * sy
-    z = stiffness * uz + K * sz
-    trial, limit = math.sqrt(x * x + y * y + z * z), coefficient * normal
-    scale = 1.0 / trial if trial > 0.0 else 0.0
-    tx, ty, tz = x * scale, y * scale, z * scale
-    if trial <= limit:
-        return -x, -y, -z, ux + sx, uy + sy, uz + sz, False, 0.0, tx, ty, tz, K, K, 0.0
-    slip = (trial - limit) / K
-    return (
-        -limit * tx,
-        -limit * ty,
-        -limit * tz,
-        ux + sx - slip * tx,
-        uy + sy - slip * ty,
-        uz + sz - slip * tz,
-        True,
-        limit * slip,
-        tx,
-        ty,
-        tz,
-        0.0,
-        limit * K * scale,
-        coefficient,
-    )
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    cylinders, contacts, found = flexible.cylinders, flexible.contact_points, False
+    for i in range(F.size):
+        F[i] = 0.0
+    for k in range(cylinders.size):
+        if cylinders[k].law != contact_laws.CONSERVATIVE:
+            continue
+        for i in range(cylinders[k].first, cylinders[k].last):
+            if contacts[i].force > 0.0:
+                found = True
+                for j in range(4):
+                    at, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
+                    for c in range(3):
+                        F[at + c] += s * contacts[i].f[c]
+        body, G = cylinders[k].body, cylinders[k].F
+        motion, at, n = bodies[body].motion, bodies[body].iv - n_q, bodies[body].axis
+        x, y, z = turn_back(bodies[body].R, G[3], G[4], G[5])
+        if motion == rigid.SPIN:
+            F[at] += n[0] * x + n[1] * y + n[2] * z
+        elif motion == rigid.FREE:
+            for c in range(3):
+                F[at + c] += G[c]
+            F[at + 3] += x
+            F[at + 4] += y
+            F[at + 5] += z
+    return found
+
+
+@indirect(types.int64(MODEL))
+def count_touching(model):
+    """Sum over cylinders of contact points that overlap them, weighted by their place: changes where the set does."""
+    cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
+    total = 0
+    for k in range(cylinders.size):
+        for i in range(cylinders[k].first, cylinders[k].last):
+            if contacts[i].gap1 < 0.0:
+                total += 1 + 7919 * i
+    return total

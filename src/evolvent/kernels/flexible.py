@@ -1,14 +1,23 @@
 """All beams of a model: their forces, tangents, energies and loads, element by element.
 
 Generalised forces F stand by velocity (`iv` less the number of coordinates). They are those that the equations of
-motion have on their left: M a + F = 0, so a force that pushes is subtracted.
+motion have on their left: M a + F = 0, so a force that acts on them is subtracted.
 """
 
 import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, cell_energy_at, cell_force_at, cell_tangent_at, indirect, inlined, kernel
+from evolvent.jit import (
+    REAL,
+    VECTOR,
+    element_energy_at,
+    element_force_at,
+    element_tangent_at,
+    indirect,
+    inlined,
+    kernel,
+)
 from evolvent.kernels import ancf
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
@@ -17,7 +26,7 @@ from evolvent.model import MODEL
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)
-# kinds of pushes
+# kinds of beam loads
 FIELD, LINE, POINT = 0, 1, 2
 
 
@@ -43,7 +52,7 @@ def _add_inertia(M, n, alpha, x, u, f):
 
 
 @indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, MODEL, VECTOR))
-def add_cells(y, a, model, F):
+def add_elements(y, a, model, F):
     """Internal, damping and inertia forces of all elements into F; returns powers dissipated (mass, stiffness), W.
 
     Parameters
@@ -52,11 +61,11 @@ def add_cells(y, a, model, F):
     a : (nv,) float, accelerations of the coordinates
     """
     flexible, n_q = model.flexible, model.info.nq
-    beams, cells, work = flexible.beams, flexible.cells, flexible.work
+    beams, elements, work = flexible.beams, flexible.elements, flexible.work
     by_mass = by_stiffness = 0.0
-    for k in range(cells.size):
-        iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        alpha, at, force = cells[k].alpha, iv - n_q, cell_force_at(model.addresses[cells[k].force])
+    for k in range(elements.size):
+        iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
+        alpha, at, force = elements[k].alpha, iv - n_q, element_force_at(model.addresses[elements[k].force])
         n = 12 if beams[beam].kind == CABLE else 24
         e, u, f, x = y[iq : iq + n], y[iv : iv + n], F[at : at + n], flexible.e[0, :n]
         for i in range(n):
@@ -64,23 +73,23 @@ def add_cells(y, a, model, F):
         if n == 12:
             by_mass += _add_inertia(flexible.M12[mass], 4, alpha, x, u, f)
             by_stiffness += force(
-                e, u, cells[k].beta, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, f
+                e, u, elements[k].beta, flexible.H12[form], flexible.h12[form], flexible.B12[form], work, f
             )
         else:
             by_mass += _add_inertia(flexible.M24[mass], 8, alpha, x, u, f)
-            by_stiffness += force(e, u, cells[k].beta, flexible.H24[form], flexible.h24[form], flexible.B0, work, f)
+            by_stiffness += force(e, u, elements[k].beta, flexible.H24[form], flexible.h24[form], flexible.B0, work, f)
     return by_mass, by_stiffness
 
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
-def add_cell_tangents(y, c_mass, c_rate, model, matrix):
+def add_element_tangents(y, c_mass, c_rate, model, matrix):
     """Add c_mass M + c_rate C + K of all elements to a matrix."""
     flexible, n_q = model.flexible, model.info.nq
-    beams, cells, work = flexible.beams, flexible.cells, flexible.work
-    for k in range(cells.size):
-        iq, iv, beam, mass, form = cells[k].iq, cells[k].iv, cells[k].beam, cells[k].mass, cells[k].form
-        beta, at, tangent = cells[k].beta, iv - n_q, cell_tangent_at(model.addresses[cells[k].tangent])
-        factor = c_mass + c_rate * cells[k].alpha
+    beams, elements, work = flexible.beams, flexible.elements, flexible.work
+    for k in range(elements.size):
+        iq, iv, beam, mass, form = elements[k].iq, elements[k].iv, elements[k].beam, elements[k].mass, elements[k].form
+        beta, at, tangent = elements[k].beta, iv - n_q, element_tangent_at(model.addresses[elements[k].tangent])
+        factor = c_mass + c_rate * elements[k].alpha
         n = 12 if beams[beam].kind == CABLE else 24
         e, u = y[iq : iq + n], y[iv : iv + n]
         if n == 12:
@@ -104,11 +113,11 @@ def add_cell_tangents(y, c_mass, c_rate, model, matrix):
 def beam_energies(y, model, out):
     """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J."""
     flexible = model.flexible
-    beams, cells, work = flexible.beams, flexible.cells, flexible.work
-    for k in range(cells.size):
-        iq, iv, mass, form = cells[k].iq, cells[k].iv, cells[k].mass, cells[k].form
-        energy = cell_energy_at(model.addresses[cells[k].energy])
-        if beams[cells[k].beam].kind == CABLE:
+    beams, elements, work = flexible.beams, flexible.elements, flexible.work
+    for k in range(elements.size):
+        iq, iv, mass, form = elements[k].iq, elements[k].iv, elements[k].mass, elements[k].form
+        energy = element_energy_at(model.addresses[elements[k].energy])
+        if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
             out[1] += energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
@@ -127,10 +136,10 @@ def beam_energies(y, model, out):
 def beam_momenta(y, model, P, H):
     """Linear momentum P and angular momentum H about the inertial origin, (3,) each, added."""
     flexible = model.flexible
-    beams, cells = flexible.beams, flexible.cells
-    for k in range(cells.size):
-        iq, iv, mass = cells[k].iq, cells[k].iv, cells[k].mass
-        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
+    beams, elements = flexible.beams, flexible.elements
+    for k in range(elements.size):
+        iq, iv, mass = elements[k].iq, elements[k].iv, elements[k].mass
+        n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
         M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
         half = n // 2
         for i in range(n):
@@ -168,10 +177,10 @@ def strength(push, t):
 def add_gravity(gravity, model, P):
     """Weight of all beams into the loads P."""
     flexible, n_q = model.flexible, model.info.nq
-    beams, cells = flexible.beams, flexible.cells
-    for k in range(cells.size):
-        at, mass = cells[k].iv - n_q, cells[k].mass
-        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
+    beams, elements = flexible.beams, flexible.elements
+    for k in range(elements.size):
+        at, mass = elements[k].iv - n_q, elements[k].mass
+        n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
         M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
         for i in range(n):
             m = M[i, 0] + M[i, n // 2]
@@ -180,8 +189,8 @@ def add_gravity(gravity, model, P):
 
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
-def add_pushes(t, y, factor, model, P):
-    """All pushes at time t, times `factor`, into the loads P.
+def add_beam_loads(t, y, factor, model, P):
+    """All beam loads at time t, times `factor`, into the loads P.
 
     Notes
     -----
@@ -189,23 +198,23 @@ def add_pushes(t, y, factor, model, P):
     beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
     """
     flexible, n_q = model.flexible, model.info.nq
-    beams, cells, pushes = flexible.beams, flexible.cells, flexible.pushes
-    for k in range(pushes.size):
-        value = factor * strength(pushes[k], t)
+    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
+    for k in range(beam_loads.size):
+        value = factor * strength(beam_loads[k], t)
         if value == 0.0:
             continue
-        z, centre = pushes[k].axis, pushes[k].centre
-        if pushes[k].kind == POINT:
-            at = pushes[k].iv - n_q
+        z, centre = beam_loads[k].axis, beam_loads[k].centre
+        if beam_loads[k].kind == POINT:
+            at = beam_loads[k].iv - n_q
             for c in range(3):
                 P[at + c] += value * z[c]
             continue
-        beam = pushes[k].beam
-        first, last = beams[beam].cell, beams[beam].cell + beams[beam].cells
+        beam = beam_loads[k].beam
+        first, last = beams[beam].first_element, beams[beam].first_element + beams[beam].elements
         n = 2 * NODE_VECTORS[beams[beam].kind]
-        if pushes[k].kind == LINE:
-            for cell in range(first, last):
-                at, length = cells[cell].iv - n_q, cells[cell].length
+        if beam_loads[k].kind == LINE:
+            for element in range(first, last):
+                at, length = elements[element].iv - n_q, elements[element].length
                 weights = 0.5 * length, length * length / 12.0
                 for c in range(3):
                     P[at + c] += value * z[c] * weights[0]
@@ -214,16 +223,16 @@ def add_pushes(t, y, factor, model, P):
                     P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
             continue
         inertia = 0.0
-        for cell in range(first, last):
-            inertia += _field(y, n_q, flexible, cell, n, z, centre, 0.0, P)
-        for cell in range(first, last):
-            _field(y, n_q, flexible, cell, n, z, centre, value / inertia, P)
+        for element in range(first, last):
+            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, P)
+        for element in range(first, last):
+            _field(y, n_q, flexible, element, n, z, centre, value / inertia, P)
 
 
 @kernel
 def _field(y, n_q, flexible, k, n, z, centre, scale, P):
     """Forces scale M z x (e - c) of one element into P; returns its moment of inertia about the axis."""
-    iq, at, mass = flexible.cells[k].iq, flexible.cells[k].iv - n_q, flexible.cells[k].mass
+    iq, at, mass = flexible.elements[k].iq, flexible.elements[k].iv - n_q, flexible.elements[k].mass
     M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
     half = n // 2
     e = flexible.e

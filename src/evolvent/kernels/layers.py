@@ -1,6 +1,6 @@
 """Turns of beams that lie on one another, wound round a body's axis: where they touch, forces and tangents.
 
-A turn is seen from the one below it: a check point p of the upper beam, the nearest place r of the lower beam's cubic
+A turn is seen from the one below it: a contact point p of the upper beam, the nearest place r of the lower beam's cubic
 in the plane across the axis a, the lower one's direction e there, n = e x a outwards, and the gap (p - r) . n less the
 layers' thickness. The gap has sides: a point that has passed through the layer below is pushed back out. Since p - r is
 across e, moving along the lower beam does not change the gap to first order, so that f n on p and -f n at r are its
@@ -12,7 +12,7 @@ import math
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import contact
+from evolvent.kernels import contact_laws
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.sparse import SPARSE, add_inner, inner
@@ -29,7 +29,7 @@ FAR = 2.0
 
 @inlined
 def _shape(length, xi):
-    """Hermite's cubic: factors of place, slope, place and slope of a cell's two nodes."""
+    """Hermite's cubic: factors of place, slope, place and slope of an element's two nodes."""
     return (
         1.0 - xi * xi * (3.0 - 2.0 * xi),
         length * xi * (1.0 - xi) * (1.0 - xi),
@@ -40,7 +40,7 @@ def _shape(length, xi):
 
 @inlined
 def _combined(y, at, half, S):
-    """S . (place and slope of a cell's two nodes), of nodes with `half` vectors."""
+    """S . (place and slope of an element's two nodes), of nodes with `half` vectors."""
     b, c, d = at + 3, at + 3 * half, at + 3 * half + 3
     return (
         S[0] * y[at] + S[1] * y[b] + S[2] * y[c] + S[3] * y[d],
@@ -50,20 +50,20 @@ def _combined(y, at, half, S):
 
 
 @indirect(types.Tuple([_I, REAL])(VECTOR, MODEL, _I, _I, REAL, REAL, REAL, REAL, REAL, REAL, REAL))
-def nearest(y, model, beam, cell, xi, px, py, pz, ax, ay, az):
-    """Place of a beam's axis that is nearest to a point as seen along the unit vector a, searched from (cell, xi) on.
+def nearest(y, model, beam, element, xi, px, py, pz, ax, ay, az):
+    """Place of a beam's axis nearest to a point as seen along the unit vector a, searched from (element, xi) on.
 
     Returns
     -------
-    cell : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
-    xi : float, place in the cell, 0 to 1
+    element : int, -1 where there is none: beyond the beam's ends, or farther away than `FAR`
+    xi : float, place in the element, 0 to 1
     """
     flexible = model.flexible
-    cells, half = flexible.cells, NODE_VECTORS[flexible.beams[beam].kind]
-    first = flexible.beams[beam].cell
-    last = first + flexible.beams[beam].cells - 1
+    elements, half = flexible.elements, NODE_VECTORS[flexible.beams[beam].kind]
+    first = flexible.beams[beam].first_element
+    last = first + flexible.beams[beam].elements - 1
     for step in range(MOST_STEPS):
-        length, at = cells[cell].length, cells[cell].iq
+        length, at = elements[element].length, elements[element].iq
         x, w, z = _combined(y, at, half, _shape(length, xi))
         d1, d2 = (6.0 * xi * xi - 6.0 * xi) / length, (12.0 * xi - 6.0) / (length * length)
         tx, ty, tz = _combined(y, at, half, (d1, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d1, 3.0 * xi * xi - 2.0 * xi))
@@ -80,28 +80,28 @@ def nearest(y, model, beam, cell, xi, px, py, pz, ax, ay, az):
         change = min(max((dx * tx + dy * ty + dz * tz) / (slope * length), -1.0), 1.0)
         xi += change
         if xi < 0.0:
-            if cell == first:
+            if element == first:
                 if xi > -NEAR:
-                    return cell, 0.0
+                    return element, 0.0
                 if change < 0.0 and step > 1:
                     return -1, xi
                 xi = 0.0
             else:
-                cell -= 1
+                element -= 1
                 xi = max(xi + 1.0, 0.0)
         elif xi > 1.0:
-            if cell == last:
+            if element == last:
                 if xi < 1.0 + NEAR:
-                    return cell, 1.0
+                    return element, 1.0
                 if change > 0.0 and step > 1:
                     return -1, xi
                 xi = 1.0
             else:
-                cell += 1
+                element += 1
                 xi = min(xi - 1.0, 1.0)
         if abs(change) < NEAR:
-            return cell, xi
-    return cell, xi
+            return element, xi
+    return element, xi
 
 
 @kernel
@@ -109,7 +109,7 @@ def _angles(y, flexible, beam, sense, cx, cy, cz, ax, ay, az):
     """Angles about an axis of all nodes of a beam from its root on, in the sense of winding, into `flexible.angles`."""
     row, angles = flexible.beams[beam], flexible.angles
     size = 3 * NODE_VECTORS[row.kind]
-    at, angle = row.node, 0.0
+    at, angle = row.first_node, 0.0
     angles[at] = 0.0
     for i in range(1, row.nodes):
         q = row.iq + size * i
@@ -140,75 +140,82 @@ def _frame(bodies, cylinders, k):
 
 @kernel
 def find_partners(y, model, k):
-    """Find the place below every check point of cylinder k's layer, for the step that begins.
+    """Find the place below every contact point of cylinder k's layer, for the step that begins.
 
     Notes
     -----
-    At the check point's angle about the axis, counted along the beams from their roots on, less the angle `shift` by
+    At the contact point's angle about the axis, counted along the beams from their roots on, less the angle `shift` by
     which the upper beam's turns are ahead: a turn for one beam, the angle between the roots for neighbours.
     """
     flexible, bodies = model.flexible, model.bodies
-    cylinders, checks, cells, angles = flexible.cylinders, flexible.checks, flexible.cells, flexible.angles
+    cylinders, contacts, elements, angles = (
+        flexible.cylinders,
+        flexible.contact_points,
+        flexible.elements,
+        flexible.angles,
+    )
     under, sense, shift = cylinders[k].under, cylinders[k].sense, cylinders[k].shift
     cx, cy, cz, ax, ay, az = _frame(bodies, cylinders, k)
     low = flexible.beams[under]
-    over = cells[checks[cylinders[k].first].cell].beam
+    over = elements[contacts[cylinders[k].first].element].beam
     _angles(y, flexible, over, sense, cx, cy, cz, ax, ay, az)
     if under != over:
         _angles(y, flexible, under, sense, cx, cy, cz, ax, ay, az)
-    own = flexible.beams[over].node - flexible.beams[over].cell
+    own = flexible.beams[over].first_node - flexible.beams[over].first_element
     j = 0
     for i in range(cylinders[k].first, cylinders[k].last):
-        checks[i].carrier = -1
-        q = checks[i].iq[0]
-        px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
-        angle = angles[own + checks[i].cell] + sense * _between(
+        contacts[i].carrier = -1
+        q = contacts[i].iq[0]
+        px, py, pz = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+        angle = angles[own + contacts[i].element] + sense * _between(
             y[q] - cx, y[q + 1] - cy, y[q + 2] - cz, px - cx, py - cy, pz - cz, ax, ay, az
         )
         angle -= shift
-        if angle < 0.0 or angle > angles[low.node + low.cells]:
+        if angle < 0.0 or angle > angles[low.first_node + low.elements]:
             continue
-        while j > 0 and angles[low.node + j] > angle:
+        while j > 0 and angles[low.first_node + j] > angle:
             j -= 1
-        while j < low.cells - 1 and angles[low.node + j + 1] < angle:
+        while j < low.elements - 1 and angles[low.first_node + j + 1] < angle:
             j += 1
-        a, b = angles[low.node + j], angles[low.node + j + 1]
+        a, b = angles[low.first_node + j], angles[low.first_node + j + 1]
         xi = min(max((angle - a) / (b - a), 0.0), 1.0) if b > a else 0.5
-        checks[i].carrier, checks[i].xi = nearest(y, model, under, low.cell + j, xi, px, py, pz, ax, ay, az)
+        contacts[i].carrier, contacts[i].xi = nearest(
+            y, model, under, low.first_element + j, xi, px, py, pz, ax, ay, az
+        )
 
 
 @indirect(void(VECTOR, REAL, MODEL, _I, VECTOR))
 def add_layers(y, step, model, k, F):
     """Forces of the layer of cylinder k on the turns below it; fills its records as `touch.add_contacts` does."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
+    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     body, under, sense, mu = cylinders[k].body, cylinders[k].under, cylinders[k].sense, cylinders[k].friction
     G, half = cylinders[k].F, NODE_VECTORS[flexible.beams[under].kind]
     _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
-    if step <= 0.0 or checks[cylinders[k].first].carrier == UNKNOWN:
-        settle_layers(y, model, k)
+    if step <= 0.0 or contacts[cylinders[k].first].carrier == UNKNOWN:
+        end_layer_step(y, model, k)
     for i in range(6):
         G[i] = 0.0
     normal = energy = power = touching = 0.0
     for i in range(cylinders[k].first, cylinders[k].last):
-        checks[i].force, checks[i].along, checks[i].across, checks[i].by_normal = 0.0, 0.0, 0.0, 0.0
-        checks[i].damper1, checks[i].gap1 = 0.0, math.inf
-        d, s = checks[i].drag1, checks[i].anchor
+        contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
+        contacts[i].damper1, contacts[i].gap1 = 0.0, math.inf
+        d, s = contacts[i].drag1, contacts[i].anchor
         for j in range(3):
             d[j], s[j] = 0.0, 0.0
-        if checks[i].carrier < 0:
+        if contacts[i].carrier < 0:
             continue
-        px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
-        c, xi = nearest(y, model, under, checks[i].carrier, checks[i].xi, px, py, pz, ax, ay, az)
-        checks[i].carrier1, checks[i].xi1 = c, xi
+        px, py, pz = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+        c, xi = nearest(y, model, under, contacts[i].carrier, contacts[i].xi, px, py, pz, ax, ay, az)
+        contacts[i].carrier1, contacts[i].xi1 = c, xi
         if c < 0:
             continue
-        length = cells[c].length
+        length = elements[c].length
         S = _shape(length, xi)
-        x, yy, z = _combined(y, cells[c].iq, half, S)
+        x, yy, z = _combined(y, elements[c].iq, half, S)
         d1 = (6.0 * xi * xi - 6.0 * xi) / length
         D = (d1, 1.0 - 4.0 * xi + 3.0 * xi * xi, -d1, 3.0 * xi * xi - 2.0 * xi)
-        tx, ty, tz = _combined(y, cells[c].iq, half, D)
+        tx, ty, tz = _combined(y, elements[c].iq, half, D)
         nx, ny, nz = cross(tx, ty, tz, ax, ay, az)
         size = math.sqrt(nx * nx + ny * ny + nz * nz)
         if not size > 0.0:
@@ -217,57 +224,57 @@ def add_layers(y, step, model, k, F):
         wx, wy, wz = px - x, py - yy, pz - z
         if abs(wx * ax + wy * ay + wz * az) > cylinders[k].half_length:
             continue
-        gap = wx * nx + wy * ny + wz * nz - 0.5 * (cells[checks[i].cell].thickness + cells[c].thickness)
-        checks[i].gap1 = gap
+        gap = wx * nx + wy * ny + wz * nz - 0.5 * (elements[contacts[i].element].thickness + elements[c].thickness)
+        contacts[i].gap1 = gap
         if gap >= 0.0:
             continue
-        ux, uy, uz = contact.check_point(y, checks[i].iv, checks[i].S)
-        vx, vy, vz = _combined(y, cells[c].iv, half, S)
+        ux, uy, uz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
+        vx, vy, vz = _combined(y, elements[c].iv, half, S)
         rate = nx * (ux - vx) + ny * (uy - vy) + nz * (uz - vz)
         stiffness, exponent = cylinders[k].stiffness, cylinders[k].exponent
-        force, d_gap, d_rate = contact.normal_force(
+        force, d_gap, d_rate = contact_laws.normal_force(
             cylinders[k].law, gap, rate, gap, stiffness, exponent, cylinders[k].damping
         )
-        checks[i].force, checks[i].d_gap, checks[i].d_rate = force, d_gap, d_rate
-        n, f, t = checks[i].n, checks[i].f, checks[i].t
+        contacts[i].force, contacts[i].d_gap, contacts[i].d_rate = force, d_gap, d_rate
+        n, f, t = contacts[i].n, contacts[i].f, contacts[i].t
         n[0], n[1], n[2] = nx, ny, nz
         fx, fy, fz = force * nx, force * ny, force * nz
         if mu > 0.0:
             sx, sy, sz = 0.0, 0.0, 0.0
             if step > 0.0:  # against what was below at the step's start
-                before = checks[i].carrier
-                ox, oy, oz = _combined(y, cells[before].iq, half, _shape(cells[before].length, checks[i].xi))
-                sx, sy, sz = contact.tangential(px - ox, py - oy, pz - oz, nx, ny, nz)
-                off = checks[i].offset
+                before = contacts[i].carrier
+                ox, oy, oz = _combined(y, elements[before].iq, half, _shape(elements[before].length, contacts[i].xi))
+                sx, sy, sz = contact_laws.tangential(px - ox, py - oy, pz - oz, nx, ny, nz)
+                off = contacts[i].offset
                 sx, sy, sz = sx - off * ax, sy - off * ay, sz - off * az
             # bristles and what is booked of them lie along the lower beam and the axis, and turn with the coil
             ex, ey, ez = cross(ax, ay, az, nx, ny, nz)
-            q = checks[i].stick
+            q = contacts[i].stick
             qx, qy, qz = q[0] * ex + q[1] * ax, q[0] * ey + q[1] * ay, q[0] * ez + q[1] * az
-            found = contact.friction(
+            found = contact_laws.friction(
                 qx, qy, qz, sx, sy, sz, force, mu,
                 cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
             )  # fmt: skip
             fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
-            q, d, s = checks[i].stick1, checks[i].drag1, checks[i].anchor
+            q, d, s = contacts[i].stick1, contacts[i].drag1, contacts[i].anchor
             q[0], q[1] = found[3] * ex + found[4] * ey + found[5] * ez, found[3] * ax + found[4] * ay + found[5] * az
             d[0], d[1] = found[0] * ex + found[1] * ey + found[2] * ez, found[0] * ax + found[1] * ay + found[2] * az
             s[0], s[1] = sx * ex + sy * ey + sz * ez, sx * ax + sy * ay + sz * az
             t[0], t[1], t[2] = found[8], found[9], found[10]
-            checks[i].along, checks[i].across, checks[i].by_normal = found[11], found[12], found[13]
+            contacts[i].along, contacts[i].across, contacts[i].by_normal = found[11], found[12], found[13]
             energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
         f[0], f[1], f[2] = fx, fy, fz
-        energy += contact.contact_energy(gap, stiffness, exponent)
-        checks[i].damper1 = force - contact.elastic_force(gap, stiffness, exponent)[0]
-        power -= checks[i].damper1 * rate
+        energy += contact_laws.contact_energy(gap, stiffness, exponent)
+        contacts[i].damper1 = force - contact_laws.elastic_force(gap, stiffness, exponent)[0]
+        power -= contacts[i].damper1 * rate
         touching += 1.0
         normal += force
         for j in range(4):
-            at, s = checks[i].iv[j] - n_q, checks[i].S[j]
+            at, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
             F[at] -= s * fx
             F[at + 1] -= s * fy
             F[at + 2] -= s * fz
-            at, s = cells[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q, S[j]
+            at, s = elements[c].iv + 3 * (j % 2 + half * (j // 2)) - n_q, S[j]
             F[at] += s * fx
             F[at + 1] += s * fy
             F[at + 2] += s * fz
@@ -282,19 +289,19 @@ def add_layers(y, step, model, k, F):
 
 
 @indirect(void(VECTOR, MODEL, _I))
-def settle_layers(y, model, k):
-    """Find the partners of the step that begins, and how far their check points lie off along the axis."""
+def end_layer_step(y, model, k):
+    """Find the partners of the step that begins, and how far their contact points lie off along the axis."""
     flexible, bodies = model.flexible, model.bodies
-    checks, cells, cylinders = flexible.checks, flexible.cells, flexible.cylinders
+    contacts, elements, cylinders = flexible.contact_points, flexible.elements, flexible.cylinders
     find_partners(y, model, k)
     half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
     _, _, _, ax, ay, az = _frame(bodies, cylinders, k)
     for i in range(cylinders[k].first, cylinders[k].last):
-        c = checks[i].carrier
+        c = contacts[i].carrier
         if c >= 0:
-            px, py, pz = contact.check_point(y, checks[i].iq, checks[i].S)
-            x, yy, z = _combined(y, cells[c].iq, half, _shape(cells[c].length, checks[i].xi))
-            checks[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
+            px, py, pz = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+            x, yy, z = _combined(y, elements[c].iq, half, _shape(elements[c].length, contacts[i].xi))
+            contacts[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
 
 
 @indirect(void(_I, REAL, MODEL, SPARSE))
@@ -309,31 +316,31 @@ def add_layer_tangents(k, c_rate, model, matrix):
     length.
     """
     flexible, n_q = model.flexible, model.info.nq
-    cylinders, checks, cells = flexible.cylinders, flexible.checks, flexible.cells
+    cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     half = NODE_VECTORS[flexible.beams[cylinders[k].under].kind]
     K = flexible.K12
     for i in range(cylinders[k].first, cylinders[k].last):
-        if checks[i].force == 0.0 or checks[i].gap1 == math.inf:
+        if contacts[i].force == 0.0 or contacts[i].gap1 == math.inf:
             continue
-        n, t, c = checks[i].n, checks[i].t, checks[i].carrier1
-        S = _shape(cells[c].length, checks[i].xi1)
-        normal = checks[i].d_gap + c_rate * checks[i].d_rate
+        n, t, c = contacts[i].n, contacts[i].t, contacts[i].carrier1
+        S = _shape(elements[c].length, contacts[i].xi1)
+        normal = contacts[i].d_gap + c_rate * contacts[i].d_rate
         rubs = cylinders[k].friction > 0.0
         for a in range(3):
             for b in range(3):
                 nn, tt = n[a] * n[b], t[a] * t[b]
                 same = 1.0 if a == b else 0.0
-                K[a, b] = checks[i].along * tt + checks[i].across * (same - nn - tt) if rubs else 0.0
-                K[a, b] -= (n[a] - checks[i].by_normal * t[a]) * normal * n[b]
-        size = math.sqrt(abs(normal) + checks[i].along + checks[i].across)
+                K[a, b] = contacts[i].along * tt + contacts[i].across * (same - nn - tt) if rubs else 0.0
+                K[a, b] -= (n[a] - contacts[i].by_normal * t[a]) * normal * n[b]
+        size = math.sqrt(abs(normal) + contacts[i].along + contacts[i].across)
         if not size > 0.0:
             continue
         q = inner(matrix, 3 if rubs else 1)
         for j in range(8):
             if j < 4:
-                row, s = checks[i].iv[j] - n_q, checks[i].S[j]
+                row, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
             else:
-                row, s = cells[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -S[j - 4]
+                row, s = elements[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -S[j - 4]
             for a in range(3):
                 if rubs:
                     for b in range(3):

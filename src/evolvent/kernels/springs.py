@@ -5,9 +5,8 @@ import math
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
-from evolvent.kernels import couplings
-from evolvent.kernels.couplings import add_product, add_turning, side_columns
 from evolvent.kernels.rigid import add_wrench, point_kinematics
+from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
 
@@ -195,5 +194,5 @@ def _marker_columns(model, marker, J):
     """Columns of a marker: its first unknown and their number."""
     index, local = model.markers[marker].index, model.markers[marker].local
     if model.markers[marker].kind == ON_POINT:
-        return side_columns(model, couplings.ON_COORDINATES, -1, model.points[index].iv, local, True, J)
-    return side_columns(model, couplings.ON_BODY, index, -1, local, True, J)
+        return side_columns(model, ON_COORDINATES, -1, model.points[index].iv, local, True, J)
+    return side_columns(model, ON_BODY, index, -1, local, True, J)

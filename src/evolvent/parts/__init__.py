@@ -1,6 +1,7 @@
 """What a user composes: each part is a frozen specification that writes itself into the model's arrays."""
 
 from evolvent.parts.beam import Beam
+from evolvent.parts.beam_load import FieldTorque, LineLoad, PointLoad
 from evolvent.parts.cylinder import Cylinder
 from evolvent.parts.event import Event
 from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
@@ -10,7 +11,6 @@ from evolvent.parts.layers import Layers
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
-from evolvent.parts.push import FieldTorque, LineLoad, PointLoad
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.spring import Spring

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from evolvent import elements, jit
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import ancf, cells
+from evolvent.kernels import ancf, element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.checks import not_negative, positive, unit_vector, vector
 
 CABLES = ("cable", "cable_stretch")
 FORMULATIONS = (*CABLES, *elements.FORMULATIONS)
-DAMPINGS = (cells.OBJECTIVE, cells.PAPER)
+DAMPINGS = (element_calls.OBJECTIVE, element_calls.PAPER)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -180,7 +180,7 @@ class Beam:
         return np.stack([strain, np.linalg.norm(np.cross(slope, bend), axis=1) / square], axis=1)
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the beam into the families `beams` and `cells`, and its constants into the pools."""
+        """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
         if self.formulation not in FORMULATIONS:
             raise InputError(f"{name}.formulation is {self.formulation!r}; {nearest(self.formulation, FORMULATIONS)}")
         if isinstance(self.elements, bool) or not isinstance(self.elements, int) or self.elements < 1:
@@ -199,7 +199,7 @@ class Beam:
         alpha = not_negative(f"{name}.mass_damping", self.mass_damping)
         beta = not_negative(f"{name}.stiffness_damping", self.stiffness_damping)
         kind = kernels.CABLE if k == 2 else kernels.BEAM
-        first = len(builder.rows["cells"])
+        first = len(builder.rows["elements"])
         node = sum(row["nodes"] for row in builder.rows["beams"])
         index = builder.add(
             "beams",
@@ -207,10 +207,10 @@ class Beam:
             iq=q,
             iv=v,
             nodes=n + 1,
-            cell=first,
-            cells=n,
-            node=node,
-            paper=int(beta > 0.0 and self.damping == cells.PAPER),
+            first_element=first,
+            elements=n,
+            first_node=node,
+            paper=int(beta > 0.0 and self.damping == element_calls.PAPER),
             length=length,
         )
         builder.names[name] = ("beams", index)
@@ -220,19 +220,19 @@ class Beam:
             odd = next(k for k in self.damped or () if k not in range(n))
             raise InputError(f"{name}.damped holds {odd!r}; it must hold numbers of elements, from 0 to {n - 1}")
         form = mass = -1
-        kinds = cells.CABLES if kind == kernels.CABLE else cells.BEAMS
+        kinds = element_calls.CABLES if kind == kernels.CABLE else element_calls.BEAMS
         if self.formulation == "cable_stretch":
-            kinds = cells.STRETCH_CABLES
-            if beta > 0.0 and self.damping == cells.PAPER:
+            kinds = element_calls.STRETCH_CABLES
+            if beta > 0.0 and self.damping == element_calls.PAPER:
                 raise InputError(f"{name}.damping is 'paper'; a cable_stretch has the objective one only")
         for i in range(n):
             if i == 0 or tapered or self.rest == "start":
                 section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
                 rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
                 form, mass = self._constants(builder, length / n, section, rest)
-            functions = kinds[self.damping if beta > 0.0 and i in damped else cells.ELASTIC]
+            functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.ELASTIC]
             builder.add(
-                "cells",
+                "elements",
                 beam=index,
                 iq=q + 3 * k * i,
                 iv=v + 3 * k * i,

@@ -11,12 +11,12 @@ import numpy as np
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.checks import positive, unit_vector, vector
-from evolvent.parts.touching import Touching
+from evolvent.parts.contact import Contact
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Cylinder(Touching):
-    """A rigid cylinder on a body (or the ground), and the beams whose check points it pushes out.
+class Cylinder(Contact):
+    """A rigid cylinder on a body (or the ground), and the beams whose contact points it pushes out.
 
     Parameters
     ----------
@@ -26,12 +26,12 @@ class Cylinder(Touching):
     half_length : float, m
     centre, axis : (3,) float, body axes
     law : {"hunt-crossley", "conservative", "paper"}
-    stiffness : float, N/m^n, exponent : float, n, of each check point
+    stiffness : float, N/m^n, exponent : float, n, of each contact point
     damping : float, s/m (N s/m of the paper's law)
-    points : int, check points of an element, evenly spaced, its second node included
+    points : int, contact points of an element, evenly spaced, its second node included
     friction : float, coefficient mu
-    stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a check point that sticks
-    skip : int, check points next to the root that are left out (the root itself is joined to the cylinder)
+    stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a contact point that sticks
+    skip : int, contact points next to the root that are left out (the root itself is joined to the cylinder)
     sunk : float, depth, in radii, up to which beams may lie below the surface at the start
     """
 
@@ -45,7 +45,7 @@ class Cylinder(Touching):
     sunk: float = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the cylinder and its check points."""
+        """Write the cylinder and its contact points."""
         body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
         law = self.law_fields(name)
         radius = positive(f"{name}.radius", self.radius)
@@ -53,7 +53,7 @@ class Cylinder(Touching):
         axis = unit_vector(f"{name}.axis", self.axis)
         if not self.half_length > 0.0:
             raise InputError(f"{name}.half_length is {self.half_length!r}; it must be above 0 m")
-        first = len(builder.rows["checks"])
+        first = len(builder.rows["contact_points"])
         pose = builder.poses[body]
         for beam in self.beams:
             self._checks(builder, name, beam, pose.x + pose.R @ centre, pose.R @ axis)
@@ -61,7 +61,7 @@ class Cylinder(Touching):
             "cylinders",
             body=body,
             first=first,
-            last=len(builder.rows["checks"]),
+            last=len(builder.rows["contact_points"]),
             under=-1,
             centre=centre,
             axis=axis,
@@ -72,7 +72,7 @@ class Cylinder(Touching):
         builder.names[name] = ("cylinders", index)
 
     def _checks(self, builder: Builder, name: str, beam: str, centre: np.ndarray, axis: np.ndarray) -> None:
-        places = self.check_points(builder, name, builder.find(beam, "beams"))
+        places = self.contact_points(builder, name, builder.find(beam, "beams"))
         for fields in places[self.skip :]:
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - centre
@@ -81,4 +81,4 @@ class Cylinder(Touching):
                 raise InputError(
                     f"{beam!r} starts inside the cylinder {name!r}: a point of it is {-off:.3g} m below its surface"
                 )
-            builder.add("checks", **fields)
+            builder.add("contact_points", **fields)

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import couplings, joints, rigid
+from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.parts.checks import unit_vector
 from evolvent.parts.joint import add_row, direction_side, place_side
 
@@ -43,9 +43,9 @@ class Guide:
         direction = unit_vector(f"{name}.direction", self.direction)
         pose = builder.poses[body]
         if self.axis is None:
-            kind, axis, value = joints.CENTRE, np.zeros(3), float(direction @ pose.x)
+            kind, axis, value = constraint_rows.CENTRE, np.zeros(3), float(direction @ pose.x)
         else:
-            kind, axis, value = joints.AXIS, unit_vector(f"{name}.axis", self.axis), 0.0
+            kind, axis, value = constraint_rows.AXIS, unit_vector(f"{name}.axis", self.axis), 0.0
             off = float((pose.R @ axis) @ direction)
             if abs(off) > 1e-9:
                 raise InputError(
@@ -58,7 +58,7 @@ class Guide:
         centre = place_side(builder, self.body)
         if self.axis is None:
             ground = place_side(builder, (0.0, 0.0, 0.0))
-            add_row(builder, couplings.PLACE, ground, centre, along=direction, value=value)
+            add_row(builder, joint.PLACE, ground, centre, along=direction, value=value)
         else:
             ground, turned = direction_side(builder, 0, direction), direction_side(builder, body, pose.R @ axis)
-            add_row(builder, couplings.DIRECTION, ground, turned)
+            add_row(builder, joint.DIRECTION, ground, turned)

@@ -11,8 +11,8 @@ import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import couplings as kernels
-from evolvent.kernels import flexible, rigid
+from evolvent.kernels import flexible, rigid, sides
+from evolvent.kernels import joint as kernels
 from evolvent.parts.beam import node_of
 from evolvent.parts.checks import not_negative, number, positive, unit_vector, vector
 from evolvent.parts.feed import Feed, RampFeed
@@ -38,27 +38,27 @@ def place_side(builder: Builder, where: Any) -> Side:
     if isinstance(where, tuple | list) and len(where) == 2 and builder.names.get(where[0], ("",))[0] == "beams":
         _, kind, iq, iv = node_of(builder, where)
         u = np.array(builder.q[iq : iq + 3])
-        return Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))
+        return Side(sides.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))
     row = builder.rows["markers"][builder.marker(where)]
     builder.rows["markers"].pop()
     if row["kind"] == 1:  # a point
         point = builder.rows["points"][row["index"]]
         u = np.array(builder.q[point["iq"] :][:3])
-        return Side(kernels.ON_COORDINATES, -1, point["iq"], point["iv"], np.zeros(3), u, None)
+        return Side(sides.ON_COORDINATES, -1, point["iq"], point["iv"], np.zeros(3), u, None)
     pose = builder.poses[row["index"]]
-    return Side(kernels.ON_BODY, row["index"], -1, -1, row["local"], pose.x + pose.R @ row["local"], None)
+    return Side(sides.ON_BODY, row["index"], -1, -1, row["local"], pose.x + pose.R @ row["local"], None)
 
 
 def direction_side(builder: Builder, index: int, direction: np.ndarray) -> Side:
     """A direction (inertial axes at the start) that is fixed to a body."""
     local = builder.poses[index].R.T @ direction
-    return Side(kernels.ON_BODY, index, -1, -1, local, direction, None)
+    return Side(sides.ON_BODY, index, -1, -1, local, direction, None)
 
 
 def _slope(builder: Builder, node: Side, which: int) -> Side:
     """A node's slope vector: 1 along the axis, 2 and 3 across."""
     iq, iv = node.iq + 3 * which, node.iv + 3 * which
-    return Side(kernels.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
+    return Side(sides.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class Joint:
             raise InputError(f"{name}.kind is {self.kind!r}; {nearest(str(self.kind), KINDS)}")
         _check_until(name, self.until)
         a, b = place_side(builder, self.a), place_side(builder, self.b)
-        if a.on == kernels.ON_COORDINATES and b.on == kernels.ON_BODY:
+        if a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
         common = {
             "stiffness": not_negative(f"{name}.stiffness", self.stiffness),
@@ -128,15 +128,15 @@ class Joint:
                     f"{name}.turn_stiffness is {self.turn_stiffness!r}, but {name}.stiffness is {self.stiffness!r}; "
                     f"both must be above 0 (a penalty), or both 0"
                 )
-        sides = self._directions(builder, name, a, b, axis)
-        for one, other in sides:
+        pairs = self._directions(builder, name, a, b, axis)
+        for one, other in pairs:
             add_row(builder, kernels.DIRECTION, one, other, value=float(one.u @ other.u), **common)
 
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[tuple[Side, Side]]:
         """Pairs of directions whose products the joint keeps."""
-        if a.on == kernels.ON_COORDINATES and b.node is not None and a.node is not None:
+        if a.on == sides.ON_COORDINATES and b.node is not None and a.node is not None:
             raise InputError(f"{name}: a {self.kind} between two beams is not known; join each to a body")
-        if b.on == kernels.ON_COORDINATES and b.node is None:
+        if b.on == sides.ON_COORDINATES and b.node is None:
             raise InputError(f"{name}: a point has no directions; a {self.kind} needs a body or a beam")
         body = a.body
         if b.node is not None:
@@ -243,7 +243,7 @@ class Turn:
         feed = self.feed.write(builder, name)
         _check_until(name, self.until)
         _check_jumps(name, self.feed, float(self.until), "rad/s")
-        side = Side(kernels.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
+        side = Side(sides.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
         path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
         row = add_row(builder, kernels.ANGLE, side, side, until=float(self.until), **path)
         builder.names[name] = ("joints", row)
@@ -278,7 +278,7 @@ class Carry:
     def write(self, builder: Builder, name: str) -> None:
         """Write three rows."""
         b = place_side(builder, self.what)
-        if b.on != kernels.ON_COORDINATES:
+        if b.on != sides.ON_COORDINATES:
             raise InputError(f"{name}.what is {self.what!r}; only a beam's node or a point can be carried")
         feed = self.feed.write(builder, name)
         _check_until(name, self.until)
@@ -291,7 +291,7 @@ class Carry:
             e = unit_vector(f"{name}.zero", self.zero)
             centre = vector(f"{name}.centre", self.centre)
             length = positive(f"{name}.length", self.length)
-            ground = Side(kernels.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
+            ground = Side(sides.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
             for along in (e, np.cross(z, e), z):
                 add_row(
                     builder, kernels.PLACE, ground, b, along=along, centre=centre, axis=z, zero=e, value=length,
@@ -299,7 +299,7 @@ class Carry:
                 )  # fmt: skip
             return
         d = unit_vector(f"{name}.direction", self.direction)
-        ground = Side(kernels.ON_BODY, 0, -1, -1, b.u, b.u, None)
+        ground = Side(sides.ON_BODY, 0, -1, -1, b.u, b.u, None)
         add_row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
         for across in _across(d):
             add_row(builder, kernels.PLACE, ground, b, along=across, until=float(self.until))

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import couplings, springs
+from evolvent.kernels import joint, springs
 from evolvent.parts.checks import not_negative, positive, unit_vector
 from evolvent.parts.joint import add_row, place_side
 
@@ -81,8 +81,8 @@ class Link:
         sides = place_side(builder, self.a), place_side(builder, self.b)
         if drum > 0.0:
             add_row(
-                builder, couplings.CORD, *sides, centre=sides[0].local, axis=axis, zero=anchor, radius=drum,
+                builder, joint.CORD, *sides, centre=sides[0].local, axis=axis, zero=anchor, radius=drum,
                 along=np.array([float(self.sense), 0.0, 0.0]), value=length,
             )  # fmt: skip
         else:
-            add_row(builder, couplings.DISTANCE, *sides, value=length)
+            add_row(builder, joint.DISTANCE, *sides, value=length)

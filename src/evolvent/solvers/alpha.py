@@ -30,7 +30,7 @@ from numba import types
 
 from evolvent.flow.implicit import residual
 from evolvent.jit import REAL, VECTOR, indirect
-from evolvent.kernels import contact, sparse_lu, touch
+from evolvent.kernels import contact, contact_laws, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -85,7 +85,7 @@ def solve_step(t1, h, model, matrix, options, march):
     adaptive, coasts = options[TOLERANCE] > 0.0, False
     for k in range(model.flexible.cylinders.size):
         row = model.flexible.cylinders[k]
-        coasts = coasts or (row.law == contact.CONSERVATIVE and row.friction > 0.0 and row.touching > 0.0)
+        coasts = coasts or (row.law == contact_laws.CONSERVATIVE and row.friction > 0.0 and row.touching > 0.0)
     begins = COASTING if coasts and not adaptive else ACCELERATED
     found = step_of(t1, h, begins, model, matrix, options, march)
     if adaptive or model.flexible.cylinders.size == 0:
@@ -139,7 +139,7 @@ def step_of(t1, h, start, model, matrix, options, march):
                 r[i] += (options[SHARE] - 1.0) * march.v1[4, i]
         if not is_finite(r):
             return NOT_FINITE
-        touching = touch.count_touching(model) if model.flexible.cylinders.size > 0 else 0
+        touching = contact.count_touching(model) if model.flexible.cylinders.size > 0 else 0
         if touching != 0:
             march.tally[MET] = 1
         if touching != march.tally[SET]:

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import residual
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, rigid, sparse_lu, touch
+from evolvent.kernels import contact, contact_laws, rigid, sparse_lu
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import solve_step, step_of
@@ -48,7 +48,7 @@ def add_mean_forces(t, h, model, matrix, options, march):
     """
     n_v, f, g, cylinders = march.dq.size, march.v1[3], march.v1[4], model.flexible.cylinders
     first = march.x.size - march.la.size
-    if not touch.step_forces(model, f):
+    if not contact.step_forces(model, f):
         return DONE
     rubs = False
     for k in range(cylinders.size):
@@ -79,7 +79,7 @@ def add_mean_forces(t, h, model, matrix, options, march):
                 march.la[k] += c_mass * options[MASS] * march.x[first + k]
     residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
     for k in range(cylinders.size):
-        if cylinders[k].law == contact.CONSERVATIVE:
+        if cylinders[k].law == contact_laws.CONSERVATIVE:
             for i in range(6):
                 model.bodies[cylinders[k].body].F[i] += cylinders[k].F[i]
     return DONE
@@ -112,7 +112,7 @@ def solve_with_stiff_part(t, h, found, model, matrix, options, march):
         again = step_of(t, h, AS_IT_IS, model, matrix, options, march)
         if again > 0:
             residual(t, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
-            touch.step_forces(model, f)
+            contact.step_forces(model, f)
             change = largest = 0.0
             for i in range(n_v):
                 change, largest = max(change, abs(f[i] - before[i])), max(largest, abs(before[i]))
@@ -142,7 +142,7 @@ def find_stiff_part(t, h, model, matrix, options, march):
     """
     n_v, f, g, A = model.info.nv, march.v1[3], march.v1[4], march.v1[1]
     cylinders = model.flexible.cylinders
-    if not touch.step_forces(model, f):
+    if not contact.step_forces(model, f):
         for i in range(n_v):
             g[i] = 0.0
         return 0
@@ -156,7 +156,7 @@ def find_stiff_part(t, h, model, matrix, options, march):
         cylinders[k].share = 0.0
     found = factor_at(t, march.y, march.la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
     for k in range(cylinders.size):
-        cylinders[k].share = options[SHARE] if cylinders[k].law == contact.CONSERVATIVE else 1.0
+        cylinders[k].share = options[SHARE] if cylinders[k].law == contact_laws.CONSERVATIVE else 1.0
     if found != 0:
         return -1
     sparse_lu.solve(matrix, march.x)
@@ -182,7 +182,7 @@ def find_stiff_part(t, h, model, matrix, options, march):
 def correct_velocities(t, h, model, matrix, options, march):
     """Set right the velocities, accelerations and wrenches of a step with contact forces that are means over it."""
     n_q, n_v, w, g = model.info.nq, model.info.nv, march.v1[3], march.v1[4]
-    some = touch.step_forces(model, w)
+    some = contact.step_forces(model, w)
     for i in range(march.x.size):
         march.x[i] = 0.0
     for i in range(n_v):
@@ -216,7 +216,7 @@ def add_rest_of_wrenches(model, march):
     """Wrenches of bodies, and the power that turns driven ones, with all of the forces that are means."""
     cylinders, bodies = model.flexible.cylinders, model.bodies
     for k in range(cylinders.size):
-        if cylinders[k].law == contact.CONSERVATIVE:
+        if cylinders[k].law == contact_laws.CONSERVATIVE:
             G, b = cylinders[k].F, cylinders[k].body
             if bodies[b].motion == rigid.DRIVEN:
                 march.powers[0, eq.DRIVEN] -= cylinders[k].share * driven_power(cylinders, bodies, k)

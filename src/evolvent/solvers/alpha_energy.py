@@ -7,7 +7,7 @@ from numba import void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import contact, couplings, rigid, touch
+from evolvent.kernels import contact, contact_laws, joint, rigid
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_contact import driven_power
 from evolvent.solvers.alpha_state import (
@@ -38,7 +38,7 @@ def add_step_to_balance(t, h, model, march):
     Notes
     -----
     Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h; friction is booked as in `touch.settle_contacts`.
+    springs and joints are the mean power times h; friction is booked as in `touch.end_contact_step`.
     """
     ledger, f = march.ledger, model.flexible
     n_v = model.info.nv
@@ -54,10 +54,10 @@ def add_step_to_balance(t, h, model, march):
     ledger[DRIVES] += _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     ledger[SPOOLS] += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
     for k in range(f.cylinders.size):
-        if f.cylinders[k].law == contact.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
+        if f.cylinders[k].law == contact_laws.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
             ledger[DRIVES] += h * driven_power(f.cylinders, model.bodies, k)
     if f.cylinders.size > 0:
-        slip, damped = touch.settle_contacts(march.y, model)
+        slip, damped = contact.end_contact_step(march.y, model)
         ledger[BY_FRICTION] += slip
         ledger[BY_CONTACT] += damped
     for k in range(f.cylinders.size):
@@ -90,7 +90,7 @@ def _drives(t, h, model, march):
     work = 0.0
     joints = model.flexible.joints
     for k in range(joints.size):
-        if joints[k].path != 0 and couplings.holds(t, joints, k):
+        if joints[k].path != 0 and joint.holds(t, joints, k):
             work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
     return work
 
@@ -102,9 +102,9 @@ def note_drives(t, h, model, march):
     for k in range(joints.size):
         march.gaps[k] = 0.0
         if joints[k].path != 0:
-            couplings.joint_geometry(t, march.y, k, model)
+            joint.joint_geometry(t, march.y, k, model)
             now = joints[k].gap
-            couplings.joint_geometry(t + h, march.y, k, model)
+            joint.joint_geometry(t + h, march.y, k, model)
             march.gaps[k] = joints[k].gap - now
 
 

@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import rigid, touch
+from evolvent.kernels import contact, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import solve_step, step_of
@@ -109,7 +109,7 @@ def begin(model, matrix, options, march):
         return status
     t = march.clock[TIME]
     if model.flexible.cylinders.size > 0:
-        touch.settle_contacts(march.y, model)
+        contact.end_contact_step(march.y, model)
     for i in range(march.dq.size):
         march.v1[2, i] = model.flexible.P[i]
     keep_momentum(t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)

@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import residual
 from evolvent.jit import REAL, VECTOR, indirect
-from evolvent.kernels import couplings, rigid, sparse_lu
+from evolvent.kernels import joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
@@ -64,11 +64,11 @@ def accelerations_at(t, state, model, matrix, options, march, A, la):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model)
             for k in range(n_j):
-                couplings.joint_geometry(t + d, y0, k, model)
+                joint.joint_geometry(t + d, y0, k, model)
                 march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
             d = -d
         for k in range(n_j):
-            if joints[k].stiffness > 0.0 or not couplings.holds(t, joints, k):
+            if joints[k].stiffness > 0.0 or not joint.holds(t, joints, k):
                 march.x[first + k] = -scale * march.r[first + k]
             else:
                 march.x[first + k] *= -scale / c_mass

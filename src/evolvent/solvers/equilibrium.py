@@ -20,7 +20,7 @@ from numba import types, void
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import loads, rigid, sparse_lu, touch
+from evolvent.kernels import contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -155,12 +155,12 @@ def add_turning_tangent(factor, spin, model, matrix):
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
     n_q, f, points, bodies = model.info.nq, model.flexible, model.points, model.bodies
-    cells, beams = f.cells, f.beams
+    elements, beams = f.elements, f.beams
     square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
-    for k in range(cells.size):
-        n = 2 * NODE_VECTORS[beams[cells[k].beam].kind]
-        M = f.M12[cells[k].mass] if n == 4 else f.M24[cells[k].mass]
-        at = cells[k].iv - n_q
+    for k in range(elements.size):
+        n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
+        M = f.M12[elements[k].mass] if n == 4 else f.M24[elements[k].mass]
+        at = elements[k].iv - n_q
         for i in range(n):
             for j in range(n):
                 if M[i, j] == 0.0:
@@ -439,7 +439,7 @@ def probe(t, step, factor, shift, model, matrix, b):
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     if model.flexible.cylinders.size > 0:
-        touch.settle_contacts(b.y, model)
+        contact.end_contact_step(b.y, model)
     energies(t, b.y, model, out[:3])
     out[3] = 0.0
     for k in range(model.flexible.cylinders.size):

@@ -15,7 +15,7 @@ from evolvent.flow.inventory import inventory
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.penalties import flexible_rates
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact, couplings, rigid
+from evolvent.kernels import contact_laws, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_energies
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
         beam_energies(y[k], model, own)
         coupled = float(0.5 * f.joints["stiffness"] @ np.where(t[k] < f.joints["until"], f.joints["gap"], 0.0) ** 2)
         if f.hinges.size:
-            coupled += couplings.add_hinges(y[k], model, scratch)[0]
+            coupled += hinge.add_hinges(y[k], model, scratch)[0]
         ledger[k, at.KINETIC], ledger[k, at.BENDING] = total[mdl.KINETIC], own[2]
         ledger[k, at.ELASTIC], ledger[k, at.COUPLED] = total[mdl.ELASTIC] - coupled, coupled
         ledger[k, at.CONTACT] = f.cylinders["energy"].sum()
@@ -69,7 +69,7 @@ def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
         (at.BY_MASS, mdl.BY_MASS),
         (at.BY_STIFFNESS, mdl.BY_STIFFNESS),
         (at.BY_CONTACT, mdl.BY_CONTACT),
-        (at.BY_JOINTS, mdl.BY_COUPLINGS),
+        (at.BY_JOINTS, mdl.BY_JOINTS),
     ):
         ledger[:, place] = causes[:, cause]
     ledger[:, at.BY_SPRINGS] = accounts[:, mdl.DISSIPATED] - causes[:, : mdl.IMPULSE].sum(axis=1)
@@ -101,7 +101,7 @@ def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
     """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), its place, largest damping rate.
 
-    Of the model as it starts, with every check point in contact, across its beam, and every stop reached.
+    Of the model as it starts, with every contact point in contact, across its beam, and every stop reached.
 
     Notes
     -----
@@ -197,23 +197,23 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
 
 
 def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndarray], np.ndarray]:
-    """M^-1 times the stiffness (0) or damping (1) of all check points, held across the beam, times a vector."""
+    """M^-1 times the stiffness (0) or damping (1) of all contact points, held across the beam, times a vector."""
     f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
     if not f.cylinders.size:
         return lambda what, x: np.zeros_like(x)
-    checks = f.checks
-    columns = checks["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
-    S = np.broadcast_to(checks["S"][:, None, :], columns.shape)
-    rows = np.broadcast_to(np.arange(3 * checks.size).reshape(-1, 3, 1), columns.shape)
-    G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * checks.size, n_v))
-    along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in checks["iq"]])
+    contacts = f.contact_points
+    columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
+    S = np.broadcast_to(contacts["S"][:, None, :], columns.shape)
+    rows = np.broadcast_to(np.arange(3 * contacts.size).reshape(-1, 3, 1), columns.shape)
+    G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * contacts.size, n_v))
+    along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
-    values = np.zeros((2, checks.size))
+    values = np.zeros((2, contacts.size))
     for row in f.cylinders:
         inside = slice(row["first"], row["last"])
         slope = row["exponent"] * row["stiffness"] * (_DEPTH * row["radius"]) ** (row["exponent"] - 1.0)
         values[0, inside] += slope
-        if row["law"] == contact.PAPER:
+        if row["law"] == contact_laws.PAPER:
             values[1, inside] += row["damping"]
     dy = np.zeros_like(y)
 

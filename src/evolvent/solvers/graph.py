@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.kernels import couplings, rigid, springs
+from evolvent.kernels import joint, rigid, sides, springs
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers.ordering import Pattern
 
@@ -100,22 +100,22 @@ def _couple_forces(graph: _Graph) -> None:
     for hinge in model.flexible.hinges:
         graph.couple(graph.of(int(hinge["iv"])), graph.body[hinge["body"]])
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
-        for check in model.flexible.checks[int(cylinder["first"]) : int(cylinder["last"])]:
-            graph.couple(*(graph.of(int(iv)) for iv in check["iv"]), graph.body[cylinder["body"]])
+        for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
+            graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
 
 
 def _add_multipliers(graph: _Graph) -> None:
     """A block for the multipliers of all joints between the same two blocks."""
     groups: dict[tuple[int, ...], list[int]] = {}
-    for k, joint in enumerate(graph.model.flexible.joints):
+    for k, row in enumerate(graph.model.flexible.joints):
         ends = []
         for side in range(2):
-            if joint["on"][side] == couplings.ON_COORDINATES:
-                ends.append(graph.of(int(joint["iv"][side])))
-            elif joint["on"][side] == couplings.ON_BODY:
-                ends.append(int(graph.body[joint["index"][side]]))
+            if row["on"][side] == sides.ON_COORDINATES:
+                ends.append(graph.of(int(row["iv"][side])))
+            elif row["on"][side] == sides.ON_BODY:
+                ends.append(int(graph.body[row["index"][side]]))
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if joint["kind"] not in (couplings.PLACE, couplings.ANGLE):  # the force turns with the other side
+        if row["kind"] not in (joint.PLACE, joint.ANGLE):  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         group = len(graph.blocks)

@@ -16,7 +16,7 @@ from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, couplings, rigid
+from evolvent.kernels import contact_laws, joint, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
@@ -116,9 +116,9 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
         for i in range(beam["nodes"]):
             linear.append(first + i * size)
             places.append(assembly.y[beam["iq"] + i * size :][:3])
-        cell = flexible.cells[beam["cell"]]
+        element = flexible.elements[beam["first_element"]]
         pool = flexible.M12 if beam["kind"] == CABLE else flexible.M24
-        masses.append(2.0 * pool[cell["mass"]][0, 0])
+        masses.append(2.0 * pool[element["mass"]][0, 0])
     for row in model.threads:
         linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
         places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
@@ -202,7 +202,7 @@ def prepared(
     a = alpha_state
     options[a.SHARE] = (1.0 - options[a.ALPHA_M]) / (2.0 * options[a.BETA] * (1.0 - options[a.ALPHA_F]))
     cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact.CONSERVATIVE, options[alpha_state.SHARE], 1.0)
+    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options[alpha_state.SHARE], 1.0)
     began = clock.perf_counter()
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
@@ -363,8 +363,10 @@ def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     flexible, info = assembly.model.flexible, assembly.model.info
     lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
     strained = sum(
-        abs(float((flexible.U12 if flexible.beams["kind"][cell["beam"]] == CABLE else flexible.U24)[cell["form"]]))
-        for cell in flexible.cells
+        abs(
+            float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])
+        )
+        for element in flexible.elements
     )
     return 1e-9 * (lifted + strained)
 
@@ -378,11 +380,11 @@ def check_start(assembly: Assembly, t: float) -> None:
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
     rigid.kinematics(t, y, model)
     for k in range(joints.size):
-        if joints["stiffness"][k] > 0.0 or not couplings.holds(t, joints, k):
+        if joints["stiffness"][k] > 0.0 or not joint.holds(t, joints, k):
             continue
-        couplings.joint_geometry(t, y, k, model)
+        joint.joint_geometry(t, y, k, model)
         gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
-        unit = "" if joints["kind"][k] in (couplings.DIRECTION, couplings.ANGLE) else " m"
+        unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE) else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
                 f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
@@ -400,13 +402,13 @@ def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarra
     n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
     n_u = n_v + n_j
-    pushes = model.flexible.pushes
-    ends = [pushes["start"] + pushes["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
+    beam_loads = model.flexible.beam_loads
+    ends = [beam_loads["start"] + beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
-    model.flexible.checks["gap"], model.flexible.checks["carrier"] = np.inf, UNKNOWN
-    model.flexible.checks["stick"] = 0.0
-    model.flexible.checks["drag"] = 0.0
+    model.flexible.contact_points["gap"], model.flexible.contact_points["carrier"] = np.inf, UNKNOWN
+    model.flexible.contact_points["stick"] = 0.0
+    model.flexible.contact_points["drag"] = 0.0
     model.flexible.hinges["latched"] = 0.0
     clocks = np.zeros(alpha_state.N_CLOCK)
     for place, value in ((alpha_state.TIME, times[0]), (alpha_state.STEP, step), (alpha_state.LAST, step)):
@@ -467,7 +469,7 @@ def reason(code: int, march: alpha_state.March, step: float | None, options: np.
         if jumps:
             why = (
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
-                f"need fit: outside nothing pushes and it would lie inside, inside all of it throws it out"
+                f"need fit: outside there is no force and it would lie inside, inside the whole force throws it out"
             )
             law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
         elif met:
@@ -509,7 +511,7 @@ def _stalled(march: alpha_state.March, steps: int, time: float, rest: float) -> 
 def _jumping(assembly: Assembly) -> str:
     """Names of the cylinders whose force jumps at the touch."""
     cylinders = assembly.model.flexible.cylinders
-    some = (cylinders["law"] == contact.PAPER) & (cylinders["damping"] > 0.0)
+    some = (cylinders["law"] == contact_laws.PAPER) & (cylinders["damping"] > 0.0)
     names = [name for name, (family, k) in assembly.names.items() if family == "cylinders" and some[k]]
     return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")
 

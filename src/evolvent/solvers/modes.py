@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed
-from evolvent.kernels import couplings, loads, rigid, springs
+from evolvent.kernels import joint, loads, rigid, springs
 from evolvent.kernels.flexible import FIELD, NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
@@ -177,7 +177,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     M = work.mass()
     C = work.damping() if damped else sparse.csr_matrix((n_v, n_v))
     joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
-    held = np.array([couplings.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
+    held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     K = _completed(work, K)
@@ -195,7 +195,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
 def _conservative(work: Work) -> bool:
     """Whether no load turns with what it loads, and nothing rubs: K is symmetric then."""
     model = work.model
-    if np.any(model.flexible.pushes["kind"] == FIELD) or np.any(model.flexible.cylinders["friction"] > 0.0):
+    if np.any(model.flexible.beam_loads["kind"] == FIELD) or np.any(model.flexible.cylinders["friction"] > 0.0):
         return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
@@ -248,10 +248,10 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
             own.extend(range(where.start, where.stop))
     ends = {int(v) for v in f.hinges["iv"]}
     for cylinder in f.cylinders[model.bodies["motion"][f.cylinders["body"]] != rigid.DRIVEN]:
-        ends.update(f.checks["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
+        ends.update(f.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
     facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()
     following: set[int] = set()
-    for push in f.pushes[f.pushes["kind"] == FIELD]:
+    for push in f.beam_loads[f.beam_loads["kind"] == FIELD]:
         where = places_of(model, "beams", int(push["beam"]))
         following.update(range(work.n_v)[where] if where else ())
     if not own and not following:

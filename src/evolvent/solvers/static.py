@@ -19,7 +19,7 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, loads, rigid, sparse_lu, springs, touch
+from evolvent.kernels import contact, contact_laws, loads, rigid, sparse_lu, springs
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
@@ -104,9 +104,9 @@ def solve_static(
 ) -> StaticSolution:
     """Find the equilibrium of an assembled model under its loads.
 
-    Gravity, pushes, forces and torques and a steady turn grow together with the load factor from 0 to 1, and what the
-    start leaves unbalanced fades out meanwhile; steps are cut where Newton's method does not converge. Where no step
-    leads on, the state slides down its energy to the next equilibrium.
+    Gravity, beam loads, forces and torques and a steady turn grow together with the load factor from 0 to 1, and what
+    the start leaves unbalanced fades out meanwhile; steps are cut where Newton's method does not converge. Where no
+    step leads on, the state slides down its energy to the next equilibrium.
 
     Parameters
     ----------
@@ -237,13 +237,13 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     copy.bodies["rate"][driven] = 0.0
     for scratch in ("v", "w", "F"):
         copy.bodies[scratch] = 0.0
-    flexible.pushes["ramp"] = 0.0
-    flexible.checks["gap"], flexible.checks["carrier"] = np.inf, UNKNOWN
-    flexible.checks["stick"] = 0.0
-    flexible.checks["drag"] = 0.0
+    flexible.beam_loads["ramp"] = 0.0
+    flexible.contact_points["gap"], flexible.contact_points["carrier"] = np.inf, UNKNOWN
+    flexible.contact_points["stick"] = 0.0
+    flexible.contact_points["drag"] = 0.0
     flexible.hinges["latched"] = 0.0
     # what tells these apart is work over a step in time
-    flexible.cylinders["law"][flexible.cylinders["law"] == contact.CONSERVATIVE] = contact.HUNT_CROSSLEY
+    flexible.cylinders["law"][flexible.cylinders["law"] == contact_laws.CONSERVATIVE] = contact_laws.HUNT_CROSSLEY
     flexible.cylinders["stick_damping"] = 0.0
     flexible.cylinders["share"] = 1.0
     return copy
@@ -294,7 +294,7 @@ class Work:
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         if model.flexible.cylinders.size:
-            touch.settle_contacts(b.y, model)
+            contact.end_contact_step(b.y, model)
 
     def refuse_redundant(self) -> None:
         """Refuse constraints that others imply: the tangent with masses is singular only by them."""
@@ -649,8 +649,8 @@ class _Search:
         model, names = w.model, w.assembly.names
         found = []
         for name, (family, index) in names.items():
-            if family == "pushes":
-                push = model.flexible.pushes[index]
+            if family == "beam_loads":
+                push = model.flexible.beam_loads[index]
                 acts = push["value"] != 0.0 and push["start"] <= w.time < push["end"]
                 target = ("beams", int(push["beam"]))
             elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases, parts
+from evolvent.batch.rates import N_STATE
 from evolvent.errors import RunFailed, in_keys, naming_keys
-from evolvent.kernels.stand import N_STATE
 from evolvent.model import DISSIPATED
 from evolvent.motion import rotation_matrices
 from evolvent.solvers import solve
@@ -57,7 +57,7 @@ def build(item: Prepared) -> System:
 def integrate(
     item: Prepared, progress: Callable[[float], None] | None
 ) -> tuple[np.ndarray, dict[str, float], float, float]:
-    """States (samples, 14) as of `evolvent.solvers.lanes`, statistics, times of the solve and of compilation, s.
+    """States (samples, 14) as of `evolvent.batch`, statistics, times of the solve and of compilation, s.
 
     Raises
     ------

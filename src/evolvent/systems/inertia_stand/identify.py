@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent import batch
 from evolvent import inertia as weigh
 from evolvent.errors import InputError
 from evolvent.identification import Modes, identify
@@ -14,7 +15,6 @@ from evolvent.identification.signals import read_signal
 from evolvent.identification.variable_projection import fit
 from evolvent.inertia.inverse import solve
 from evolvent.inertia.problem import mac, problem
-from evolvent.solvers import lanes
 from evolvent.systems.inertia_stand.prepare import COMPONENTS, distinct
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _numerical(item: Prepared, frequency: float) -> float:
     if item.steps == 0:
         return 0.0
     step = 1.0 / item.case.sensors.rate / item.steps
-    return lanes.amplification(item.case.solver.method)(frequency * step)[1]
+    return batch.amplification(item.case.solver.method)(frequency * step)[1]
 
 
 def _told(item: Prepared, modes: Modes, swing: Swing, body: weigh.Inertia | None) -> list[str]:

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent import batch
 from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, equilibrium, linear_model
 from evolvent.motion import quaternions
-from evolvent.solvers import lanes
 from evolvent.systems._common import MOST_VALUES
 from evolvent.systems.inertia_stand.case import Case
 
@@ -28,7 +28,7 @@ class Prepared(NamedTuple):
     ----------
     z : (m,) complex, modal coordinates at the start, of the linear model
     loaded : int, the spring at which the excitation acts, from 0; -1 for none
-    suspended : what `lanes` integrates
+    suspended : what `batch` integrates
     steps : int, of the method between two samples; 0 for the adaptive one
     """
 
@@ -39,7 +39,7 @@ class Prepared(NamedTuple):
     modes: NormalModes
     z: np.ndarray
     loaded: int
-    suspended: lanes.Suspended
+    suspended: batch.Suspended
     steps: int
 
 
@@ -83,7 +83,7 @@ def prepare(case: Case) -> Prepared:
     steps = _steps(case, highest)
     state, z, loaded = _start(case, stand, body, modes)
     n = len(stand.stiffness)
-    suspended = lanes.Suspended(
+    suspended = batch.Suspended(
         mass=float(body.mass),
         inertia=body.inertia,
         gravity=np.array([0.0, -float(stand.gravity), 0.0]),
@@ -108,9 +108,9 @@ def _steps(case: Case, highest: float) -> int:
         raise InputError(f"sensors.duration at sensors.rate makes {case.sensors.samples:.3g} samples, too many")
     if solver.method == "dopri5":
         return 0
-    limit = lanes.stability_limit(solver.method) / highest
+    limit = batch.stability_limit(solver.method) / highest
     if solver.step == "auto":
-        wanted = lanes.accurate_step(solver.method, solver.accuracy) / highest
+        wanted = batch.accurate_step(solver.method, solver.accuracy) / highest
     else:
         wanted = float(solver.step)
         if wanted > limit:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import batch, cases
+from evolvent.batch.rates import DISSIPATED, Q, V, W, X
 from evolvent.errors import InputError
 from evolvent.inertia.stand import NormalModes, energy
-from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
 from evolvent.motion import quaternions, rotation_matrices
-from evolvent.solvers import lanes
 from evolvent.systems._common import refuse_laws
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.prepare import (
@@ -54,7 +53,7 @@ class Outcome(NamedTuple):
 def plan(case: Case) -> cases.Plan:
     """What a run will take; refuses what can be refused before it."""
     prepared = prepare(case)
-    solver = "dopri5" if prepared.steps == 0 else lanes.NAME
+    solver = "dopri5" if prepared.steps == 0 else batch.NAME
     return cases.Plan(duration=(case.sensors.samples - 1) / case.sensors.rate, solver=solver)
 
 
@@ -116,9 +115,9 @@ def _move(
         groups.setdefault(key, []).append(k)
     for (steps, rate, samples, method, _), members in groups.items():
         began = clock.perf_counter()
-        lanes.warm_up()
+        batch.warm_up()
         compiled = clock.perf_counter()
-        states = lanes.integrate(
+        states = batch.integrate(
             [prepared[k].suspended for k in members],
             every=1.0 / rate,
             samples=samples,
@@ -131,9 +130,9 @@ def _move(
             highest = float(prepared[k].modes.natural_frequency.max())
             statistics = {
                 "steps": float(steps * (samples - 1)),
-                "rhs_evaluations": float(steps * (samples - 1) * lanes.scheme(method).evaluations),
+                "rhs_evaluations": float(steps * (samples - 1) * batch.scheme(method).evaluations),
                 "step": 1.0 / rate / steps,
-                "stability_limit": lanes.stability_limit(method) / highest,
+                "stability_limit": batch.stability_limit(method) / highest,
             }
             moved[k] = (states[row], statistics, each, compiled - began)
     return moved

@@ -7,7 +7,7 @@ plane z = 0. Its flat side faces the hub. EI and EA are its bending and axial st
 Elements: absolute nodal coordinates, r = S(xi) e, with one quadratic form of the products of nodal vectors for each
 formulation (`evolvent.elements`). `cable` has position and slope, `cable_stretch` the same with engineering strain; the
 beams have 24 coordinates. Damping is alpha M e' + beta J^T H J e', of all elements or chosen ones. The contact acts at
-check points inside the elements, K d^n (1 + a d') along the normal. The equations M e'' + F + D + g_e^T la = Q, g = 0
+contact points inside the elements, K d^n (1 + a d') along the normal. The equations M e'' + F + D + g_e^T la = Q, g = 0
 (index 3) are stepped by generalized-alpha (Arnold & Bruels 2007); RK4 and Heun take penalties in place of g.
 
 Drives:

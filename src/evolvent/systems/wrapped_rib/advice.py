@@ -173,7 +173,7 @@ def explicit_step(case: Case) -> float:
     Notes
     -----
     The highest frequency of all elements together is at most that of one alone (Rayleigh), here the straight one with
-    all its check points in contact; the penalties are about as fast.
+    all its contact points in contact; the penalties are about as fast.
     """
     from evolvent.solvers.drive import METHODS, SAFETY
     from evolvent.solvers.stability import Mode, stability_limit
@@ -197,11 +197,11 @@ def explicit_step(case: Case) -> float:
 
 @functools.lru_cache(maxsize=8)
 def _fastest(rib: Rib, element: int, contact: float, points: int) -> tuple[float, float, float]:
-    """Fastest motion of one straight element, its check points on springs `contact` (N/m).
+    """Fastest motion of one straight element, its contact points on springs `contact` (N/m).
 
     Returns
     -------
-    (rad/s)^2, square of the highest frequency; 1/kg, of its check points all together; 1/(kg m2), of a turn of its end
+    (rad/s)^2, square of the highest frequency; 1/kg, of its contact points together; 1/(kg m2), of a turn of its end
     """
     from scipy.linalg import eigh
 
@@ -256,7 +256,7 @@ def warnings(case: Case) -> list[str]:
         bounce = math.pi / case.contact_frequency
         if solver.step != "auto" and float(solver.step) > bounce:
             found.append(
-                f"solver.step {solver.step:g} s is too large for the contact, on which a check point bounces in "
+                f"solver.step {solver.step:g} s is too large for the contact, on which a contact point bounces in "
                 f"{bounce:.2g} s; longer steps can feed energy in: look at energy_balance, or take step: auto"
             )
         if case.contact.law == "paper" and case.contact.damping > 0.0:
@@ -289,13 +289,13 @@ def _too_weak(case: Case) -> str:
 
 
 def _unseen(case: Case) -> str:
-    """Check points so far apart that a straight rib between two of them sinks in: R - sqrt(R^2 - s^2/4)."""
-    R, half = case.hub.radius, 0.5 * case.check_spacing
+    """Contact points so far apart that a straight rib between two of them sinks in: R - sqrt(R^2 - s^2/4)."""
+    R, half = case.hub.radius, 0.5 * case.contact_spacing
     depth = R - math.sqrt(R * R - half * half)
     if depth <= SUNK_TOLD * R:
         return ""
     return (
-        f"check points of the contact are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m "
+        f"contact points of the contact are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m "
         f"into the hub unseen; take more contact.points"
     )
 

@@ -240,7 +240,7 @@ class Damping(Section):
 
 
 class Contact(Section):
-    """Contact of the rib's axis with the hub at check points, force K d^n (penetration d) along the normal."""
+    """Contact of the rib's axis with the hub at contact points, force K d^n (penetration d) along the normal."""
 
     law: Literal["paper", "hunt-crossley", "conservative"] = Field(
         "hunt-crossley",
@@ -249,13 +249,13 @@ class Contact(Section):
     )
     stiffness: ContactStiffness = Field(
         "auto",
-        description="K, of each check point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
+        description="K, of each contact point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
         "the hub's radius at most, a bit of it that springs open and falls back by 1e-3",
     )
     exponent: Exponent = Field(1.0, description="n")
     damping: units.DampingOrZero = Field(1e3, description="c, of law paper")
     dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
-    points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="check points in each element")
+    points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="contact points in each element")
     friction: Friction = Field(0.0, description="mu, Coulomb friction with the hub, and between turns")
     self: bool = Field(
         False, description="whether turns touch each other, and so lie over one another; takes several times as long"
@@ -400,10 +400,10 @@ class Case(Section):
                 f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
                 f"hub; {allowed}"
             )
-        if self.check_spacing >= 2.0 * self.hub.radius:
+        if self.contact_spacing >= 2.0 * self.hub.radius:
             least = int(self.rib.length / (self.rib.elements * 2.0 * self.hub.radius)) + 1
             raise InputError(
-                f"contact.points is {self.contact.points}, which makes check points {self.check_spacing:.4g} m apart; "
+                f"contact.points is {self.contact.points}, contact points {self.contact_spacing:.4g} m apart; "
                 f"the rib would pass between them through the hub, {2.0 * self.hub.radius:.4g} m across; it must be "
                 f"{least} or more"
             )
@@ -437,8 +437,8 @@ class Case(Section):
             )
 
     @property
-    def check_spacing(self) -> float:
-        """Length of rib between check points of the contact, m."""
+    def contact_spacing(self) -> float:
+        """Length of rib between contact points of the contact, m."""
         return self.rib.element_length / self.contact.points
 
     @property
@@ -491,7 +491,7 @@ class Case(Section):
         if contact.stiffness != "auto":
             return float(contact.stiffness)
         R, n = strip.radius, contact.exponent
-        spacing = self.check_spacing
+        spacing = self.contact_spacing
         pull = strip.bending_stiffness / R**2
         if drive is not None and drive.torque is not None:
             pull += drive.torque / R
@@ -518,12 +518,12 @@ class Case(Section):
 
     @property
     def contact_frequency(self) -> float:
-        """Frequency at which one check point, with its share of the rib's mass, would bounce on the hub, rad/s.
+        """Frequency at which one contact point, with its share of the rib's mass, would bounce on the hub, rad/s.
 
         Of a law that is not linear, at a penetration of the rib's thickness.
         """
         rib, contact = self.rib, self.contact
-        mass = self.strip.line_density * self.check_spacing
+        mass = self.strip.line_density * self.contact_spacing
         stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
         return math.sqrt(stiffness / mass)
 

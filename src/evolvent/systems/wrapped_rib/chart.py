@@ -22,7 +22,7 @@ DRAWN = {
     "tip_speed": "tip speed, m/s",
     "tip_radius": "tip from the axis, m",
     "wrap_angle": "angle wound, rad",
-    "contact_points": "check points in contact",
+    "contact_points": "contact points in contact",
     "contact_force": "contact force, N",
     "contact_impulse": "impulse of the contact, N s",
 }

@@ -73,7 +73,7 @@ def numbers(run: xr.Dataset) -> list[Number]:
             ),
         ]
     if case.contact.self:
-        pressed = f"{run.turn_force.values[-1, 0]:.4g} N at {run.turn_points.values[-1, 0]:.0f} check points"
+        pressed = f"{run.turn_force.values[-1, 0]:.4g} N at {run.turn_points.values[-1, 0]:.0f} contact points"
         found.append(Number(label="turns on one another at the end", value=pressed))
     if np.any(run.hub_torque.values):
         found.append(Number(label="torque on the hub at the end", value=f"{run.hub_torque.values[-1]:.4g} N m"))
@@ -357,7 +357,7 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
 
 
 def _points_figure(run: xr.Dataset, case: Case) -> Figure:
-    """Number of check points in contact (Yi, figure 8)."""
+    """Number of contact points in contact (Yi, figure 8)."""
     time = run.time.values
     lines = [
         Line(x=time, y=run.contact_points.values[:, b], label=_label(run, b), color=_color(b), width=1.0)
@@ -365,7 +365,7 @@ def _points_figure(run: xr.Dataset, case: Case) -> Figure:
     ]
     every = case.rib.elements * case.contact.points
     title = f"of {every} on each rib"
-    panel = Panel(x_label="time, s", y_label="check points in contact", lines=lines, title=title, y_zero=True)
+    panel = Panel(x_label="time, s", y_label="contact points in contact", lines=lines, title=title, y_zero=True)
     return Figure(name="contact_points", title="Contact with the hub", panels=[panel], size=(8.0, 4.0))
 
 

@@ -166,7 +166,7 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
 
 
 def _law(case: Case, begin: Start) -> dict[str, Any]:
-    """Law of contact and check points, of the hub and of the turns."""
+    """Law of contact and contact points, of the hub and of the turns."""
     contact = case.contact
     return {
         "law": contact.law,
@@ -440,7 +440,7 @@ def _motion(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolu
     nodes, rates = [], []
     for b in range(case.rib.count):
         beam = model.flexible.beams[assembly.index(f"rib-{b + 1}", "beams")]
-        iq, iv = int(beam["iq"]), int(model.flexible.cells["iv"][beam["cell"]])
+        iq, iv = int(beam["iq"]), int(model.flexible.elements["iv"][beam["first_element"]])
         nodes.append(y[:, iq : iq + size].reshape(shape))
         rates.append(y[:, iv : iv + size].reshape(shape))
     hub = model.bodies[assembly.index("hub", "bodies")]
@@ -522,7 +522,7 @@ def _results(
         "wrap_angle": variable(
             ribs, _wrap(case, motion, R), "rad", "angle of the hub that the rib covers, negative the other way"
         ),
-        "contact_points": variable(ribs, touched[..., 8], "1", "check points in contact with the hub"),
+        "contact_points": variable(ribs, touched[..., 8], "1", "contact points in contact with the hub"),
         **_turns(case, assembly, solution, motion, R),
         "contact_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the hub"),
         "contact_resultant": variable((*ribs, "axis"), touched[..., 0:3], "N", "force of the contact on the hub"),
@@ -604,7 +604,7 @@ def _strain(nodes: np.ndarray, length: float, per: int, *, engineering: bool) ->
 
 
 def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[str, xr.Variable]:
-    """Force of the contact per length of each element, and the least gap of its check points."""
+    """Force of the contact per length of each element, and the least gap of its contact points."""
     from evolvent.results import variable
 
     contact, length = case.contact, case.rib.element_length
@@ -625,7 +625,9 @@ def _pressed(case: Case, begin: Start, motion: _Motion, R: np.ndarray) -> dict[s
     dims = ("time", "rib", "element")
     return {
         "contact_pressure": variable(dims, force.sum(axis=-1) / length, "N m-1", "normal force on the hub per length"),
-        "contact_gap": variable(dims, gap.min(axis=-1), "m", "least distance of the element's check points to the hub"),
+        "contact_gap": variable(
+            dims, gap.min(axis=-1), "m", "least distance of the element's contact points to the hub"
+        ),
     }
 
 
@@ -642,7 +644,7 @@ def _turns(
     pressure = _turn_forces(case, assembly, solution, motion, R, rows) / case.rib.element_length
     ribs = ("time", "rib")
     return {
-        "turn_points": variable(ribs, touched[..., 8], "1", "check points in contact with the turn below"),
+        "turn_points": variable(ribs, touched[..., 8], "1", "contact points in contact with the turn below"),
         "turn_force": variable(ribs, touched[..., 6], "N", "sum of the normal forces on the turns below"),
         "turn_pressure": variable(
             (*ribs, "element"), pressure, "N m-1", "normal force on the turn below per length of the turn above"
@@ -668,7 +670,7 @@ def _turn_forces(
         for b, row in enumerate(rows):
             add_layers(y, 0.0, model, row, scratch)
             checks = slice(int(flexible.cylinders["first"][row]), int(flexible.cylinders["last"][row]))
-            found[k, b] = flexible.checks["force"][checks].reshape(elements, -1).sum(axis=-1)
+            found[k, b] = flexible.contact_points["force"][checks].reshape(elements, -1).sum(axis=-1)
     return found
 
 
@@ -774,8 +776,8 @@ def _bending(assembly: Assembly, motion: _Motion) -> np.ndarray:
     total = np.zeros(motion.nodes.shape[0])
     for b in range(motion.nodes.shape[1]):
         beam = f.beams[assembly.index(f"rib-{b + 1}", "beams")]
-        for c in range(int(beam["cells"])):
-            cell = f.cells[int(beam["cell"]) + c]
+        for c in range(int(beam["elements"])):
+            cell = f.elements[int(beam["first_element"]) + c]
             e = motion.nodes[:, b, c : c + 2].reshape(-1, 8, 3)
             v = e[:, 1:].copy()
             v[:, 3] -= e[:, 0]
@@ -807,7 +809,7 @@ def _momenta(case: Case, assembly: Assembly, motion: _Motion) -> tuple[np.ndarra
     k = motion.nodes.shape[3]
     for b in range(motion.nodes.shape[1]):
         beam = f.beams[assembly.index(f"rib-{b + 1}", "beams")]
-        mass = pool[f.cells["mass"][int(beam["cell"]) : int(beam["cell"]) + int(beam["cells"])]]
+        mass = pool[f.elements["mass"][int(beam["first_element"]) : int(beam["first_element"]) + int(beam["elements"])]]
         e = np.concatenate([motion.nodes[:, b, :-1], motion.nodes[:, b, 1:]], axis=2)
         u = np.concatenate([motion.rates[:, b, :-1], motion.rates[:, b, 1:]], axis=2)
         p = np.einsum("cij,tcjx->tcix", mass, u)

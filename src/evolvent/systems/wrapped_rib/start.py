@@ -99,7 +99,7 @@ def _straight(case: Case) -> np.ndarray:
 
 
 def _wound(case: Case) -> np.ndarray:
-    """A rib bent into a circle without stretch, its check points on the hub.
+    """A rib bent into a circle without stretch, its contact points on the hub.
 
     Notes
     -----

@@ -1,6 +1,6 @@
 """Rigid bodies on ground springs, integrated in compiled batches with fixed steps.
 
-The cases of a block of lanes share their number of steps between samples; everything else is a case's own.
+The cases of a block share their number of steps between samples; everything else is a case's own.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import codecache
-from evolvent.kernels import stand
-from evolvent.kernels.stand import DISSIPATED, LANES, N_SPRING, N_STATE
-from evolvent.solvers.march import march
+from evolvent.batch import rates
+from evolvent.batch.loop import advance_block
+from evolvent.batch.rates import DISSIPATED, N_SPRING, N_STATE, WIDTH
 
 
 class Suspended(NamedTuple):
@@ -66,7 +66,7 @@ class Scheme(NamedTuple):
 
 METHODS = ("modified-euler", "rk4", "dop853")
 #: Under which the compiled loop is remembered.
-NAME = "lanes"
+NAME = "batch"
 
 
 @functools.cache
@@ -169,17 +169,17 @@ def integrate(
     kind = scheme(method)
     n_springs = len(cases[0].stiffness)
     states = np.empty((len(cases), samples, N_STATE))
-    K = np.empty((max(kind.b.size + 1, 2), N_STATE, LANES))
-    blocks = range(0, len(cases), LANES)
+    K = np.empty((max(kind.b.size + 1, 2), N_STATE, WIDTH))
+    blocks = range(0, len(cases), WIDTH)
     at_once = max(1, min(samples - 1, int(2e5 / (steps * kind.evaluations))))
     for number, first in enumerate(blocks):
-        part = cases[first : first + LANES]
+        part = cases[first : first + WIDTH]
         bodies, springs = _pack(part, n_springs)
-        out = np.empty((samples, N_STATE, LANES))
+        out = np.empty((samples, N_STATE, WIDTH))
         out[0] = bodies["y"][0]
         for begin in range(1, samples, at_once):
             end = min(begin + at_once, samples)
-            march(bodies, springs, kind.A, kind.b, every / steps, steps, K, out[begin:end])
+            advance_block(bodies, springs, kind.A, kind.b, every / steps, steps, K, out[begin:end])
             if progress is not None:
                 progress((number * samples + end - 1) / len(blocks) * every)
         states[first : first + len(part)] = np.moveaxis(out[:, :, : len(part)], 2, 0)
@@ -187,11 +187,11 @@ def integrate(
 
 
 def _pack(cases: Sequence[Suspended], n_springs: int) -> tuple[Any, np.ndarray]:
-    """One block of lanes; lanes without a case repeat the first."""
-    bodies = np.zeros(1, dtype=stand.BODIES)
-    springs = np.zeros((n_springs, N_SPRING, LANES))
+    """One block; columns without a case repeat the first."""
+    bodies = np.zeros(1, dtype=rates.BODIES)
+    springs = np.zeros((n_springs, N_SPRING, WIDTH))
     block = bodies[0]
-    for c in range(LANES):
+    for c in range(WIDTH):
         case = cases[c] if c < len(cases) else cases[0]
         block["y"][:DISSIPATED, c] = case.state
         block["compliance"][0, c] = 1.0 / case.mass
@@ -200,12 +200,12 @@ def _pack(cases: Sequence[Suspended], n_springs: int) -> tuple[Any, np.ndarray]:
         for name, tensor in (("inertia", case.inertia), ("inverse", np.linalg.inv(case.inertia))):
             T = np.asarray(tensor)
             block[name][:, c] = T[0, 0], T[1, 1], T[2, 2], T[0, 1], T[0, 2], T[1, 2]
-        springs[:, stand.ATTACHMENT : stand.ATTACHMENT + 3, c] = case.attachment
-        springs[:, stand.GROUND : stand.GROUND + 3, c] = case.ground
-        springs[:, stand.AXIS : stand.AXIS + 3, c] = case.axis
-        springs[:, stand.STIFFNESS, c] = case.stiffness
-        springs[:, stand.DAMPING, c] = case.damping
-        springs[:, stand.LENGTH, c] = case.length
-        springs[:, stand.LATERAL, c] = case.lateral_stiffness
-        springs[:, stand.LATERAL_DAMPING, c] = case.lateral_damping
+        springs[:, rates.ATTACHMENT : rates.ATTACHMENT + 3, c] = case.attachment
+        springs[:, rates.GROUND : rates.GROUND + 3, c] = case.ground
+        springs[:, rates.AXIS : rates.AXIS + 3, c] = case.axis
+        springs[:, rates.STIFFNESS, c] = case.stiffness
+        springs[:, rates.DAMPING, c] = case.damping
+        springs[:, rates.LENGTH, c] = case.length
+        springs[:, rates.LATERAL, c] = case.lateral_stiffness
+        springs[:, rates.LATERAL_DAMPING, c] = case.lateral_damping
     return bodies, springs

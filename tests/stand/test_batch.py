@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from evolvent import parts
-from evolvent.solvers import lanes, solve
+from evolvent import batch, parts
+from evolvent.solvers import solve
 from evolvent.system import System
 
 METHODS = ("modified-euler", "rk4", "dop853")
@@ -26,7 +26,7 @@ def suspended(*, mass=2.0, stiffness=50.0, guided=False, damping=0.0, lateral=0.
         state[3:7] /= np.linalg.norm(state[3:7])
         state[7:] = 0.3 * rng.standard_normal(6)
     one = np.ones(4)
-    return lanes.Suspended(
+    return batch.Suspended(
         mass=mass,
         inertia=inertia,
         gravity=gravity,
@@ -55,23 +55,23 @@ def heave(amplitude=1e-3):
 def test_order_is_the_stated_one(method):
     body = suspended(seed=1, damping=0.5)
     kwargs = {"every": 1.0, "samples": 3, "method": method}
-    exact = lanes.integrate([body], steps=400, every=1.0, samples=3, method="dop853")[0, -1, :13]
+    exact = batch.integrate([body], steps=400, every=1.0, samples=3, method="dop853")[0, -1, :13]
     counts = {"modified-euler": (200, 400, 800), "rk4": (50, 100, 200), "dop853": (8, 12, 16)}[method]
-    errors = [np.abs(lanes.integrate([body], steps=n, **kwargs)[0, -1, :13] - exact).max() for n in counts]
+    errors = [np.abs(batch.integrate([body], steps=n, **kwargs)[0, -1, :13] - exact).max() for n in counts]
     slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert slope == pytest.approx(lanes.scheme(method).order, abs=0.15 if method != "dop853" else 0.6)
+    assert slope == pytest.approx(batch.scheme(method).order, abs=0.15 if method != "dop853" else 0.6)
 
 
 def test_modified_euler_loses_theta4_over_16_and_lags_theta2_over_48():
     """Amplification |lambda|^2 = 1 - theta^4 / 16, frequency error - theta^2 / 48, both of the harmonic motion."""
     theta = 0.1
-    modulus, error = lanes.amplification("modified-euler")(theta)
+    modulus, error = batch.amplification("modified-euler")(theta)
     assert modulus**2 == pytest.approx(1.0 - theta**4 / 16.0, abs=1e-15)
     assert error == pytest.approx(-(theta**2) / 48.0, rel=theta**2)
     # and so does the compiled scheme: period by period
     body = heave()
     n, rate = 2000, 10.0
-    y = lanes.integrate([body], every=theta / rate, samples=n + 1, steps=1, method="modified-euler")[0]
+    y = batch.integrate([body], every=theta / rate, samples=n + 1, steps=1, method="modified-euler")[0]
     x = y[:, 1] - (0.1 - 2.0 * 9.81 / 200.0)
     z = x + 1j * y[:, 8] / rate
     turned = -np.unwrap(np.angle(z))[-1] / (n * theta)
@@ -86,7 +86,7 @@ def test_modified_euler_seen_at_whole_periods_is_no_better_than_second_order():
     errors = []
     for n in (40, 80, 160):
         period = 2.0 * np.pi / 10.0
-        y = lanes.integrate([heave()], every=period / n, samples=n + 1, steps=1, method="modified-euler")[0]
+        y = batch.integrate([heave()], every=period / n, samples=n + 1, steps=1, method="modified-euler")[0]
         rest = 0.1 - 2.0 * 9.81 / 200.0
         errors.append((abs(y[-1, 1] - rest - 1e-3), abs(y[-1, 8]) / 10.0))
     slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
@@ -98,7 +98,7 @@ def test_modified_euler_seen_at_whole_periods_is_no_better_than_second_order():
 def test_agrees_with_the_general_engine(damping):
     body = suspended(seed=3, damping=damping)._replace(lateral_damping=np.zeros(4))
     times = np.linspace(0.0, 5.0, 101)
-    y = lanes.integrate([body], every=0.05, samples=101, steps=20)[0]
+    y = batch.integrate([body], every=0.05, samples=101, steps=20)[0]
     system = System(gravity=body.gravity)
     from scipy.spatial.transform import Rotation
 
@@ -125,7 +125,7 @@ def test_agrees_with_the_general_engine(damping):
 @pytest.mark.parametrize("lateral", [0.0, 20.0])
 def test_energy_is_kept_and_what_dampers_take_is_booked(lateral):
     body = suspended(seed=5, damping=0.4, lateral=lateral)
-    y = lanes.integrate([body], every=0.05, samples=201, steps=20)[0]
+    y = batch.integrate([body], every=0.05, samples=201, steps=20)[0]
     from scipy.spatial.transform import Rotation
 
     R = Rotation.from_quat(y[:, [4, 5, 6, 3]]).as_matrix()
@@ -146,7 +146,7 @@ def test_a_guided_body_keeps_its_place_and_yaw():
     state[3:7] = 1.0, 0.0, 0.0, 0.0
     body = body._replace(state=state)
     for method, steps in (("dop853", 5), ("modified-euler", 50)):
-        y = lanes.integrate([body], every=0.05, samples=401, steps=steps, method=method)[0]
+        y = batch.integrate([body], every=0.05, samples=401, steps=steps, method=method)[0]
         assert np.all(y[:, [0, 2, 7, 9]] == 0.0)
         q = y[:, 3:7] / np.linalg.norm(y[:, 3:7], axis=1)[:, None]
         assert np.abs(2.0 * (q[:, 1] * q[:, 3] - q[:, 0] * q[:, 2])).max() < 1e-12  # the z component of its x axis
@@ -155,24 +155,24 @@ def test_a_guided_body_keeps_its_place_and_yaw():
 
 def test_a_case_has_the_same_bits_in_any_company():
     bodies = [suspended(seed=k, damping=0.1 * k) for k in range(11)]
-    together = lanes.integrate(bodies, every=0.05, samples=40, steps=2)
+    together = batch.integrate(bodies, every=0.05, samples=40, steps=2)
     for k in (0, 5, 10):
-        alone = lanes.integrate(bodies[k : k + 1], every=0.05, samples=40, steps=2)
+        alone = batch.integrate(bodies[k : k + 1], every=0.05, samples=40, steps=2)
         assert np.array_equal(alone[0], together[k])
 
 
 def test_stability_limits():
     """Of the harmonic oscillator: 2 for the modified Euler, 2 sqrt 2 for RK4."""
-    assert lanes.stability_limit("modified-euler") == pytest.approx(2.0, abs=0.011)
-    assert lanes.stability_limit("rk4") == pytest.approx(np.sqrt(8.0), abs=0.011)
+    assert batch.stability_limit("modified-euler") == pytest.approx(2.0, abs=0.011)
+    assert batch.stability_limit("rk4") == pytest.approx(np.sqrt(8.0), abs=0.011)
     for method in METHODS:
-        modulus = lanes.amplification(method)
-        assert modulus(1.01 * lanes.stability_limit(method) + 0.01)[0] > 1.0
+        modulus = batch.amplification(method)
+        assert modulus(1.01 * batch.stability_limit(method) + 0.01)[0] > 1.0
 
 
 def test_automatic_steps_reach_the_accuracy_asked():
     for method in METHODS:
         for accuracy in (1e-4, 1e-7):
-            theta = lanes.accurate_step(method, accuracy)
-            assert abs(lanes.amplification(method)(theta)[1]) <= accuracy
-            assert abs(lanes.amplification(method)(1.2 * theta)[1]) > 0.9 * accuracy or theta > 1.0
+            theta = batch.accurate_step(method, accuracy)
+            assert abs(batch.amplification(method)(theta)[1]) <= accuracy
+            assert abs(batch.amplification(method)(1.2 * theta)[1]) > 0.9 * accuracy or theta > 1.0

@@ -23,10 +23,10 @@ def _add(builder: Builder, name: str, kind: int, beam: int, value: float, times:
         raise InputError(f"{name}.end is {end!r} s; it must be after {name}.start, {start!r} s")
     whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3)}
     index = builder.add(
-        "pushes", kind=kind, beam=beam, value=value, start=float(start), end=float(end),
+        "beam_loads", kind=kind, beam=beam, value=value, start=float(start), end=float(end),
         ramp=not_negative(f"{name}.ramp", ramp), **{**whole, **fields},
     )  # fmt: skip
-    builder.names[name] = ("pushes", index)
+    builder.names[name] = ("beam_loads", index)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

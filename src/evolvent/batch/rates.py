@@ -1,9 +1,9 @@
 """A rigid body on springs that stand or hang on the ground, for many cases at once, side by side.
 
-The cases of a batch lie in lanes: every quantity is a row of `LANES` numbers in a record, and each loop over the lanes
-is straight arithmetic that the compiler turns into vector instructions. Lanes do not see each other, so that a case
-gives the same bits in any company. A case costs a twentieth of what the general right-hand side (`evolvent.flow`)
-takes for it, which is what a map of a thousand cases is for; tests hold one against the other.
+The bodies of a batch lie side by side: every quantity is a row of `WIDTH` numbers in a record, and each loop over a row
+is straight arithmetic that the compiler turns into vector instructions. Columns do not depend on one another, so a case
+gives the same bits in any company. A case costs a twentieth of what the general right-hand side (`evolvent.flow`) takes
+for it, which is what a map of a thousand cases is for; tests compare the two.
 
 Axes: inertial, y up. State of a case: position x of the centre of mass, quaternion q (body to inertial, scalar part
 first), velocity v and angular velocity w in inertial axes, and the energy that the dampers have taken.
@@ -16,13 +16,13 @@ from numba.np import numpy_support
 
 from evolvent.jit import inlined, kernel
 
-LANES = 8
+WIDTH = 8
 #: Rows of a state.
 X, Q, V, W, DISSIPATED, N_STATE = 0, 3, 7, 10, 13, 14
 
 
 def _rows(**shapes: int) -> np.dtype:
-    return np.dtype([(name, np.float64, (rows, LANES)) for name, rows in shapes.items()], align=True)
+    return np.dtype([(name, np.float64, (rows, WIDTH)) for name, rows in shapes.items()], align=True)
 
 
 #: Bodies of a batch. y, dy: state and its derivative; inertia and its inverse: xx, yy, zz, xy, xz, yz, body axes;
@@ -40,9 +40,9 @@ STIFFNESS, DAMPING, LENGTH, LATERAL, LATERAL_DAMPING, N_SPRING = 9, 10, 11, 12, 
 
 @inlined
 def orient(bodies):
-    """Orientation of every lane, with force, torque and power set to zero."""
+    """Orientation of every body, with force, torque and power set to zero."""
     y, R, F, M, power = bodies.y, bodies.R, bodies.F, bodies.M, bodies.power
-    for c in range(LANES):
+    for c in range(WIDTH):
         a, b, d, e = y[Q, c], y[Q + 1, c], y[Q + 2, c], y[Q + 3, c]
         s = 2.0 / (a * a + b * b + d * d + e * e)
         R[0, c] = 1.0 - s * (d * d + e * e)
@@ -54,7 +54,7 @@ def orient(bodies):
         R[6, c] = s * (b * e - a * d)
         R[7, c] = s * (d * e + a * b)
         R[8, c] = 1.0 - s * (b * b + d * d)
-    for c in range(LANES):
+    for c in range(WIDTH):
         F[0, c] = F[1, c] = F[2, c] = 0.0
         M[0, c] = M[1, c] = M[2, c] = 0.0
         power[0, c] = 0.0
@@ -62,7 +62,7 @@ def orient(bodies):
 
 @inlined
 def pull(bodies, spring):
-    """Add the forces of one spring in every lane.
+    """Add the forces of one spring in every body.
 
     Notes
     -----
@@ -73,9 +73,9 @@ def pull(bodies, spring):
     y, R, F, M, power = bodies.y, bodies.R, bodies.F, bodies.M, bodies.power
     own = bodies.spring  # in the same record as what is written: else the compiler must fear that they overlap
     for r in range(N_SPRING):
-        for c in range(LANES):
+        for c in range(WIDTH):
             own[r, c] = spring[r, c]
-    for c in range(LANES):
+    for c in range(WIDTH):
         ax, ay, az = own[ATTACHMENT, c], own[ATTACHMENT + 1, c], own[ATTACHMENT + 2, c]
         dx = R[0, c] * ax + R[1, c] * ay + R[2, c] * az
         dy = R[3, c] * ax + R[4, c] * ay + R[5, c] * az
@@ -111,7 +111,7 @@ def pull(bodies, spring):
 
 @inlined
 def respond(bodies):
-    """State derivative of every lane from its force and torque.
+    """State derivative of every body from its force and torque.
 
     Notes
     -----
@@ -121,7 +121,7 @@ def respond(bodies):
     y, dy, R, F, M, power = bodies.y, bodies.dy, bodies.R, bodies.F, bodies.M, bodies.power
     compliance, gravity, inertia, inverse = bodies.compliance, bodies.gravity, bodies.inertia, bodies.inverse
     guided = bodies.guided
-    for c in range(LANES):
+    for c in range(WIDTH):
         r11, r12, r13 = R[0, c], R[1, c], R[2, c]
         r21, r22, r23 = R[3, c], R[4, c], R[5, c]
         r31, r32, r33 = R[6, c], R[7, c], R[8, c]
@@ -157,7 +157,7 @@ def respond(bodies):
         dy[W, c] = r11 * ex + r12 * ey + r13 * ez
         dy[W + 1, c] = r21 * ex + r22 * ey + r23 * ez
         dy[W + 2, c] = r31 * ex + r32 * ey + r33 * ez
-    for c in range(LANES):
+    for c in range(WIDTH):
         ox, oy, oz = y[W, c], y[W + 1, c], y[W + 2, c]
         a, b, d, e = y[Q, c], y[Q + 1, c], y[Q + 2, c], y[Q + 3, c]
         dy[X, c] = y[V, c]
@@ -172,12 +172,12 @@ def respond(bodies):
 
 @kernel
 def rates(bodies, springs):
-    """State derivative bodies.dy of the state bodies.y, in every lane.
+    """State derivative bodies.dy of the state bodies.y, in every body.
 
     Parameters
     ----------
     bodies : record of `BODIES`
-    springs : (n, N_SPRING, LANES) float
+    springs : (n, N_SPRING, WIDTH) float
     """
     orient(bodies)
     for k in range(springs.shape[0]):

@@ -1,0 +1,212 @@
+"""Joints: scalar constraints and penalties between two sides (`evolvent.kernels.sides`)."""
+
+import math
+
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.kernels.cord import drum_cord
+from evolvent.kernels.feed import feed
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import ON_BODY, add_product, add_turning, pull, side_columns, side_vector
+from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
+from evolvent.model import MODEL, family_type
+
+_I = types.int64
+# kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
+# a spinning body keeps to an angle; a cord winds onto a drum of side a
+PLACE, DIRECTION, DISTANCE, ANGLE, CORD = 0, 1, 2, 3, 4
+# how a feed moves a joint: not; along its direction; round an involute
+STILL, LINEAR, INVOLUTE = 0, 1, 2
+
+
+@entry(REAL, family_type("joints"), types.int64)
+@inlined
+def holds(t, joints, k):
+    """Whether joint k holds at time t."""
+    return t <= joints[k].until
+
+
+@indirect(void(REAL, VECTOR, types.int64, MODEL))
+def joint_geometry(t, y, k, model):
+    """Fill the vectors u, gradients g, gap and rate of joint k at time t.
+
+    Notes
+    -----
+    PLACE: along . (u_b - u_a) - value - path; DIRECTION: u_a . u_b - value; DISTANCE: |u_b - u_a| - value; ANGLE: the
+    body's angle less value and path. The path is radius phi of a feed, or for an INVOLUTE the place of the end of a
+    taut thread of length `value` that has been wound by phi onto a circle, from the direction `zero` on.
+    """
+    joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
+    kind = joints[k].kind
+    u, g = joints[k].u, joints[k].g
+    phi, phi_rate = 0.0, 0.0
+    if joints[k].path != STILL:
+        p = parameters[joints[k].first : joints[k].last]
+        phi, phi_rate, _ = feed(joints[k].feed, p, joints[k].law, t)
+    if kind == ANGLE:
+        iq, iv = joints[k].iq[1], joints[k].iv[1]
+        joints[k].gap = y[iq] - joints[k].value - phi
+        joints[k].rate = y[iv] - phi_rate
+        return
+    if kind == CORD:
+        _cord_geometry(y, k, model)
+        return
+    is_place = kind != DIRECTION
+    a = side_vector(
+        y, bodies, joints[k].on[0], joints[k].index[0], joints[k].iq[0], joints[k].iv[0], joints[k].local[0], is_place
+    )
+    b = side_vector(
+        y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], is_place
+    )
+    for c in range(3):
+        u[0, c], u[1, c] = a[c], b[c]
+    if kind == DIRECTION:
+        joints[k].gap = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - joints[k].value
+        joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
+        for c in range(3):
+            g[0, c], g[1, c] = b[c], a[c]
+        return
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
+    if kind == DISTANCE:
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        nx, ny, nz = dx / distance, dy / distance, dz / distance
+        joints[k].gap = distance - joints[k].value
+        joints[k].rate = nx * vx + ny * vy + nz * vz
+    else:
+        nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
+        gap, rate = nx * dx + ny * dy + nz * dz, nx * vx + ny * vy + nz * vz
+        if joints[k].path == INVOLUTE:
+            z, e, c, r = joints[k].axis, joints[k].zero, joints[k].centre, joints[k].radius
+            fx, fy, fz = cross(z[0], z[1], z[2], e[0], e[1], e[2])
+            s, o = math.sin(phi), math.cos(phi)
+            tail = joints[k].value - r * phi
+            along_e, along_f = r * o - tail * s, r * s + tail * o  # r n + tail n', n = (cos, sin)
+            gap -= nx * (c[0] + along_e * e[0] + along_f * fx)
+            gap -= ny * (c[1] + along_e * e[1] + along_f * fy)
+            gap -= nz * (c[2] + along_e * e[2] + along_f * fz)
+            # d/dphi (r n + tail n') = -tail n
+            rate += tail * phi_rate * (nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz))
+        else:
+            gap -= joints[k].value + joints[k].radius * phi
+            rate -= joints[k].radius * phi_rate
+        joints[k].gap = gap
+        joints[k].rate = rate
+    g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
+    g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
+
+
+@indirect(void(VECTOR, _I, MODEL))
+def _cord_geometry(y, k, model):
+    """As `joint_geometry`, of a CORD: the whole length less `value`, gradients along the free part.
+
+    Notes
+    -----
+    The force on the drum acts where the cord leaves it, which is entered as the place of side a.
+    """
+    joints, bodies = model.flexible.joints, model.bodies
+    body, radius, centre, n0, z0 = (
+        joints[k].index[0],
+        joints[k].radius,
+        joints[k].centre,
+        joints[k].axis,
+        joints[k].zero,
+    )
+    a = side_vector(y, bodies, ON_BODY, body, -1, -1, centre, True)
+    b = side_vector(
+        y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], True
+    )
+    R, w, u, g = bodies[body].R, bodies[body].w, joints[k].u, joints[k].g
+    n, z = turn(R, n0[0], n0[1], n0[2]), turn(R, z0[0], z0[1], z0[2])
+    d, v = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5])
+    omega = w[0] * n[0] + w[1] * n[1] + w[2] * n[2]
+    length, rate, _, ex, ey, ez, rx, ry, rz, _ = drum_cord(
+        radius, joints[k].along[0], joints[k].value, d, v, n, z, omega
+    )
+    joints[k].gap = length - joints[k].value
+    joints[k].rate = rate
+    lx, ly, lz = turn_back(R, radius * rx, radius * ry, radius * rz)
+    local = joints[k].local[0]
+    local[0], local[1], local[2] = centre[0] + lx, centre[1] + ly, centre[2] + lz
+    u[0, 0], u[0, 1], u[0, 2] = a[0] + radius * rx, a[1] + radius * ry, a[2] + radius * rz
+    u[1, 0], u[1, 1], u[1, 2] = b[0], b[1], b[2]
+    g[0, 0], g[0, 1], g[0, 2] = -ex, -ey, -ez
+    g[1, 0], g[1, 1], g[1, 2] = ex, ey, ez
+
+
+@indirect(REAL(types.int64, REAL, MODEL, VECTOR))
+def add_joint_force(k, la, model, F):
+    """Generalised forces la g of joint k; its geometry is that of the last `joint_geometry`."""
+    joints, bodies, n_q = model.flexible.joints, model.bodies, model.info.nq
+    if joints[k].kind == ANGLE:
+        F[joints[k].iv[1] - n_q] += la
+        index = joints[k].index[1]
+        n = bodies[index].axis
+        nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
+        return nx * la  # the body itself bears it; what drives it is outside
+    is_place = joints[k].kind != DIRECTION
+    for side in range(2):
+        g = joints[k].g[side]
+        pull(
+            F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side], is_place,
+            la * g[0], la * g[1], la * g[2],
+        )  # fmt: skip
+    return 0.0
+
+
+@kernel
+def _add_gradient(matrix, row, at, n, g, J, scale, damped):
+    """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
+    if n == 0:
+        return
+    values = matrix.values
+    to, right, _ = first_entry(matrix, row, at)
+    of, _, down = first_entry(matrix, at, row)
+    if to < 0 or of < 0:
+        return
+    for c in range(n):
+        value = scale * (g[0] * J[0, c] + g[1] * J[1, c] + g[2] * J[2, c])
+        values[to + c * right] += value * damped
+        values[of + c * down] += value
+
+
+@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
+def add_joint_tangent(k, la, row, scale, damped, model, matrix):
+    """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
+    flexible, n_q = model.flexible, model.info.nq
+    joints = flexible.joints
+    kind = joints[k].kind
+    if kind == ANGLE:
+        at = joints[k].iv[1] - n_q
+        add_entry(matrix, row, at, scale * damped)
+        add_entry(matrix, at, row, scale)
+        return
+    is_place = kind != DIRECTION
+    Ja, Jb = flexible.J[0], flexible.J[1]
+    a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
+    b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
+    ga, gb = joints[k].g[0], joints[k].g[1]
+    _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
+    _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
+    if la == 0.0:
+        return
+    for side in range(2):
+        if joints[k].on[side] == ON_BODY:
+            g = joints[k].g[side]
+            add_turning(
+                matrix, model, joints[k].index[side], joints[k].local[side],
+                la * g[0], la * g[1], la * g[2],
+            )  # fmt: skip
+    if kind == DIRECTION:
+        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
+    elif kind in (DISTANCE, CORD):
+        x, y, z = gb[0], gb[1], gb[2]
+        u = joints[k].u
+        s = la / math.sqrt((u[1, 0] - u[0, 0]) ** 2 + (u[1, 1] - u[0, 1]) ** 2 + (u[1, 2] - u[0, 2]) ** 2)
+        p = 1.0 - x * x, -x * y, -x * z, 1.0 - y * y, -y * z, 1.0 - z * z
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
+        add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
+        add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
