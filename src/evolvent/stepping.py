@@ -194,8 +194,8 @@ class Stepper:
         """State vector [q | v | accounts] now."""
         if self.method != IMPLICIT:
             return self._y.copy()
-        y: np.ndarray = self._run.march.y.copy()
-        book_accounts(self.assembly.model, y[None], self._run.march.ledger[None])
+        y: np.ndarray = self._run.work.y.copy()
+        book_accounts(self.assembly.model, y[None], self._run.work.ledger[None])
         return y
 
     def _index(self, name: str) -> int:
@@ -238,7 +238,7 @@ class Stepper:
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
-                self.time = float(self._run.march.clock[alpha_state.TIME])
+                self.time = float(self._run.work.loop.time)
             raise
         self.time = end
         self._changed = False
@@ -259,38 +259,38 @@ class Stepper:
         """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""
         run = self._run
         failure = law_failure(self.assembly, error, moments(run))
-        run.march.y[:] = run.march.y0
-        rigid.kinematics(float(run.march.clock[alpha_state.TIME]), run.march.y, run.model)
+        run.work.y[:] = run.work.y0
+        rigid.kinematics(float(run.work.loop.time), run.work.y, run.model)
         return RunFailed(failure, self)
 
     def _begin(self) -> None:
         run = self._run
         with refusing_laws(self.assembly):
-            if run.releases is not None and run.releases.fire(self.time, run.march.y) < 0:
+            if run.releases is not None and run.releases.fire(self.time, run.work.y) < 0:
                 raise RunFailed(reason_of_outrun(self.time), self)
-            code = alpha_loop.begin(run.model, run.matrix, run.options, run.march)
+            code = alpha_loop.begin(run.model, run.matrix, run.options, run.work)
         if code != alpha_state.DONE:
-            raise RunFailed(reason(code, run.march, self._fixed, run.options, self.assembly), self)
+            raise RunFailed(reason(code, run.work, self._fixed, run.options, self.assembly), self)
 
     def _go_on(self, end: float) -> None:
         run = self._run
-        march = run.march
-        march.samples[:] = self.time, end
-        march.tally[alpha_state.SAMPLE] = 1
+        work = run.work
+        work.samples[:] = self.time, end
+        work.loop.sample = 1
         if self._changed:  # loads that jump
-            h = float(march.clock[alpha_state.STEP])
-            code = alpha_loop.restart(self.time, h, run.model, run.matrix, run.options, march)
+            h = float(work.loop.step)
+            code = alpha_loop.restart(self.time, h, run.model, run.matrix, run.work)
             if code != alpha_state.DONE:
-                raise RunFailed(reason(code, march, self._fixed, run.options, self.assembly), self)
+                raise RunFailed(reason(code, work, self._fixed, run.options, self.assembly), self)
         while True:
-            code = alpha_loop.advance(run.model, run.matrix, run.options, march, 1000)
+            code = alpha_loop.advance(run.model, run.matrix, run.work, 1000)
             if code == alpha_state.AT_STOP and run.releases is not None:
-                if run.releases.resume(march) < 0:
-                    raise RunFailed(reason_of_outrun(float(march.clock[alpha_state.TIME])), self)
+                if run.releases.resume(work) < 0:
+                    raise RunFailed(reason_of_outrun(float(work.loop.time)), self)
             elif code != alpha_state.BUDGET:
                 break
         if code != alpha_state.DONE:
-            raise RunFailed(reason(code, march, self._fixed, run.options, self.assembly), self)
+            raise RunFailed(reason(code, work, self._fixed, run.options, self.assembly), self)
 
     def _solve(self, end: float) -> None:
         model = self.assembly.model

@@ -29,33 +29,20 @@ import math
 from numba import types
 
 from evolvent.flow.implicit import residual
-from evolvent.jit import REAL, VECTOR, indirect
+from evolvent.jit import REAL, indirect
 from evolvent.kernels import contact, contact_laws, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import (
     ACCELERATED,
-    ALPHA_F,
-    ALPHA_M,
     AS_IT_IS,
-    BETA,
     COASTING,
-    FACTOR,
-    FRESH,
-    GAMMA,
-    ITERATIONS,
-    MARCH,
-    MASS,
-    MET,
-    NEWTON,
     NO_CONVERGENCE,
     NOT_FINITE,
     REDUNDANT,
-    SET,
-    SHARE,
     SINGULAR,
-    TOLERANCE,
+    WORKSPACE,
     displace,
     factor_at,
 )
@@ -71,8 +58,8 @@ SLOW = 0.15
 ROUND_OFF = 1e-8
 
 
-@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, MARCH))
-def solve_step(t1, h, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
+def solve_step(t1, h, model, matrix, work):
     """Solve one step of length h that ends at t1; returns as `step_of` does.
 
     Notes
@@ -82,81 +69,82 @@ def solve_step(t1, h, model, matrix, options, march):
     method finds no solution. A fixed step is then solved from constant velocities, and with all of the mean forces
     taken by masses; an adaptive one is cut.
     """
-    adaptive, coasts = options[TOLERANCE] > 0.0, False
+    adaptive, coasts = work.options.tolerance > 0.0, False
     for k in range(model.flexible.cylinders.size):
         row = model.flexible.cylinders[k]
         coasts = coasts or (row.law == contact_laws.CONSERVATIVE and row.friction > 0.0 and row.touching > 0.0)
     begins = COASTING if coasts and not adaptive else ACCELERATED
-    found = step_of(t1, h, begins, model, matrix, options, march)
+    found = step_of(t1, h, begins, model, matrix, work)
     if adaptive or model.flexible.cylinders.size == 0:
         return found
     for trial in range(3):
         if found > 0:
             return found
         if trial == 1:
-            for i in range(march.dq.size):
-                march.v1[4, i] = 0.0
-        for i in range(march.la.size):
-            march.la[i] = march.la0[i]
-        march.tally[FRESH] = 1
-        found = step_of(t1, h, begins if trial == 1 else COASTING, model, matrix, options, march)
+            for i in range(work.dq.size):
+                work.g1[i] = 0.0
+        for i in range(work.la.size):
+            work.la[i] = work.la0[i]
+        work.loop.stale = 1
+        found = step_of(t1, h, begins if trial == 1 else COASTING, model, matrix, work)
     return found
 
 
-@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, VECTOR, MARCH))
-def step_of(t1, h, start, model, matrix, options, march):
+@indirect(_I(REAL, REAL, _I, MODEL, SPARSE, WORKSPACE))
+def step_of(t1, h, start, model, matrix, work):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
     `start`: ACCELERATED, COASTING or AS_IT_IS.
     """
     n_q, n_v = model.info.nq, model.info.nv
-    y, y0, la, dq, r, x = march.y, march.y0, march.la, march.dq, march.r, march.x
-    weight, n_j, first = march.weight, march.la.size, n_v
-    am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
+    options, loop = work.options, work.loop
+    y, y0, la, dq, r, x = work.y, work.y0, work.la, work.dq, work.r, work.x
+    weight, n_j, first = work.weight, work.la.size, n_v
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
     c_rate = gamma / (beta * h)
-    scale = c_mass * options[MASS]
-    a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
+    scale = c_mass * options.mass
+    a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
     if start != AS_IT_IS:
         for i in range(n_v):
             if start == ACCELERATED:
-                A[i] = A0[i]
-                a[i] = ((1.0 - af) * A[i] + af * A0[i] - am * a0[i]) / (1.0 - am)
+                dv1[i] = dv0[i]
+                a1[i] = ((1.0 - af) * dv1[i] + af * dv0[i] - am * a0[i]) / (1.0 - am)
             else:
-                a[i] = (beta - 0.5) / beta * a0[i]
-                A[i] = ((1.0 - am) * a[i] + am * a0[i] - af * A0[i]) / (1.0 - af)
-            dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a[i])
-            y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a[i])
+                a1[i] = (beta - 0.5) / beta * a0[i]
+                dv1[i] = ((1.0 - am) * a1[i] + am * a0[i] - af * dv0[i]) / (1.0 - af)
+            dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a1[i])
+            y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a1[i])
         displace(y0, dq, model, y)
-        march.tally[MET] = 0
-    if abs(march.clock[FACTOR] - h) > 1e-6 * h:
-        march.tally[FRESH] = 1
+        loop.touched = 0
+    if abs(loop.factored_step - h) > 1e-6 * h:
+        loop.stale = 1
     last, ratio = math.inf, 0.0
     for iteration in range(MOST_ITERATIONS):
-        residual(t1, y, A, la, h, 1.0, model, r, march.powers[0])
+        residual(t1, y, dv1, la, h, 1.0, model, r, work.powers[0])
         if model.flexible.cylinders.size > 0:
             for i in range(n_v):
-                r[i] += (options[SHARE] - 1.0) * march.v1[4, i]
+                r[i] += (options.share - 1.0) * work.g1[i]
         if not is_finite(r):
             return NOT_FINITE
         touching = contact.count_touching(model) if model.flexible.cylinders.size > 0 else 0
         if touching != 0:
-            march.tally[MET] = 1
-        if touching != march.tally[SET]:
-            march.tally[SET] = touching
-            march.tally[FRESH] = 1
+            loop.touched = 1
+        if touching != loop.contact_set:
+            loop.contact_set = touching
+            loop.stale = 1
         # a thread's directions must be fresh
-        renewed = march.tally[FRESH] == 1 or ratio > SLOW or model.threads.size > 0
+        renewed = loop.stale == 1 or ratio > SLOW or model.threads.size > 0
         if renewed:
-            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, march)
+            found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, work)
             if found < 0:
-                march.tally[FRESH] = 1
+                loop.stale = 1
                 return SINGULAR
             if found > 0:
-                march.tally[FRESH] = 1
+                loop.stale = 1
                 return REDUNDANT
-            march.tally[FRESH] = 0
-            march.clock[FACTOR] = h
+            loop.stale = 0
+            loop.factored_step = h
         for i in range(first):
             x[i] = -r[i]
         for k in range(n_j):
@@ -168,20 +156,20 @@ def step_of(t1, h, start, model, matrix, options, march):
             norm = max(norm, abs(d) / weight[i])
             dq[i] += d
             y[n_q + i] += c_rate * d
-            A[i] += c_mass * d
-            a[i] += d / (beta * h * h)
+            dv1[i] += c_mass * d
+            a1[i] += d / (beta * h * h)
         for k in range(n_j):
             la[k] += scale * x[first + k]
         displace(y0, dq, model, y)
         if not math.isfinite(norm):
             return NOT_FINITE
-        march.tally[ITERATIONS] += 1
+        loop.iterations += 1
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
-        if norm <= options[NEWTON] or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options[NEWTON]):
+        if norm <= options.newton or (ratio > 0.0 and ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options.newton):
             return iteration + 1
         if renewed and ratio > 0.5 and norm <= ROUND_OFF and model.threads.size == 0:
             return iteration + 1
         last = norm
-    march.tally[FRESH] = 1
+    loop.stale = 1
     return NO_CONVERGENCE

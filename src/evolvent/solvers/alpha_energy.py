@@ -6,114 +6,86 @@ from numba import void
 
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
-from evolvent.jit import REAL, VECTOR, entry, indirect, inlined
+from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, contact_laws, joint, rigid
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_contact import driven_power
-from evolvent.solvers.alpha_state import (
-    BY_CONTACT,
-    BY_FRICTION,
-    BY_JOINTS,
-    BY_MASS,
-    BY_SPRINGS,
-    BY_STIFFNESS,
-    CONTACT,
-    COUPLED,
-    DRIVES,
-    ELASTIC,
-    FLOOR,
-    KINETIC,
-    LOADS,
-    MARCH,
-    PEAK,
-    SPOOLS,
-    START,
-)
+from evolvent.solvers.alpha_state import WORKSPACE
+from evolvent.solvers.balance import defect_of, energy_of
 
 
-@indirect(void(REAL, REAL, MODEL, MARCH))
-def add_step_to_balance(t, h, model, march):
-    """Book a step's work and losses into the ledger.
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def add_step_to_balance(t, h, model, work):
+    """Add a step's work and losses to the balance.
 
     Notes
     -----
     Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h; friction is booked as in `touch.end_contact_step`.
+    springs and joints are the mean power times h; friction is that of `contact.end_contact_step`.
     """
-    ledger, f = march.ledger, model.flexible
+    balance, f = work.balance, model.flexible
     n_v = model.info.nv
-    P, P0, p, p0 = march.v1[2], march.v0[2], march.powers[0], march.powers[1]
-    work = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
+    P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]
+    given = 0.5 * h * (p[eq.MARKER_LOADS] + p0[eq.MARKER_LOADS])
     for i in range(n_v):
-        work += 0.5 * (P[i] + P0[i]) * march.dq[i]
-    ledger[LOADS] += work
-    for pair in range(4):
-        cause = (BY_MASS, BY_STIFFNESS, BY_SPRINGS, BY_JOINTS)[pair]
-        which = (eq.MASS_DAMPING, eq.STIFFNESS_DAMPING, eq.SPRINGS, eq.JOINTS)[pair]
-        ledger[cause] += 0.5 * h * (p[which] + p0[which])
-    ledger[DRIVES] += _drives(t, h, model, march) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
-    ledger[SPOOLS] += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
+        given += 0.5 * (P[i] + P0[i]) * work.dq[i]
+    balance.loads += given
+    balance.by_mass += 0.5 * h * (p[eq.MASS_DAMPING] + p0[eq.MASS_DAMPING])
+    balance.by_stiffness += 0.5 * h * (p[eq.STIFFNESS_DAMPING] + p0[eq.STIFFNESS_DAMPING])
+    balance.by_springs += 0.5 * h * (p[eq.SPRINGS] + p0[eq.SPRINGS])
+    balance.by_joints += 0.5 * h * (p[eq.JOINTS] + p0[eq.JOINTS])
+    balance.drives += _drives(t, h, model, work) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
+    balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
     for k in range(f.cylinders.size):
         if f.cylinders[k].law == contact_laws.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
-            ledger[DRIVES] += h * driven_power(f.cylinders, model.bodies, k)
+            balance.drives += h * driven_power(f.cylinders, model.bodies, k)
     if f.cylinders.size > 0:
-        slip, damped = contact.end_contact_step(march.y, model)
-        ledger[BY_FRICTION] += slip
-        ledger[BY_CONTACT] += damped
+        slip, damped = contact.end_contact_step(work.y, model)
+        balance.by_friction += slip
+        balance.by_contact += damped
     for k in range(f.cylinders.size):
-        march.impulse[k] += h * f.cylinders[k].normal
+        work.impulse[k] += h * f.cylinders[k].normal
 
 
-@indirect(REAL(REAL, MODEL, MARCH))
-def energy_gained(t, model, march):
-    """Fill in the energies; returns what the account has gained from nothing since the start, J."""
-    ledger = march.ledger
-    fill_energies(t, model, march)
-    energy = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
-    ledger[PEAK] = max(ledger[PEAK], energy)
-    gained = energy - ledger[START] - ledger[LOADS] - ledger[DRIVES] - ledger[SPOOLS]
-    for cause in range(BY_MASS, BY_SPRINGS + 1):
-        gained += ledger[cause]
-    return gained
-
-
-@entry(VECTOR, VECTOR)
-@inlined
-def gain_scale(ledger, options):
-    """Energy beside which a gain counts: the largest there was, or the work, J."""
-    return max(ledger[PEAK], abs(ledger[LOADS]) + abs(ledger[DRIVES]) + abs(ledger[SPOOLS])) + options[FLOOR]
+@indirect(REAL(REAL, MODEL, WORKSPACE))
+def energy_gained(t, model, work):
+    """Fill in the energies; returns what the balance has gained from nothing since the start, J."""
+    fill_energies(t, model, work)
+    work.loop.peak_energy = max(work.loop.peak_energy, energy_of(work.balance))
+    return defect_of(work.balance, work.loop.start_energy)
 
 
 @inlined
-def _drives(t, h, model, march):
+def _drives(t, h, model, work):
     """Work of driven joints over a step, la dg/dt of each, mean la."""
-    work = 0.0
+    given = 0.0
     joints = model.flexible.joints
     for k in range(joints.size):
         if joints[k].path != 0 and joint.holds(t, joints, k):
-            work += 0.5 * (march.la[k] + march.la0[k]) * march.gaps[k]
-    return work
+            given += 0.5 * (work.la[k] + work.la0[k]) * work.gaps[k]
+    return given
 
 
-@indirect(void(REAL, REAL, MODEL, MARCH))
-def note_drives(t, h, model, march):
-    """Change of each driven joint's gap by its feed alone over a step that starts at t."""
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def note_drives(t, h, model, work):
+    """Change of each driven joint's gap by its drive alone over a step that starts at t."""
     joints = model.flexible.joints
     for k in range(joints.size):
-        march.gaps[k] = 0.0
+        work.gaps[k] = 0.0
         if joints[k].path != 0:
-            joint.joint_geometry(t, march.y, k, model)
+            joint.joint_geometry(t, work.y, k, model)
             now = joints[k].gap
-            joint.joint_geometry(t + h, march.y, k, model)
-            march.gaps[k] = joints[k].gap - now
+            joint.joint_geometry(t + h, work.y, k, model)
+            work.gaps[k] = joints[k].gap - now
 
 
-@indirect(void(REAL, MODEL, MARCH))
-def fill_energies(t, model, march):
-    """Energies of the state into the ledger; contacts and hinges are those of the last residual."""
-    ledger, f = march.ledger, model.flexible
-    energies(t, march.y, model, ledger[KINETIC : KINETIC + 3])
-    ledger[CONTACT] = 0.0
+@indirect(void(REAL, MODEL, WORKSPACE))
+def fill_energies(t, model, work):
+    """Energies of the state into the balance; contacts and hinges are those of the last residual."""
+    balance, f = work.balance, model.flexible
+    energies(t, work.y, model, work.energies)
+    balance.kinetic, balance.elastic, balance.bending = work.energies[0], work.energies[1], work.energies[2]
+    balance.contact = 0.0
     for k in range(f.cylinders.size):
-        ledger[CONTACT] += f.cylinders[k].energy
-    ledger[COUPLED] = march.powers[0, eq.COUPLED_ENERGY]
+        balance.contact += f.cylinders[k].energy
+    balance.coupled = work.powers[0, eq.COUPLED_ENERGY]

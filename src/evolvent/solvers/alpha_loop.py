@@ -8,7 +8,7 @@ from typing import Any
 from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -20,43 +20,20 @@ from evolvent.solvers.alpha_contact import (
     find_stiff_part,
     solve_with_stiff_part,
 )
-from evolvent.solvers.alpha_energy import add_step_to_balance, energy_gained, fill_energies, gain_scale, note_drives
+from evolvent.solvers.alpha_energy import add_step_to_balance, energy_gained, fill_energies, note_drives
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
     AT_STOP,
-    BETA,
     BUDGET,
-    BY_JOINTS,
-    COUPLED,
     DONE,
-    ELASTIC,
-    EVENT,
-    FRESH,
-    GAIN,
     GAINED,
-    KINETIC,
-    LARGEST,
-    LAST,
-    LONGEST,
-    MARCH,
-    N_LEDGER,
-    NET,
     NO_CONVERGENCE,
-    OVER,
-    PEAK,
-    REJECTED,
-    SAMPLE,
     SINGULAR,
-    SMALLEST,
-    START,
-    STEP,
-    STEPS,
-    STOP,
-    TIME,
-    TOLERANCE,
+    WORKSPACE,
     displace,
     factor_at,
 )
+from evolvent.solvers.balance import energy_of, scale_of
 
 _I = types.int64
 
@@ -77,183 +54,180 @@ def functions(model: Any) -> list[Any]:
     return found
 
 
-@indirect(void(_I, MODEL, MARCH))
-def keep_sample(n, model, march):
+@indirect(void(_I, MODEL, WORKSPACE))
+def keep_sample(n, model, work):
     """Keep the state as sample n."""
     f = model.flexible
-    for i in range(march.y.size):
-        march.out_y[n, i] = march.y[i]
-    for i in range(march.dq.size):
-        march.out_a[n, i] = march.v1[1, i]
-    for i in range(march.la.size):
-        march.out_la[n, i] = march.la[i]
-    for i in range(N_LEDGER):
-        march.out_ledger[n, i] = march.ledger[i]
+    for i in range(work.y.size):
+        work.out_y[n, i] = work.y[i]
+    for i in range(work.dq.size):
+        work.out_a[n, i] = work.dv1[i]
+    for i in range(work.la.size):
+        work.out_la[n, i] = work.la[i]
+    work.out_balance[n] = work.balance
     for k in range(f.cylinders.size):
-        row = march.out_cylinders[n, k]
+        row = work.out_cylinders[n, k]
         for i in range(6):
             row[i] = f.cylinders[k].F[i]
         row[6] = f.cylinders[k].normal
-        row[7] = march.impulse[k]
+        row[7] = work.impulse[k]
         row[8] = f.cylinders[k].touching
     for b in range(model.bodies.size):
         for i in range(6):
-            march.out_bodies[n, b, i] = model.bodies[b].F[i]
+            work.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
-@indirect(_I(MODEL, SPARSE, VECTOR, MARCH))
-def begin(model, matrix, options, march):
-    """Start the loop from march.y at its time: accelerations, energies, sample 0; returns a status."""
-    status = start_accelerations(model, matrix, options, march)
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
+def begin(model, matrix, work):
+    """Start the loop from work.y at its time: accelerations, energies, sample 0; returns a status."""
+    status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
-    t = march.clock[TIME]
+    t = work.loop.time
     if model.flexible.cylinders.size > 0:
-        contact.end_contact_step(march.y, model)
-    for i in range(march.dq.size):
-        march.v1[2, i] = model.flexible.P[i]
-    keep_momentum(t, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
-    fill_energies(t, model, march)
-    march.ledger[START] = march.ledger[KINETIC] + march.ledger[ELASTIC] + march.ledger[COUPLED]
-    march.ledger[PEAK] = march.ledger[START]
+        contact.end_contact_step(work.y, model)
+    for i in range(work.dq.size):
+        work.loads1[i] = model.flexible.P[i]
+    keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
+    fill_energies(t, model, work)
+    work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
     for k in range(model.flexible.hinges.size):
         model.flexible.hinges[k].before = model.flexible.hinges[k].angle
-    if march.samples[0] <= t:
-        keep_sample(0, model, march)
-        march.tally[SAMPLE] = 1
+    if work.samples[0] <= t:
+        keep_sample(0, model, work)
+        work.loop.sample = 1
     return DONE
 
 
-@indirect(_I(MODEL, SPARSE, VECTOR, MARCH, _I))
-def advance(model, matrix, options, march, budget):
+@indirect(_I(MODEL, SPARSE, WORKSPACE, _I))
+def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
-    clock, tally, ledger = march.clock, march.tally, march.ledger
-    n_v, n_j, n_t = march.dq.size, march.la.size, march.samples.size
-    adaptive = options[TOLERANCE] > 0.0
-    near = 10.0 * options[SMALLEST]  # times closer than this are one
+    loop, options = work.loop, work.options
+    n_v, n_j, n_t = work.dq.size, work.la.size, work.samples.size
+    adaptive = options.tolerance > 0.0
+    near = 10.0 * options.smallest  # times closer than this are one
     for _ in range(budget):
-        t = clock[TIME]
-        if tally[SAMPLE] == n_t:
+        t = loop.time
+        if loop.sample == n_t:
             return DONE
-        target = march.samples[tally[SAMPLE]]
-        stops = tally[STOP] < march.stops.size and march.stops[tally[STOP]] <= target + near
+        target = work.samples[loop.sample]
+        stops = loop.stop < work.stops.size and work.stops[loop.stop] <= target + near
         if stops:
-            target = min(target, march.stops[tally[STOP]])
-        h = min(clock[STEP], clock[EVENT])
+            target = min(target, work.stops[loop.stop])
+        h = min(loop.step, loop.event_step)
         left = target - t
         lands = h >= left * (1.0 - 1e-9)
         if lands:
             h = left
         elif adaptive and 2.0 * h > left:
             h = 0.5 * left
-        for i in range(march.y.size):
-            march.y0[i] = march.y[i]
-        for j in range(4):
-            for i in range(n_v):
-                march.v0[j, i] = march.v1[j, i]
+        for i in range(work.y.size):
+            work.y0[i] = work.y[i]
+        for i in range(n_v):
+            work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
+            work.loads0[i], work.w0[i] = work.loads1[i], work.w1[i]
         if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
             for i in range(n_v):
-                march.v0[0, i] = march.v1[1, i] + (march.v1[0, i] - march.v1[1, i]) * min(h / clock[LAST], 1.0)
+                work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / loop.last_step, 1.0)
         for i in range(n_j):
-            march.la0[i] = march.la[i]
-        for i in range(march.powers.shape[1]):
-            march.powers[1, i] = march.powers[0, i]
-        note_drives(t, h, model, march)
+            work.la0[i] = work.la[i]
+        for i in range(work.powers.shape[1]):
+            work.powers[1, i] = work.powers[0, i]
+        note_drives(t, h, model, work)
         t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = solve_step(t_end, h, model, matrix, options, march)
+        found = solve_step(t_end, h, model, matrix, work)
         error = 0.0
         if found > 0:
             if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
                 # contacts, tensions and reactions of the state that the last correction led to
-                residual(t_end, march.y, march.v1[1], march.la, h, 1.0, model, march.r, march.powers[0])
+                residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
                 if not adaptive and model.flexible.cylinders.size > 0:
-                    found = solve_with_stiff_part(t_end, h, found, model, matrix, options, march)
+                    found = solve_with_stiff_part(t_end, h, found, model, matrix, work)
                 touches = model.flexible.cylinders.size > 0
-                if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, options, march):
+                if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, work):
                     found = SINGULAR
             if adaptive:
-                c = abs(options[BETA] - 1.0 / 6.0) * h * h
+                c = abs(options.beta - 1.0 / 6.0) * h * h
                 for i in range(n_v):
-                    d = abs(march.v1[0, i] - march.v0[0, i]) + abs(march.v1[3, i] - march.v0[3, i])
-                    error = max(error, c * d / march.weight[i])
-                error /= options[TOLERANCE]
+                    d = abs(work.a1[i] - work.a0[i]) + abs(work.w1[i] - work.w0[i])
+                    error = max(error, c * d / work.weight[i])
+                error /= options.tolerance
         if found <= 0 or error > 1.0:
-            if not adaptive or h <= options[SMALLEST]:
-                restore_start(model, march)
+            if not adaptive or h <= options.smallest:
+                restore_start(model, work)
                 return found if found <= 0 else NO_CONVERGENCE
-            restore_start(model, march)
-            tally[REJECTED] += 1
-            clock[STEP] = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
+            restore_start(model, work)
+            loop.rejected += 1
+            loop.step = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
         part = _until_latch(model) if error <= 1.0 else 1.0
-        if part < 1.0 and h * part > options[SMALLEST]:
-            restore_start(model, march)
-            clock[EVENT] = h * part
+        if part < 1.0 and h * part > options.smallest:
+            restore_start(model, work)
+            loop.event_step = h * part
             continue
-        keep_momentum(t_end, h, march.y, model.flexible.P, model, march.spare, march.kept)
+        keep_momentum(t_end, h, work.y, model.flexible.P, model, work.spare, work.kept)
         for i in range(n_v):
-            march.v1[2, i] = model.flexible.P[i]
-        add_step_to_balance(t_end, h, model, march)
-        clock[LAST], clock[EVENT] = h, math.inf
-        clock[TIME] = t1
-        tally[STEPS] += 1
+            work.loads1[i] = model.flexible.P[i]
+        add_step_to_balance(t_end, h, model, work)
+        loop.last_step, loop.event_step = h, math.inf
+        loop.time = t1
+        loop.steps += 1
         touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
-        if lands or touching or tally[STEPS] % EACH == 0:
-            net = energy_gained(t_end, model, march)
-            clock[LARGEST] = max(clock[LARGEST] + net - clock[NET], 0.0)
-            clock[NET] = net
-            scale = gain_scale(ledger, options)
+        if lands or touching or loop.steps % EACH == 0:
+            net = energy_gained(t_end, model, work)
+            loop.largest_gain = max(loop.largest_gain + net - loop.net_gain, 0.0)
+            loop.net_gain = net
+            scale = scale_of(work.balance, loop.peak_energy) + options.floor
             passed = 1 if touching else EACH
-            tally[OVER] = tally[OVER] + passed if clock[LARGEST] > options[GAIN] * scale else 0
+            loop.over = loop.over + passed if loop.largest_gain > options.gain * scale else 0
         # a few steps from rest gain as much as there is, and then less and less beside it
-        ends = t1 >= march.samples[n_t - 1] - near
-        if tally[OVER] >= 20 or (ends and tally[OVER] >= (1 if tally[STEPS] > 5 else 2)):
-            if lands and t1 >= march.samples[tally[SAMPLE]] - near:
-                keep_sample(tally[SAMPLE], model, march)
-                tally[SAMPLE] += 1
+        ends = t1 >= work.samples[n_t - 1] - near
+        if loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2)):
+            if lands and t1 >= work.samples[loop.sample] - near:
+                keep_sample(loop.sample, model, work)
+                loop.sample += 1
             return GAINED
         if adaptive:
             grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
             if found > 10:
                 grow = min(grow, 0.7)
             if grow > 1.2 or grow < 1.0:
-                clock[STEP] = min(max(h, clock[STEP] if lands else h) * grow, options[LONGEST])
+                loop.step = min(max(h, loop.step if lands else h) * grow, options.longest)
             elif not lands:
-                clock[STEP] = h
+                loop.step = h
         latched = _latch(model)
-        if tally[SAMPLE] < n_t and t1 >= march.samples[tally[SAMPLE]] - near:
-            keep_sample(tally[SAMPLE], model, march)
-            tally[SAMPLE] += 1
+        if loop.sample < n_t and t1 >= work.samples[loop.sample] - near:
+            keep_sample(loop.sample, model, work)
+            loop.sample += 1
         if stops and lands:
-            tally[STOP] += 1
+            loop.stop += 1
             if model.threads.size > 0:
                 return AT_STOP
             latched = True
             if adaptive:
-                clock[STEP] = min(clock[STEP], max(options[SMALLEST] * 10.0, 1e-3 * clock[STEP]))
+                loop.step = min(loop.step, max(options.smallest * 10.0, 1e-3 * loop.step))
         if latched:
-            status = restart(t1, h, model, matrix, options, march)
+            status = restart(t1, h, model, matrix, work)
             if status != DONE:
                 return status
     return BUDGET
 
 
-@indirect(_I(REAL, REAL, MODEL, SPARSE, VECTOR, MARCH))
-def restart(t, h, model, matrix, options, march):
+@indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
+def restart(t, h, model, matrix, work):
     """Start again just after time t, where loads or joints change at once; the energy of a released joint is lost."""
-    ledger = march.ledger
-    before = ledger[KINETIC] + ledger[ELASTIC] + ledger[COUPLED]
-    after = t + max(1e-9 * h, 20.0 * options[SMALLEST])
-    march.clock[TIME] = after
-    status = start_accelerations(model, matrix, options, march)
-    march.clock[TIME] = t
-    for i in range(march.dq.size):
-        march.v1[2, i] = model.flexible.P[i]
-    keep_momentum(after, 0.0, march.y, model.flexible.P, model, march.spare, march.kept)
-    fill_energies(t, model, march)
-    ledger[BY_JOINTS] += before - ledger[KINETIC] - ledger[ELASTIC] - ledger[COUPLED]
+    before = energy_of(work.balance)
+    after = t + max(1e-9 * h, 20.0 * work.options.smallest)
+    work.loop.time = after
+    status = start_accelerations(model, matrix, work)
+    work.loop.time = t
+    for i in range(work.dq.size):
+        work.loads1[i] = model.flexible.P[i]
+    keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
+    fill_energies(t, model, work)
+    work.balance.by_joints += before - energy_of(work.balance)
     return status
 
 
@@ -269,20 +243,20 @@ def _until_latch(model):
     return part
 
 
-@indirect(void(MODEL, MARCH))
-def restore_start(model, march):
+@indirect(void(MODEL, WORKSPACE))
+def restore_start(model, work):
     """Restore the start of a step that is rejected."""
-    for i in range(march.y.size):
-        march.y[i] = march.y0[i]
-    for j in range(4):
-        for i in range(march.dq.size):
-            march.v1[j, i] = march.v0[j, i]
-    for i in range(march.la.size):
-        march.la[i] = march.la0[i]
-    for i in range(march.powers.shape[1]):
-        march.powers[0, i] = march.powers[1, i]
-    march.tally[FRESH] = 1
-    rigid.kinematics(march.clock[TIME], march.y, model)
+    for i in range(work.y.size):
+        work.y[i] = work.y0[i]
+    for i in range(work.dq.size):
+        work.a1[i], work.dv1[i] = work.a0[i], work.dv0[i]
+        work.loads1[i], work.w1[i] = work.loads0[i], work.w0[i]
+    for i in range(work.la.size):
+        work.la[i] = work.la0[i]
+    for i in range(work.powers.shape[1]):
+        work.powers[0, i] = work.powers[1, i]
+    work.loop.stale = 1
+    rigid.kinematics(work.loop.time, work.y, model)
 
 
 @inlined

@@ -15,21 +15,11 @@ from evolvent.solvers.alpha import step_of
 from evolvent.solvers.alpha_contact import add_mean_forces
 from evolvent.solvers.alpha_state import (
     ACCELERATED,
-    ALPHA_F,
-    ALPHA_M,
-    BETA,
     DONE,
-    FRESH,
-    GAMMA,
-    LAST,
-    MARCH,
-    MASS,
     NOT_FINITE,
     REDUNDANT,
     SINGULAR,
-    SPAN,
-    STEP,
-    TIME,
+    WORKSPACE,
     displace,
     factor_at,
     short_c_mass,
@@ -38,52 +28,52 @@ from evolvent.solvers.alpha_state import (
 _I = types.int64
 
 
-@indirect(void(REAL, VECTOR, MODEL, SPARSE, VECTOR, MARCH, VECTOR, VECTOR))
-def accelerations_at(t, state, model, matrix, options, march, A, la):
+@indirect(void(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
+def accelerations_at(t, state, model, matrix, work, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
 
     Notes
     -----
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
-    n_q, n_v, y0 = model.info.nq, model.info.nv, march.y0
+    n_q, n_v, y0, options = model.info.nq, model.info.nv, work.y0, work.options
     joints, n_j = model.flexible.joints, model.flexible.joints.size
     first = n_v
     c_mass = short_c_mass(options)
-    scale = c_mass * options[MASS]
-    d = 1e-3 * options[SPAN]
+    scale = c_mass * options.mass
+    d = 1e-3 * options.span
     for _ in range(3):
-        residual(t, state, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+        residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):
-                march.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
+                work.dq[i] = d * state[n_q + i] + 0.5 * d * d * A[i]
             for i in range(state.size):
                 y0[i] = state[i]
-            displace(state, march.dq, model, y0)
+            displace(state, work.dq, model, y0)
             for i in range(n_v):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model)
             for k in range(n_j):
                 joint.joint_geometry(t + d, y0, k, model)
-                march.x[first + k] = (march.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
+                work.x[first + k] = (work.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
             d = -d
         for k in range(n_j):
             if joints[k].stiffness > 0.0 or not joint.holds(t, joints, k):
-                march.x[first + k] = -scale * march.r[first + k]
+                work.x[first + k] = -scale * work.r[first + k]
             else:
-                march.x[first + k] *= -scale / c_mass
+                work.x[first + k] *= -scale / c_mass
         for i in range(first):
-            march.x[i] = -march.r[i]
-        sparse_lu.solve(matrix, march.x)
+            work.x[i] = -work.r[i]
+        sparse_lu.solve(matrix, work.x)
         for i in range(n_v):
-            A[i] += c_mass * march.x[i]
+            A[i] += c_mass * work.x[i]
         for k in range(n_j):
-            la[k] += scale * march.x[first + k]
+            la[k] += scale * work.x[first + k]
 
 
-@indirect(_I(MODEL, SPARSE, VECTOR, MARCH))
-def start_accelerations(model, matrix, options, march):
-    """Accelerations and multipliers at march.y; returns a status.
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
+def start_accelerations(model, matrix, work):
+    """Accelerations and multipliers at work.y; returns a status.
 
     Notes
     -----
@@ -92,57 +82,57 @@ def start_accelerations(model, matrix, options, march):
     step's position error asks for, h^2 ((1/6 - (alpha_m - alpha_f)/2 - beta) v'' + w x w'/12), the last for the
     rotation vector of a free body. Where a step does not resolve v'', both are left out.
     """
-    n_q, n_v, t, h = model.info.nq, model.info.nv, march.clock[TIME], march.clock[STEP]
-    y, la, A, bodies = march.y, march.la, march.v1[1], model.bodies
+    n_q, n_v, t, h, options = model.info.nq, model.info.nv, work.loop.time, work.loop.step, work.options
+    y, la, A, bodies = work.y, work.la, work.dv1, model.bodies
     for i in range(n_v):
         A[i] = 0.0
     for i in range(la.size):
         la[i] = 0.0
-    residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
+    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     c_mass = short_c_mass(options)
-    found = factor_at(t, y, la, c_mass, 0.0, c_mass * options[MASS], model, matrix, march)
-    march.tally[FRESH] = 1
+    found = factor_at(t, y, la, c_mass, 0.0, c_mass * options.mass, model, matrix, work)
+    work.loop.stale = 1
     if found != 0:
         return SINGULAR if found < 0 else REDUNDANT
-    accelerations_at(t, y, model, matrix, options, march, A, la)
+    accelerations_at(t, y, model, matrix, work, A, la)
     if not is_finite(A):
         return NOT_FINITE
     for i in range(n_v):
-        march.v1[0, i] = A[i]
+        work.a1[i] = A[i]
     if model.threads.size > 0:
-        thread_accelerations(model, matrix, options, march)
-        march.clock[LAST] = h
+        thread_accelerations(model, matrix, work)
+        work.loop.last_step = h
         return DONE
-    J, B, state, la1 = march.v0[0], march.v0[1], march.spare, march.la0
+    J, B, state, la1 = work.a0, work.dv0, work.spare, work.la0
     for i in range(n_v):
         J[i] = 0.0
-    d = 1e-2 * options[SPAN]
+    d = 1e-2 * options.span
     for _ in range(2):
         for i in range(n_v):
-            march.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
+            work.dq[i] = d * y[n_q + i] + 0.5 * d * d * A[i]
             B[i] = A[i]
         for k in range(la.size):
             la1[k] = la[k]
         for i in range(y.size):
             state[i] = y[i]
-        displace(y, march.dq, model, state)
+        displace(y, work.dq, model, state)
         for i in range(n_v):
             state[n_q + i] += d * A[i]
-        accelerations_at(t + d, state, model, matrix, options, march, B, la1)
+        accelerations_at(t + d, state, model, matrix, work, B, la1)
         for i in range(n_v):
             J[i] += B[i] / (2.0 * d)
         d = -d
     jerk = rest = 0.0
     for i in range(n_v):
-        jerk = max(jerk, h * h * h * abs(J[i]) / march.weight[i])
-        rest = max(rest, (h * abs(y[n_q + i]) + h * h * abs(A[i])) / march.weight[i])
-    shift = options[ALPHA_M] - options[ALPHA_F]
+        jerk = max(jerk, h * h * h * abs(J[i]) / work.weight[i])
+        rest = max(rest, (h * abs(y[n_q + i]) + h * h * abs(A[i])) / work.weight[i])
+    shift = options.alpha_m - options.alpha_f
     for i in range(n_v):
-        march.v1[0, i] = A[i]
+        work.a1[i] = A[i]
     if jerk < 0.1 * rest:
-        c = 1.0 / 6.0 - 0.5 * shift - options[BETA]
+        c = 1.0 / 6.0 - 0.5 * shift - options.beta
         for i in range(n_v):
-            march.v1[0, i] += shift * h * J[i]
+            work.a1[i] += shift * h * J[i]
             J[i] *= c
         for b in range(bodies.size):
             if bodies[b].motion == rigid.FREE:
@@ -153,23 +143,23 @@ def start_accelerations(model, matrix, options, march):
                 J[at + 2] += z / 12.0
         for i in range(n_v):
             B[i] = A[i] + J[i]
-        residual(t, y, A, la, 0.0, 1.0, model, march.x, march.powers[0])
-        residual(t, y, B, la, 0.0, 1.0, model, march.r, march.powers[0])
-        for i in range(march.x.size):  # M J, of which the solution is the part that keeps the constraints
-            march.x[i] = march.r[i] - march.x[i] if i < n_v else 0.0
-        sparse_lu.solve(matrix, march.x)
+        residual(t, y, A, la, 0.0, 1.0, model, work.x, work.powers[0])
+        residual(t, y, B, la, 0.0, 1.0, model, work.r, work.powers[0])
+        for i in range(work.x.size):  # M J, of which the solution is the part that keeps the constraints
+            work.x[i] = work.r[i] - work.x[i] if i < n_v else 0.0
+        sparse_lu.solve(matrix, work.x)
         for i in range(n_v):
-            y[n_q + i] += h * h * (J[i] - c_mass * march.x[i])
-    residual(t, y, A, la, 0.0, 1.0, model, march.r, march.powers[0])
-    march.clock[LAST] = h
+            y[n_q + i] += h * h * (J[i] - c_mass * work.x[i])
+    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    work.loop.last_step = h
     if model.flexible.cylinders.size > 0:
-        return add_mean_forces(t, h, model, matrix, options, march)
+        return add_mean_forces(t, h, model, matrix, work)
     return DONE
 
 
-@indirect(void(MODEL, SPARSE, VECTOR, MARCH))
-def thread_accelerations(model, matrix, options, march):
-    """Give a model with threads at march.y the accelerations that its steps go on with; without a solution none.
+@indirect(void(MODEL, SPARSE, WORKSPACE))
+def thread_accelerations(model, matrix, work):
+    """Give a model with threads at work.y the accelerations that its steps go on with; without a solution none.
 
     Notes
     -----
@@ -178,38 +168,38 @@ def thread_accelerations(model, matrix, options, march):
     d v + d^2 v'/2 and so v' + d v''/3 in place of v'. Steps of h/2 and h tell v' from v'', and with them
     a0 = v'(t0 + (alpha_m - alpha_f) h), as the method goes on (Arnold, Bruls & Cardona, 2015).
     """
-    n_v, h, t = march.dq.size, march.clock[STEP], march.clock[TIME]
-    am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
-    options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA] = -1.0, 0.0, 1.0, 1.5
-    A, half, found = march.v0[2], march.v0[3], 1
-    for i in range(march.y.size):
-        march.y0[i] = march.y[i]
-    for i in range(march.la.size):
-        march.la0[i] = march.la[i]
+    n_v, h, t, options = work.dq.size, work.loop.step, work.loop.time, work.options
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
+    options.alpha_m, options.alpha_f, options.beta, options.gamma = -1.0, 0.0, 1.0, 1.5
+    A, half, found = work.loads0, work.w0, 1
+    for i in range(work.y.size):
+        work.y0[i] = work.y[i]
+    for i in range(work.la.size):
+        work.la0[i] = work.la[i]
     for i in range(n_v):
-        A[i] = march.v1[1, i]
-        march.v0[0, i] = A[i]
-        march.v0[1, i] = A[i]
+        A[i] = work.dv1[i]
+        work.a0[i] = A[i]
+        work.dv0[i] = A[i]
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = step_of(t + d, d, ACCELERATED, model, matrix, options, march)
-            for i in range(march.y.size):
-                march.y[i] = march.y0[i]
-            for i in range(march.la.size):
-                march.la[i] = march.la0[i]
+            found = step_of(t + d, d, ACCELERATED, model, matrix, work)
+            for i in range(work.y.size):
+                work.y[i] = work.y0[i]
+            for i in range(work.la.size):
+                work.la[i] = work.la0[i]
             for i in range(n_v):
                 if side == 0:
-                    half[i] = march.v1[1, i]
-            for i in range(march.powers.shape[1]):
-                march.powers[1, i] = 2.0 * march.powers[1, i] - march.powers[0, i] if side == 1 else march.powers[0, i]
-    options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA] = am, af, beta, gamma
+                    half[i] = work.dv1[i]
+            for i in range(work.powers.shape[1]):
+                work.powers[1, i] = 2.0 * work.powers[1, i] - work.powers[0, i] if side == 1 else work.powers[0, i]
+    options.alpha_m, options.alpha_f, options.beta, options.gamma = am, af, beta, gamma
     for i in range(n_v):
-        first = 2.0 * half[i] - march.v1[1, i] if found > 0 else A[i]
-        jerk = 6.0 * (march.v1[1, i] - half[i]) if found > 0 else 0.0  # times h
-        march.v1[0, i], march.v1[1, i] = first + (am - af) * jerk, first
-    residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
+        first = 2.0 * half[i] - work.dv1[i] if found > 0 else A[i]
+        jerk = 6.0 * (work.dv1[i] - half[i]) if found > 0 else 0.0  # times h
+        work.a1[i], work.dv1[i] = first + (am - af) * jerk, first
+    residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
     if found > 0:
-        for i in range(march.powers.shape[1]):
-            march.powers[0, i] = march.powers[1, i]
-    march.tally[FRESH] = 1
+        for i in range(work.powers.shape[1]):
+            work.powers[0, i] = work.powers[1, i]
+    work.loop.stale = 1

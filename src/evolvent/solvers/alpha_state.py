@@ -1,4 +1,4 @@
-"""What the time loop of generalized-alpha carries from step to step, and the places of its entries."""
+"""What the time loop of generalized-alpha carries from step to step."""
 
 from __future__ import annotations
 
@@ -13,52 +13,75 @@ from evolvent.kernels import rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array
+from evolvent.pointer import Struct, array, record
+from evolvent.solvers.balance import BALANCE
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
-# places in March.tally; OVER: looks in a row at which the account has gained too much; MET: whether
-# anything touched in an iteration of the last step
-STEPS, ITERATIONS, REJECTED, FACTORED, SAMPLE, STOP, FRESH, SET, OVER, MET, N_TALLY = range(11)
-# places in March.clock; FACTOR: step of the matrix; QUALITY: its worst pivot so far; NET: what the account has gained
-# since the start, LARGEST: since its lowest; LAST: step that the algorithmic accelerations belong to; EVENT: the next
-# step's limit, where a latch lies
-TIME, STEP, FACTOR, QUALITY, LARGEST, NET, LAST, EVENT, N_CLOCK = range(9)
-# places in March.ledger: what causes have taken, what came in, energy now and at the start
-BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS, LOADS, DRIVES = range(8)
-KINETIC, ELASTIC, BENDING, CONTACT, COUPLED, START, PEAK, SPOOLS, N_LEDGER = 8, 9, 10, 11, 12, 13, 14, 15, 16
-# places in the options; SHARE: of contact forces that are means over a step
-ALPHA_M, ALPHA_F, BETA, GAMMA, SHARE, NEWTON, TOLERANCE, SMALLEST, LONGEST, GAIN, MASS, SPAN, FLOOR, N_OPTIONS = range(
-    14
-)
-#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from what March holds.
+#: The loop's counters and clock. stale: 1 where the matrix must be factored again; contact_set: which points touch, as
+#: `contact.count_touching` counts; touched: whether any did in an iteration of the last step; over: looks in a row at
+#: which the balance has gained too much; sample, stop: the next ones; factored_step: step of the factored matrix;
+#: quality: its worst pivot so far; net_gain, largest_gain: what the balance has gained since the start and since its
+#: lowest; last_step: step that the algorithmic accelerations belong to; event_step: limit of the next step, on which a
+#: latch lies; start_energy, peak_energy: J.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
+                                   "contact_set", "over", "touched")]
+    + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "net_gain", "largest_gain",
+                                       "last_step", "event_step", "start_energy", "peak_energy")],
+    align=True,
+)  # fmt: skip
+#: Options of a run. share: of contact forces that are means over a step; newton: correction at which an iteration has
+#: converged; tolerance: 0 of fixed steps; gain: largest share of energy and work that may come from nothing; mass, span,
+#: floor: a typical mass (kg), time (s) and energy (J).
+OPTIONS = np.dtype(
+    [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "share", "newton", "tolerance", "smallest",
+                                     "longest", "gain", "mass", "span", "floor")]
+)  # fmt: skip
+#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from what the workspace holds.
 ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
 #: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
 #: points that touch.
 N_CYLINDER = 9
 
 
-class March(Struct):
-    """What the loop carries.
+class Workspace(Struct):
+    """What the loop carries from step to step. Of a pair, 0 is the start of the step and 1 its end.
 
     Attributes
     ----------
+    options, loop, balance : records (see `OPTIONS`, `LOOP` and `evolvent.solvers.balance`)
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
-    v1 : (5, nv) float, algorithmic accelerations a, accelerations v', loads, accelerations w by forces that are means
-        over the step, the part g of those that stiffness carries; those of its start in `v0`
-    la, la0 : (nj,) float; dq : (nv,) float, increments; r, x : (nv + nj,) float
+    a1, a0 : (nv,) float, algorithmic accelerations
+    dv1, dv0 : (nv,) float, accelerations v'
+    loads1, loads0 : (nv,) float, loads
+    w1, w0 : (nv,) float, accelerations by contact forces that are means over the step
+    g1, g0 : (nv,) float, the part of these forces that stiffness carries, and scratch
+    la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
-    powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what feeds change in the joints' gaps
-    samples : (nt,) float; stops : (ns,) float, times on which the loop lands and starts restart
+    powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
+    energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder
+    samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     out_* : what is kept at the samples
     """
 
+    options: np.record = record(OPTIONS)
+    loop: np.record = record(LOOP)
+    balance: np.record = record(BALANCE)
     y: np.ndarray = array(1)
     y0: np.ndarray = array(1)
     spare: np.ndarray = array(1)
-    v1: np.ndarray = array(2)
-    v0: np.ndarray = array(2)
+    a1: np.ndarray = array(1)
+    a0: np.ndarray = array(1)
+    dv1: np.ndarray = array(1)
+    dv0: np.ndarray = array(1)
+    loads1: np.ndarray = array(1)
+    loads0: np.ndarray = array(1)
+    w1: np.ndarray = array(1)
+    w0: np.ndarray = array(1)
+    g1: np.ndarray = array(1)
+    g0: np.ndarray = array(1)
     la: np.ndarray = array(1)
     la0: np.ndarray = array(1)
     dq: np.ndarray = array(1)
@@ -67,9 +90,7 @@ class March(Struct):
     weight: np.ndarray = array(1)
     powers: np.ndarray = array(2)
     gaps: np.ndarray = array(1)
-    clock: np.ndarray = array(1)
-    tally: np.ndarray = array(1, np.int64)
-    ledger: np.ndarray = array(1)
+    energies: np.ndarray = array(1)
     impulse: np.ndarray = array(1)
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
@@ -77,12 +98,12 @@ class March(Struct):
     out_y: np.ndarray = array(2)
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
-    out_ledger: np.ndarray = array(2)
+    out_balance: np.ndarray = array(1, BALANCE)
     out_cylinders: np.ndarray = array(3)
     out_bodies: np.ndarray = array(3)
 
 
-MARCH = March._numba_type_
+WORKSPACE = Workspace._numba_type_
 _I, _B = types.int64, types.boolean
 
 
@@ -129,17 +150,17 @@ def turned(y0, q, px, py, pz, y):
     y[q], y[q + 1], y[q + 2], y[q + 3] = n * a, n * b, n * d, n * e
 
 
-@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE, MARCH))
-def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, march):
+@indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE, WORKSPACE))
+def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, work):
     """Assemble and factor the matrix; returns what `sparse_lu.factor` returns."""
     tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
     found = sparse_lu.factor(matrix)
-    march.tally[FACTORED] += 1
-    march.clock[QUALITY] = min(march.clock[QUALITY], matrix.quality[0])
+    work.loop.factorizations += 1
+    work.loop.quality = min(work.loop.quality, matrix.quality[0])
     return found
 
 
 @inlined
 def short_c_mass(options):
     """c_mass of a step too short to feel stiffness."""
-    return 1e16 / (options[SPAN] * options[SPAN])
+    return 1e16 / (options.span * options.span)

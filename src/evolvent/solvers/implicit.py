@@ -147,7 +147,7 @@ class Prepared(NamedTuple):
     model: mdl.Model
     matrix: SparseBlocks
     options: np.ndarray
-    march: alpha_state.March
+    work: alpha_state.Workspace
     releases: Releases | None
     compile_time: float
 
@@ -187,28 +187,28 @@ def prepared(
     first = step if step is not None else min(1e-5 * span, 1e-4)
     longest = span if longest_step is None else float(longest_step)
     options = np.zeros(alpha_state.N_OPTIONS)
-    options[alpha_state.ALPHA_M] = (2.0 * rho - 1.0) / (rho + 1.0)
-    options[alpha_state.ALPHA_F] = rho / (rho + 1.0)
-    options[alpha_state.BETA] = 1.0 / (1.0 + rho) ** 2
-    options[alpha_state.GAMMA] = 2.0 / (1.0 + rho) - 0.5
-    options[alpha_state.NEWTON] = newton
-    options[alpha_state.TOLERANCE] = 0.0 if step is not None else tolerance
-    options[alpha_state.SMALLEST] = 1e-13 * span
-    options[alpha_state.LONGEST] = longest
-    options[alpha_state.GAIN] = largest_gain
-    options[alpha_state.MASS] = mass
-    options[alpha_state.FLOOR] = _floor(assembly, mass, weight)
-    options[alpha_state.SPAN] = first if step is not None else 10.0 * first
+    options.alpha_m = (2.0 * rho - 1.0) / (rho + 1.0)
+    options.alpha_f = rho / (rho + 1.0)
+    options.beta = 1.0 / (1.0 + rho) ** 2
+    options.gamma = 2.0 / (1.0 + rho) - 0.5
+    options.newton = newton
+    options.tolerance = 0.0 if step is not None else tolerance
+    options.smallest = 1e-13 * span
+    options.longest = longest
+    options.gain = largest_gain
+    options.mass = mass
+    options.floor = _floor(assembly, mass, weight)
+    options.span = first if step is not None else 10.0 * first
     a = alpha_state
-    options[a.SHARE] = (1.0 - options[a.ALPHA_M]) / (2.0 * options[a.BETA] * (1.0 - options[a.ALPHA_F]))
+    options.share = (1.0 - options.alpha_m) / (2.0 * options.beta * (1.0 - options.alpha_f))
     cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options[alpha_state.SHARE], 1.0)
+    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options.share, 1.0)
     began = clock.perf_counter()
     model.flexible.switches[:] = assembly.s
     releases = Releases(model) if model.threads.size else None
     jit.load((*needs.implicit_steps(model), *alpha_loop.functions(model)))
-    march = _march(assembly, times, first, weight)
-    return Prepared(model, matrix, options, march, releases, clock.perf_counter() - began)
+    work = _march(assembly, times, first, weight)
+    return Prepared(model, matrix, work, releases, clock.perf_counter() - began)
 
 
 def solve_implicit(
@@ -258,7 +258,7 @@ def solve_implicit(
         largest_gain=largest_gain,
         longest_step=longest_step,
     )
-    model, matrix, options, march, releases = run[:5]
+    model, matrix, work, releases = run[:5]
 
     began = clock.perf_counter()
     status, message = "success", "the run reached its end"
@@ -268,27 +268,27 @@ def solve_implicit(
     last, rest = (clock.perf_counter(), times[0], 0), 0.0
     try:
         if releases is not None:
-            outrun = releases.fire(times[0], march.y) < 0
-        code = alpha_loop.begin(model, matrix, options, march)
+            outrun = releases.fire(times[0], work.y) < 0
+        code = alpha_loop.begin(model, matrix, work)
         if code == alpha_state.REDUNDANT:
             raise InputError(redundant(assembly, matrix))
         if code == alpha_state.DONE:
             while True:
                 slice_began = clock.perf_counter()
-                first_sample = int(march.tally[alpha_state.SAMPLE])
+                first_sample = int(work.loop.sample)
                 if first_sample == 1:
                     kept_s[0] = model.flexible.switches
-                code = alpha_loop.advance(model, matrix, options, march, budget)
-                kept_s[first_sample : int(march.tally[alpha_state.SAMPLE])] = model.flexible.switches
+                code = alpha_loop.advance(model, matrix, work, budget)
+                kept_s[first_sample : int(work.loop.sample)] = model.flexible.switches
                 spent = clock.perf_counter() - slice_began
                 if code == alpha_state.AT_STOP and releases is not None:
-                    outrun = releases.resume(march) < 0
+                    outrun = releases.resume(work) < 0
                 elif code != alpha_state.BUDGET:
                     break
                 if outrun:
                     break
                 budget = max(10, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 1_000_000))
-                now = (clock.perf_counter(), float(march.clock[alpha_state.TIME]), int(march.tally[alpha_state.STEPS]))
+                now = (clock.perf_counter(), float(work.loop.time), int(work.loop.steps))
                 if now[0] - last[0] > LOOK:
                     rest = (times[-1] - now[1]) / max(now[1] - last[1], 1e-300) * (now[2] - last[2])
                     if step is None and rest > MOST_STEPS:
@@ -296,18 +296,18 @@ def solve_implicit(
                         break
                     last = now
                 if progress is not None:
-                    progress(float(march.clock[alpha_state.TIME]))
+                    progress(float(work.loop.time))
         if releases is not None and code == alpha_state.DONE:  # what is due at the very end still happens
-            outrun = releases.fire(times[-1], march.y) < 0
-            march.out_y[-1], kept_s[-1] = march.y, model.flexible.switches
+            outrun = releases.fire(times[-1], work.y) < 0
+            work.out_y[-1], kept_s[-1] = work.y, model.flexible.switches
         if stalled:
-            status, message = "failed", _stalled(march, now[2] - last[2], now[1] - last[1], rest)
+            status, message = "failed", _stalled(work, now[2] - last[2], now[1] - last[1], rest)
         elif outrun:
-            status, message = "failed", reason_of_outrun(float(march.clock[alpha_state.TIME]))
+            status, message = "failed", reason_of_outrun(float(work.loop.time))
         elif code != alpha_state.DONE:
-            status, message = "failed", reason(code, march, step, options, assembly)
+            status, message = "failed", reason(code, work, step, options, assembly)
     except KeyboardInterrupt:
-        reached = float(march.clock[alpha_state.TIME])
+        reached = float(work.loop.time)
         status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
     except InputError:
         raise
@@ -315,29 +315,29 @@ def solve_implicit(
         failure = law_failure(assembly, error, moments(run))
         status, message = "failed", f"{failure}; what was computed is kept"
     wall_time = clock.perf_counter() - began
-    kept = int(march.tally[alpha_state.SAMPLE])
+    kept = int(work.loop.sample)
     if releases is not None:
-        book_accounts(model, march.out_y, march.out_ledger)
-    steps = int(march.tally[alpha_state.STEPS])
+        book_accounts(model, work.out_y, work.out_ledger)
+    steps = int(work.loop.steps)
     statistics = {
         "steps": steps,
-        "rejected_steps": int(march.tally[alpha_state.REJECTED]),
-        "iterations": int(march.tally[alpha_state.ITERATIONS]),
-        "factorizations": int(march.tally[alpha_state.FACTORED]),
+        "rejected_steps": int(work.loop.rejected),
+        "iterations": int(work.loop.iterations),
+        "factorizations": int(work.loop.factorizations),
         "step": float(step) if step is not None else float("nan"),
-        "mean_step": float(march.clock[alpha_state.TIME] - times[0]) / max(steps, 1),
-        "smallest_pivot": float(march.clock[alpha_state.QUALITY]),
-        "energy_gained": float(march.clock[alpha_state.NET]),
+        "mean_step": float(work.loop.time - times[0]) / max(steps, 1),
+        "smallest_pivot": float(work.loop.quality),
+        "energy_gained": float(work.loop.net_gain),
     }
     codecache.mark_warm("generalized-alpha")
     return ImplicitSolution(
         t=times[:kept].copy(),
-        y=march.out_y[:kept],
-        acceleration=march.out_a[:kept],
-        la=march.out_la[:kept],
-        ledger=march.out_ledger[:kept],
-        cylinders=march.out_cylinders[:kept],
-        wrenches=march.out_bodies[:kept],
+        y=work.out_y[:kept],
+        acceleration=work.out_a[:kept],
+        la=work.out_la[:kept],
+        ledger=work.out_ledger[:kept],
+        cylinders=work.out_cylinders[:kept],
+        wrenches=work.out_bodies[:kept],
         status=status,
         message=message,
         statistics=statistics,
@@ -351,11 +351,11 @@ def solve_implicit(
 
 def moments(run: Prepared) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Times and states at which the last step may have called a user's law."""
-    march, s = run.march, run.model.flexible.switches
-    t, h = float(march.clock[alpha_state.TIME]), float(march.clock[alpha_state.STEP])
-    later = np.concatenate([march.samples, march.stops])
+    work, s = run.work, run.model.flexible.switches
+    t, h = float(work.loop.time), float(work.loop.step)
+    later = np.concatenate([work.samples, work.stops])
     ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
-    return [(end, march.y, s) for end in ends] + [(t, march.y0, s), (t, march.y, s)]
+    return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
 
 
 def _floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
@@ -397,7 +397,7 @@ def check_start(assembly: Assembly, t: float) -> None:
             )
 
 
-def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha_state.March:
+def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarray) -> alpha_state.Workspace:
     model = assembly.model
     n_v, n_j = int(model.info.nv), model.flexible.joints.size
     n_t, n_c, n_b = times.size, model.flexible.cylinders.size, model.bodies.size
@@ -415,8 +415,8 @@ def _march(assembly: Assembly, times: np.ndarray, step: float, weight: np.ndarra
         clocks[place] = value
     clocks[alpha_state.QUALITY], clocks[alpha_state.EVENT] = 1.0, np.inf
     tally = np.zeros(alpha_state.N_TALLY, dtype=np.int64)
-    tally[alpha_state.FRESH] = 1
-    return alpha_state.March(
+    loop.stale = 1
+    return alpha_state.Workspace(
         y=assembly.y.copy(),
         y0=assembly.y.copy(),
         spare=assembly.y.copy(),
@@ -456,13 +456,13 @@ def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     )
 
 
-def reason(code: int, march: alpha_state.March, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
+def reason(code: int, work: alpha_state.Workspace, step: float | None, options: np.ndarray, assembly: Assembly) -> str:
     """What happened, where, when, and what to try."""
-    t = float(march.clock[alpha_state.TIME])
-    h = step if step is not None else float(march.clock[alpha_state.STEP])
+    t = float(work.loop.time)
+    h = step if step is not None else float(work.loop.step)
     smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
     if code == alpha_state.NO_CONVERGENCE:
-        met = march.tally[alpha_state.SET] != 0 or march.tally[alpha_state.MET] != 0
+        met = work.loop.contact_set != 0 or work.loop.touched != 0
         touching = " with contact" if met else ""
         jumps = _jumping(assembly)
         why = law = ""
@@ -489,18 +489,18 @@ def reason(code: int, march: alpha_state.March, step: float | None, options: np.
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
             f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
         )
-    scale = float(alpha_energy.gain_scale(march.ledger, options))
-    share = float(march.clock[alpha_state.LARGEST]) / max(scale, 1e-300)
+    scale = float(alpha_energy.gain_scale(work.ledger, options))
+    share = float(work.loop.largest_gain) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
-        f"{options[alpha_state.GAIN]:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{options.gain:.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
         f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
     )
 
 
-def _stalled(march: alpha_state.March, steps: int, time: float, rest: float) -> str:
+def _stalled(work: alpha_state.Workspace, steps: int, time: float, rest: float) -> str:
     """Why a run of ever smaller steps was given up."""
-    t = float(march.clock[alpha_state.TIME])
+    t = float(work.loop.time)
     return (
         f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
         f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "

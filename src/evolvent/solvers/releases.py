@@ -106,7 +106,7 @@ class Releases:
             count += len(together)
         return count
 
-    def resume(self, march: alpha_state.March) -> int:
+    def resume(self, work: alpha_state.Workspace) -> int:
         """Events at the loop's time: state, accelerations, energies and account; returns what `fire` returns.
 
         Notes
@@ -114,9 +114,9 @@ class Releases:
         A node that leaves goes on as its neighbour does: what its spring would do to it at once is far shorter than a
         step. What an event brings in or takes away does not count as gained.
         """
-        model, t = self.model, float(march.clock[alpha_state.TIME])
+        model, t = self.model, float(work.loop.time)
         before = model.flexible.switches.copy()
-        count = self.fire(t, march.y)
+        count = self.fire(t, work.y)
         if count < 0:
             return count
         n_q = int(model.info.nq)
@@ -124,19 +124,19 @@ class Releases:
             at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
             for i in range(was, now):
                 k = at + 3 * i
-                march.v1[:2, k : k + 3] = march.v1[:2, k - 3 : k] if i > 0 else 0.0
+                work.v1[:2, k : k + 3] = work.v1[:2, k - 3 : k] if i > 0 else 0.0
             for i in range(now, was):
-                march.v1[:2, at + 3 * i : at + 3 * i + 3] = 0.0
-                march.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
-        residual(t, march.y, march.v1[1], march.la, 0.0, 1.0, model, march.r, march.powers[0])
-        march.v1[2] = model.flexible.P
-        ledger = march.ledger
+                work.v1[:2, at + 3 * i : at + 3 * i + 3] = 0.0
+                work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
+        residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
+        work.loads1 = model.flexible.P
+        ledger = work.ledger
         energy = [alpha_state.KINETIC, alpha_state.ELASTIC, alpha_state.COUPLED]
         had = ledger[energy].sum()
-        alpha_energy.fill_energies(t, model, march)
-        ledger[alpha_state.START] += ledger[energy].sum() - had
-        ledger[alpha_state.PEAK] = max(ledger[alpha_state.PEAK], ledger[energy].sum())
-        march.tally[alpha_state.FRESH] = 1
+        alpha_energy.fill_energies(t, model, work)
+        loop.start_energy += ledger[energy].sum() - had
+        loop.peak_energy = max(loop.peak_energy, ledger[energy].sum())
+        work.loop.stale = 1
         return count
 
 
