@@ -10,7 +10,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.results import label, variable
 from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.show import CAUSES
+from evolvent.systems.wrapped_rib.dataset import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
 HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}

@@ -38,10 +38,12 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
+from evolvent.systems.wrapped_rib.dataset import layout
 from evolvent.systems.wrapped_rib.places import motion
-from evolvent.systems.wrapped_rib.show import figures, layout, numbers, scene
-from evolvent.systems.wrapped_rib.simulate import build, plan, run, stepping
+from evolvent.systems.wrapped_rib.show import figures, numbers, scene
+from evolvent.systems.wrapped_rib.simulate import plan, run, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
+from evolvent.systems.wrapped_rib.structure import build
 
 #: Key of a case that takes the run from whose end it starts.
 START_KEY = "start"

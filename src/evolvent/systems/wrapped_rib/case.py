@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from evolvent.elements import Material
     from evolvent.elements import Section as CrossSection
 
+#: The implicit method; the explicit ones take penalties in place of joints.
+IMPLICIT = "generalized-alpha"
 _NUMBER = {"what": "a plain number", "unit": ""}
 
 Density = Annotated[float, units.Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]

@@ -11,12 +11,13 @@ instant: its moment about the axis is T whatever the shape.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 Array = np.ndarray
+Rates = Callable[[float, Array], list[float]]
 
 
 class Strip(NamedTuple):
@@ -120,28 +121,7 @@ def string_winding(
     from scipy.integrate import solve_ivp
 
     R, L, m = rib.radius, rib.length, rib.line_density
-
-    def decay_of(wound: float) -> float:
-        """Rate of decay alpha d of a straight tail whose end at the hub is the arc length `wound`."""
-        if damped is None or wound >= L:
-            return alpha
-        own = sum(max(b - wound, 0.0) ** 3 - max(a - wound, 0.0) ** 3 for a, b in damped)
-        return float(alpha * own / (L - wound) ** 3)
-
-    def swinging(_: float, y: Array) -> list[float]:
-        cosine = math.cos(y[0])
-        c = torque / (m * (R * R * L + L**3 / 3.0 + R * L * L * cosine))
-        # power of the field: c (z x r) . v over the rod, v = s th' across it, along which z x r is s + R cos(th)
-        power = c * m * (L**3 / 3.0 + 0.5 * R * L * L * cosine) * y[1]
-        taken = decay_of(0.0) * m * L**3 / 3.0 * y[1] ** 2
-        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - decay_of(0.0) * y[1], power, taken]
-
-    def winding(_: float, y: Array) -> list[float]:
-        tail = L - R * y[0]
-        c = torque / (m * (R * R * L + tail**3 / 3.0))
-        inertia = m * tail**3 / 3.0
-        decay = decay_of(R * y[0])
-        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - decay * y[1], c * inertia * y[1], decay * inertia * y[1] ** 2]
+    swinging, winding = _string_equations(rib, torque, alpha, damped)
 
     def tangent(_: float, y: Array) -> float:
         return float(y[0] - 0.5 * math.pi)
@@ -187,6 +167,40 @@ def string_winding(
         tangent_time=tangent_time,
         end_time=end_time,
     )
+
+
+def _string_equations(
+    rib: Strip, torque: float, alpha: float, damped: Sequence[tuple[float, float]] | None
+) -> tuple[Rates, Rates]:
+    """Rates of (angle, its rate, work of the field, work of the drag) while a light string swings, and while it winds.
+
+    The equations are those of `string_winding`.
+    """
+    R, L, m = rib.radius, rib.length, rib.line_density
+
+    def decay_of(wound: float) -> float:
+        """Rate of decay alpha d of a straight tail whose end at the hub is the arc length `wound`."""
+        if damped is None or wound >= L:
+            return alpha
+        own = sum(max(b - wound, 0.0) ** 3 - max(a - wound, 0.0) ** 3 for a, b in damped)
+        return float(alpha * own / (L - wound) ** 3)
+
+    def swinging(_: float, y: Array) -> list[float]:
+        cosine = math.cos(y[0])
+        c = torque / (m * (R * R * L + L**3 / 3.0 + R * L * L * cosine))
+        # power of the field: c (z x r) . v over the rod, v = s th' across it, along which z x r is s + R cos(th)
+        power = c * m * (L**3 / 3.0 + 0.5 * R * L * L * cosine) * y[1]
+        taken = decay_of(0.0) * m * L**3 / 3.0 * y[1] ** 2
+        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - decay_of(0.0) * y[1], power, taken]
+
+    def winding(_: float, y: Array) -> list[float]:
+        tail = L - R * y[0]
+        c = torque / (m * (R * R * L + tail**3 / 3.0))
+        inertia = m * tail**3 / 3.0
+        decay = decay_of(R * y[0])
+        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - decay * y[1], c * inertia * y[1], decay * inertia * y[1] ** 2]
+
+    return swinging, winding
 
 
 def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * math.pi, at: float = 0.0) -> Array:

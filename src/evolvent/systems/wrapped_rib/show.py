@@ -18,8 +18,6 @@ from evolvent.systems.wrapped_rib.case import Case
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What takes energy out of a run.
-CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
 #: Share of a run over which contact forces are averaged, since single samples depend on the mesh.
 WINDOW = 0.04
 #: Work of bending, of that of the torque, above which a light string is no measure of a rib.
@@ -34,23 +32,6 @@ def case_of(run: xr.Dataset) -> Case:
     """The case that a run was made from."""
     loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
-
-
-def layout(case: Case) -> dict[str, dict[str, int | None]]:
-    """Numeric variables of a run, with their dimensions and sizes, None for any."""
-    time: dict[str, int | None] = {"time": None}
-    rib = time | {"rib": case.rib.count}
-    points = case.rib.elements * case.output.points + 1
-    found: dict[str, dict[str, int | None]] = {"arc": {"point": points}, "time": time}
-    energies = [f"energy_{kind}" for kind in ("kinetic", "membrane", "bending", "elastic", "contact", "balance")]
-    found |= dict.fromkeys([*energies, "work_external", "hub_torque", "hub_angle"], time)
-    found |= {"energy_dissipated": time | {"cause": len(CAUSES)}}
-    found |= dict.fromkeys(("angular_momentum", "linear_momentum"), time | {"axis": 3})
-    names = ("tip_speed", "tip_radius", "wrap_angle", "contact_points", "contact_force", "contact_impulse")
-    found |= dict.fromkeys((*names, "turn_points", "turn_force") if case.contact.self else names, rib)
-    found |= dict.fromkeys(("curvature", "tension"), rib | {"point": points})
-    found |= {"position": rib | {"point": points, "axis": 3}}
-    return found
 
 
 # ------------------------------------------------------------------------------------------------ numbers

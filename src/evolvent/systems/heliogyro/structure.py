@@ -1,0 +1,143 @@
+"""The system of a case: body, spools, blades and their loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.systems.heliogyro.case import Case
+
+if TYPE_CHECKING:
+    from evolvent.system import System
+
+
+def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
+    """The system of a case: the part "body", and "reel-1", "blade-1" and so on.
+
+    Parameters
+    ----------
+    case : Case
+    laws : mapping, see `run`
+
+    Notes
+    -----
+    Where all blades move alike one thread, "blade-1", stands for all of them.
+    """
+    from evolvent import parts
+    from evolvent.system import System
+
+    laws = laws or {}
+    body, blade, spool = case.body, case.blade, case.spool
+    system = System()
+    if body.motion == "free":
+        own: dict[str, Any] = {"mass": body.mass, "angular_velocity": (0.0, 0.0, body.rate)}
+    else:
+        own = {"rate": body.rate}
+    system.add(parts.RigidBody(motion=body.motion, inertia=body.inertia, **own), "body")
+    symmetric = _symmetric(case, laws)
+    for k in range(1 if symmetric else body.blades):
+        turn = 2.0 * np.pi * k / body.blades
+        X = np.array([np.cos(turn), np.sin(turn), 0.0])
+        Y = np.array([-np.sin(turn), np.cos(turn), 0.0])
+        lag = spool.start_lag if body.rate >= 0.0 else -spool.start_lag
+        reel, name = f"reel-{k + 1}", f"blade-{k + 1}"
+        system.add(
+            parts.Reel(
+                body="body",
+                centre=tuple(body.spool_offset * X),
+                feed_axis=tuple(X),
+                spool_axis=tuple(Y),
+                radius=spool.radius,
+                feed=_feed(case, laws, k),
+            ),
+            reel,
+        )
+        system.add(
+            parts.Thread(
+                reel=reel,
+                length=blade.length,
+                line_density=blade.line_density,
+                nodes=blade.nodes,
+                tip_mass=blade.tip_mass,
+                segments=blade.segments,
+                stiffness=blade.stiffness,
+                damping=blade.damping,
+                direction=tuple(np.cos(lag) * X - np.sin(lag) * Y),
+                velocity_turn=blade.velocity_turn,
+                wound_mass="carried" if case.carried else "ignored",
+                lets_go=blade.lets_go,
+                copies=body.blades if symmetric else 1,
+            ),
+            name,
+        )
+        if case.sunlight is not None and blade.width is not None:
+            light = case.sunlight
+            system.add(
+                parts.RadiationPressure(
+                    thread=name,
+                    pressure=light.pressure,
+                    width=blade.width,
+                    direction=light.direction,
+                    reflectivity=light.reflectivity,
+                )
+            )
+        law, parameters = law_and_parameters(laws, "force")
+        if law is not None:
+            system.add(parts.LawLoad(thread=name, law=law, parameters=parameters))
+    law, parameters = law_and_parameters(laws, "event")
+    if law is not None:
+        system.add(parts.Event(law=law, parameters=parameters, stops=True))
+    return system
+
+
+def _symmetric(case: Case, laws: Mapping[str, Any]) -> bool:
+    """Whether all blades move alike, so that one thread stands for all."""
+    rates = [case.spool.rate] + [change.rate for change in case.spool.changes]
+    equal = all(not isinstance(rate, tuple) or len(set(rate)) == 1 for rate in rates)
+    axial = case.sunlight is None or (case.sunlight.direction[0] == 0.0 and case.sunlight.direction[1] == 0.0)
+    return case.body.motion != "free" and equal and axial and laws.get("force") is None
+
+
+def law_and_parameters(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[float, ...]]:
+    """A user's law and its parameters; (None, ()) if it is not given."""
+    given = laws.get(name)
+    if isinstance(given, tuple):
+        if len(given) != 2:
+            raise InputError(f"laws[{name!r}] has {len(given)} entries; it must be a law, or a law and its parameters")
+        try:
+            return given[0], tuple(float(p) for p in given[1])
+        except (TypeError, ValueError):
+            raise InputError(f"the parameters of laws[{name!r}] are {given[1]!r}; they must be numbers") from None
+    return given, ()
+
+
+def _feed(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
+    """The feed of one blade's spool."""
+    from evolvent import parts
+
+    spool = case.spool
+    angle = spool.start_length / spool.radius
+    law, parameters = law_and_parameters(laws, "feed")
+    if law is not None:
+        if spool.start_length > 0.0:
+            raise InputError("spool.start_length is given beside laws['feed'], whose angle at t = 0 says what is out")
+        return parts.LawFeed(law=law, parameters=parameters)
+    if spool.table is not None:
+        time, rate = zip(*spool.table, strict=True)
+        if time[0] != 0.0:
+            raise InputError(f"spool.table starts at {time[0]:g} s; its first row must be at 0 s")
+        return parts.TableFeed(time=time, rate=rate, start=angle)
+    if spool.rate is None:
+        raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or a spool.table")
+    first = _of_blade(spool.rate, blade)
+    steps = [(change.time, change.ramp, _of_blade(change.rate, blade)) for change in spool.changes]
+    if spool.ramp > 0.0:
+        return parts.RampFeed(rate=0.0, angle=angle, steps=[(0.0, spool.ramp, first), *steps])
+    return parts.RampFeed(rate=first, angle=angle, steps=steps)
+
+
+def _of_blade(rate: float | tuple[float, ...], blade: int) -> float:
+    return rate[blade] if isinstance(rate, tuple) else rate
