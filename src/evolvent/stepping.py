@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -17,14 +16,13 @@ from evolvent.kernels import rigid
 from evolvent.motion import quaternions
 from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
-from evolvent.solvers import alpha_loop, alpha_state
-from evolvent.solvers.drive import METHODS, STEP_ALLOWED, choose_step, solve
-from evolvent.solvers.implicit import moments, prepared, reason
-from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
-from evolvent.solvers.releases import book_accounts, reason_of_outrun
+from evolvent.solvers import alpha_loop, alpha_state, drive, implicit
+from evolvent.solvers.drive import METHODS, STEP_ALLOWED
+from evolvent.solvers.laws import law_failure, refusing_laws
+from evolvent.solvers.releases import write_accounts
 from evolvent.system import System
 
-IMPLICIT = "generalized-alpha"
+IMPLICIT = implicit.NAME
 
 
 class BodyState(NamedTuple):
@@ -64,7 +62,7 @@ class Stepper:
 
     Notes
     -----
-    A wrench is held over the steps until it is set anew. The explicit methods start anew at every step.
+    A wrench is held over the steps until it is set again. The explicit methods restart at every step.
 
     Examples
     --------
@@ -100,22 +98,23 @@ class Stepper:
         tolerance = positive("tolerance", tolerance)
         self.method, self.time, self.until = method, start, until
         self.inputs = _listed(inputs)
-        self.assembly = _with_inputs(system, self.inputs)
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
-        times = np.array([self.time, self.until])
+        assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
         if method == IMPLICIT:
-            self._run = prepared(self.assembly, times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
-            self._fixed = step
+            self._run = implicit.Run(
+                implicit.plan(assembly, samples=times, step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+            )
+            self.assembly = self._run.assembly
             self._begin()
         else:
-            fixed = method != "dopri5"
-            try_laws(self.assembly, start, start)
-            self._fixed = choose_step(self.assembly, method, step, until - start)[0] if fixed else None
-            self._tolerance = tolerance
-            self._y, self._s = self.assembly.y.copy(), self.assembly.s.copy()
+            self._plan = drive.plan(
+                assembly, samples=times, method=method, step=step, rtol=tolerance, atol=1e-2 * tolerance
+            )
+            self.assembly = self._plan.assembly
+            self._y, self._s = assembly.y.copy(), assembly.s.copy()
         with refusing_laws(self.assembly):
             self._look()
 
@@ -195,7 +194,7 @@ class Stepper:
         if self.method != IMPLICIT:
             return self._y.copy()
         y: np.ndarray = self._run.work.y.copy()
-        book_accounts(self.assembly.model, y[None], self._run.work.ledger[None])
+        write_accounts(self.assembly.model, y[None], self._run.work.balance)
         return y
 
     def _index(self, name: str) -> int:
@@ -238,7 +237,7 @@ class Stepper:
         except RunFailed as error:
             self._failed = str(error)
             if self.method == IMPLICIT:  # which may have come a part of the way
-                self.time = float(self._run.work.loop.time)
+                self.time = self._run.reached
             raise
         self.time = end
         self._changed = False
@@ -258,55 +257,40 @@ class Stepper:
     def _law_failed(self, error: Exception) -> RunFailed:
         """What a user's law has raised in a step of generalized-alpha; the state is that of the step's start again."""
         run = self._run
-        failure = law_failure(self.assembly, error, moments(run))
+        failure = law_failure(self.assembly, error, run.moments())
         run.work.y[:] = run.work.y0
-        rigid.kinematics(float(run.work.loop.time), run.work.y, run.model)
+        rigid.kinematics(run.reached, run.work.y, run.model)
         return RunFailed(failure, self)
 
     def _begin(self) -> None:
-        run = self._run
         with refusing_laws(self.assembly):
-            if run.releases is not None and run.releases.fire(self.time, run.work.y) < 0:
-                raise RunFailed(reason_of_outrun(self.time), self)
-            code = alpha_loop.begin(run.model, run.matrix, run.options, run.work)
-        if code != alpha_state.DONE:
-            raise RunFailed(reason(code, run.work, self._fixed, run.options, self.assembly), self)
+            failure = self._run.begin()
+        if failure:
+            raise RunFailed(failure, self)
 
     def _go_on(self, end: float) -> None:
-        run = self._run
-        work = run.work
-        work.samples[:] = self.time, end
-        work.loop.sample = 1
+        run, loop = self._run, self._run.work.loop
+        run.work.samples[:] = self.time, end
+        loop.sample = 1
         if self._changed:  # loads that jump
-            h = float(work.loop.step)
-            code = alpha_loop.restart(self.time, h, run.model, run.matrix, run.work)
+            code = alpha_loop.restart(self.time, float(loop.step), run.model, run.plan.matrix, run.work)
             if code != alpha_state.DONE:
-                raise RunFailed(reason(code, work, self._fixed, run.options, self.assembly), self)
-        while True:
-            code = alpha_loop.advance(run.model, run.matrix, run.work, 1000)
-            if code == alpha_state.AT_STOP and run.releases is not None:
-                if run.releases.resume(work) < 0:
-                    raise RunFailed(reason_of_outrun(float(work.loop.time)), self)
-            elif code != alpha_state.BUDGET:
-                break
-        if code != alpha_state.DONE:
-            raise RunFailed(reason(code, work, self._fixed, run.options, self.assembly), self)
+                raise RunFailed(run.why(code), self)
+        goes_on, failure = True, ""
+        while goes_on and not failure:
+            goes_on, failure = run.advance(1000)
+        if failure:
+            raise RunFailed(failure, self)
 
     def _solve(self, end: float) -> None:
         model = self.assembly.model
         accounts = int(model.info.nq) + int(model.info.nv)
-        kept = self._y[accounts:].copy()
-        self._y[accounts:] = 0.0
-        now = dataclasses.replace(self.assembly, y=self._y, s=self._s)
-        try:
-            found = solve(
-                now, samples=[self.time, end], method=self.method, step=self._fixed, rtol=self._tolerance,
-                atol=1e-2 * self._tolerance,
-            )  # fmt: skip
-        except InputError as error:  # of the state that is reached: the arguments have been checked
-            raise RunFailed(str(error), self) from error
+        y = self._y.copy()
+        y[accounts:] = 0.0
+        found = self._plan.going_on(np.array([self.time, end]), y, self._s).run()
         if not found.success:
             raise RunFailed(found.message, self)
+        kept = self._y[accounts:]
         self._y, self._s = found.y[-1].copy(), found.s[-1].copy()
         self._y[accounts:] += kept
 

@@ -255,14 +255,14 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
     monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
     code, out, err = call("run", "heliogyro", *QUICK, "-o", "run.nc")
     assert code == 1
-    assert err.splitlines()[-1].startswith("evolvent: the energy account is off")
+    assert err.splitlines()[-1].startswith("evolvent: the energy balance is off")
     assert "failed" in out
     run = evolvent.open("run.nc")
     assert run.attrs["status"] == "failed"
     for figure in cases.system("heliogyro").figures(run):  # what is drawn says so too
         drawn = Image.open(f"run-figures/{figure.name}.png").convert("RGB")
         assert any(color == (0xB0, 0x00, 0x20) for _, color in drawn.getcolors(1 << 24)), figure.name
-    assert "FAILED: the energy account is off" in pathlib.Path("run-figures/deployment.html").read_text("utf-8")
+    assert "FAILED: the energy balance is off" in pathlib.Path("run-figures/deployment.html").read_text("utf-8")
 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path):

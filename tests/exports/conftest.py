@@ -31,7 +31,7 @@ def runs():
 
 @pytest.fixture(scope="session")
 def failed():
-    """A run that stopped half-way, since its energy account was said to be off."""
+    """A run that stopped half-way, since its energy balance was said to be off."""
     case, changes = SHORT["heliogyro"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drive, "ENERGY_LIMIT", 1e-13)

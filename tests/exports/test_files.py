@@ -283,12 +283,12 @@ def test_a_run_that_failed_is_written_with_its_label(failed, tmp_path, kind):
     elif kind == "table":
         series = pandas.read_csv(path / "series.csv")
         assert len(series) == failed.sizes["time"]
-        assert series["run status"].str.startswith("FAILED: the energy account is off").all()
+        assert series["run status"].str.startswith("FAILED: the energy balance is off").all()
     elif kind == "matlab":
         found = loadmat(path, appendmat=False, squeeze_me=True, struct_as_record=False)["run"]
         assert (found.about.status, found.about.message) == ("failed", failed.attrs["message"])
     else:
-        assert "- FAILED: the energy account is off" in path.read_text()
+        assert "- FAILED: the energy balance is off" in path.read_text()
 
 
 def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):

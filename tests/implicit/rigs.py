@@ -11,9 +11,10 @@ from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
 from evolvent.kernels import contact, sparse
-from evolvent.solvers import alpha_state
-from evolvent.solvers.implicit import ImplicitSolution, matrix_of, solve_implicit
-from evolvent.solvers.static import sparse_of
+from evolvent.solvers import Solution, alpha_state
+from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.implicit_setup import matrix_of
+from evolvent.solvers.static_work import sparse_of
 
 Array = np.ndarray
 
@@ -84,7 +85,7 @@ def start_step(assembly: Assembly, y: Array) -> None:
     contact.end_contact_step(y, model)
 
 
-def run(assembly: Assembly, samples: Any, **options: Any) -> ImplicitSolution:
+def run(assembly: Assembly, samples: Any, **options: Any) -> Solution:
     """Solve; the run must end well."""
     solution = solve_implicit(assembly, samples=samples, **options)
     assert solution.success, solution.message
@@ -104,7 +105,7 @@ def coordinates(assembly: Assembly, y: Array, name: str) -> Array:
     return y[..., row["iq"] :][..., :size]
 
 
-def momenta(assembly: Assembly, solution: ImplicitSolution) -> Array:
+def momenta(assembly: Assembly, solution: Solution) -> Array:
     """(nt, 6) linear momentum and angular momentum about the origin."""
     from evolvent.kernels import rigid
 

@@ -10,9 +10,8 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow import implicit, powers
 from evolvent.flow.needs import load_implicit
-from evolvent.solvers import alpha_state as at
 from evolvent.solvers.modes import matrices
-from evolvent.solvers.static import Work
+from evolvent.solvers.static_work import Work
 from helpers import accounts, derivative
 from helpers import run as run_explicit
 from implicit.rigs import RUBBER, SQUARE, run
@@ -111,6 +110,6 @@ def test_the_account_closes_and_both_methods_take_the_same() -> None:
     taken = exact.accounts[-1, mdl.N_ACCOUNTS + mdl.BY_MASS]
     assert taken > 0.05 * exact.energy[0]
     found = run(assembly, samples, step=1e-3, spectral_radius=0.8)
-    assert found.ledger[-1, at.BY_MASS] == pytest.approx(taken, rel=1e-4)
-    energy = found.ledger[:, at.KINETIC] + found.ledger[:, at.ELASTIC]
+    assert found.balance.by_mass[-1] == pytest.approx(taken, rel=1e-4)
+    energy = found.balance.kinetic + found.balance.elastic
     assert energy[0] - energy[-1] == pytest.approx(taken, rel=1e-3)

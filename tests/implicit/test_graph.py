@@ -16,7 +16,7 @@ from evolvent.kernels import sparse, sparse_lu
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import ordering
 from evolvent.solvers.ordering import Pattern
-from evolvent.solvers.static import sparse_of
+from evolvent.solvers.static_work import sparse_of
 
 Array = np.ndarray
 GROUND = -1

@@ -9,7 +9,6 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.solvers import alpha_state as at
 from implicit.rigs import coordinates, momenta, run
 
 Array = np.ndarray
@@ -136,7 +135,7 @@ def test_loads_turn_an_isolated_craft_by_their_torque() -> None:
 def test_energy_without_numerical_damping_is_bounded(rng: np.random.Generator) -> None:
     assembly = craft(rng=rng)
     solution = run(assembly, np.linspace(0.0, 10.0, 101), step=1e-3, spectral_radius=1.0)
-    energy = solution.ledger[:, at.KINETIC] + solution.ledger[:, at.ELASTIC]
+    energy = solution.balance.kinetic + solution.balance.elastic
     first, last = energy[:51], energy[50:]
     assert np.abs(energy / energy[0] - 1.0).max() < 2e-3
     assert abs(last.mean() / first.mean() - 1.0) < 3e-4
@@ -176,7 +175,7 @@ def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
         system.add(parts.PointLoad(node=("rib", "tip"), force=(0.0, 0.3, 0.1), start=0.1, end=0.4))
         system.add(parts.FieldTorque(beam="rib", torque=0.1, ramp=0.2))
         solution = run(system.assemble(), np.linspace(0.0, 0.6, 7), step=h, spectral_radius=0.9, newton=1e-12)
-        assert (solution.ledger[-1, [at.BY_MASS, at.BY_STIFFNESS, at.BY_JOINTS, at.BY_SPRINGS]] > 1e-4).all()
-        worst.append(float(np.abs(solution.gained).max()))
+        assert all(solution.balance[-1][name] > 1e-4 for name in ("by_mass", "by_stiffness", "by_joints", "by_springs"))
+        worst.append(float(np.abs(solution.energy_defect).max()))
     assert worst[-1] < 1e-3
     assert np.abs(np.log2(np.array(worst[:-1]) / worst[1:]) - 2.0).max() < 0.25

@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.solvers import alpha_state
 from evolvent.solvers.implicit import place_of_rows, solve_implicit
 from implicit.rigs import RUBBER, SQUARE, coordinates, run
 
@@ -126,8 +125,8 @@ def closes(assembly: Assembly, *, least: float, steps: tuple[float, ...] = (1e-3
     gained, y = [], None
     for h in steps:
         solution = run(assembly, np.linspace(0.0, until, 6), step=h, spectral_radius=0.9)
-        assert np.abs(solution.ledger[:, alpha_state.DRIVES]).max() > least
-        gained.append(float(np.abs(solution.gained).max()))
+        assert np.abs(solution.balance.drives).max() > least
+        gained.append(float(np.abs(solution.energy_defect).max()))
         y = solution.y
     assert gained[-1] < 1e-2 * least
     assert gained[0] / gained[1] > 3.2
@@ -256,7 +255,7 @@ def test_a_hinge_with_spring_and_damper_swings_as_it_should(book: Book) -> None:
     w = math.sqrt(k / INERTIA - d * d)
     expected = rest - rest * np.exp(-d * times) * (np.cos(w * times) + d / w * np.sin(w * times))
     assert np.abs(angles(assembly, solution.y) - expected).max() < 2e-3 * rest
-    lost = solution.ledger[:, alpha_state.BY_JOINTS]
+    lost = solution.balance.by_joints
     assert lost[-1] == pytest.approx(0.5 * k * rest**2 * (1.0 - np.exp(-2.0 * d * 3.0)), rel=0.05)
     book(
         "Dynamics", "Rib on a hinge with spring and damper", reference="damped oscillator", source="closed form",
@@ -281,9 +280,9 @@ def test_a_latch_locks_at_its_angle_and_books_the_energy(options: dict[str, floa
     assert found[2] == pytest.approx(0.5, abs=5e-4)
     assert found[3] == pytest.approx(0.5, abs=1e-3)
     before = 0.5 * INERTIA
-    assert solution.ledger[0, alpha_state.KINETIC] == pytest.approx(before, rel=1e-9)
-    assert solution.ledger[3, alpha_state.BY_JOINTS] == pytest.approx(before, rel=0.02)
-    assert np.abs(solution.gained).max() < 0.02 * before
+    assert solution.balance.kinetic[0] == pytest.approx(before, rel=1e-9)
+    assert solution.balance.by_joints[3] == pytest.approx(before, rel=0.02)
+    assert np.abs(solution.energy_defect).max() < 0.02 * before
 
 
 def test_penalties_tend_to_the_constraint(book: Book) -> None:
@@ -312,9 +311,9 @@ def test_a_released_penalty_books_its_energy() -> None:
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "bob")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", kind="distance", stiffness=200.0, until=0.5))
     solution = run(system.assemble(), [0.0, 0.5, 0.6, 1.0], step=1e-3, spectral_radius=1.0)
-    assert solution.ledger[1, alpha_state.COUPLED] > 0.1
-    assert solution.ledger[2, alpha_state.BY_JOINTS] == pytest.approx(solution.ledger[1, alpha_state.COUPLED], rel=1e-6)
-    assert np.abs(solution.gained).max() < 1e-3
+    assert solution.balance.coupled[1] > 0.1
+    assert solution.balance.by_joints[2] == pytest.approx(solution.balance.coupled[1], rel=1e-6)
+    assert np.abs(solution.energy_defect).max() < 1e-3
 
 
 # ------------------------------------------------------------------------------------------------ refusals

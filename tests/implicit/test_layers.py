@@ -12,9 +12,8 @@ from evolvent.builder import Assembly
 from evolvent.flow import implicit
 from evolvent.kernels import sparse
 from evolvent.kernels.rotations import rotation_from_quaternion
-from evolvent.solvers import alpha_state
 from evolvent.solvers.implicit import matrix_of
-from evolvent.solvers.static import sparse_of
+from evolvent.solvers.static_work import sparse_of
 from implicit.rigs import RUBBER, Equations, run, start_step
 
 Array = np.ndarray
@@ -208,7 +207,7 @@ def test_a_pressed_coil_springs_apart_without_gaining() -> None:
         solution = run(assembly, np.linspace(0.0, 0.5, 11), spectral_radius=1.0, step=step)
         assert solution.cylinders[0, 0, 8] > 60.0
         assert solution.cylinders[-1, 0, 8] == 0.0
-        gained.append(np.abs(solution.gained).max() / layer_forces(assembly, assembly.y)[1])
+        gained.append(np.abs(solution.energy_defect).max() / layer_forces(assembly, assembly.y)[1])
     assert gained[0] < 0.01
     assert gained[1] < 0.3 * gained[0]
 
@@ -237,7 +236,7 @@ def test_the_account_of_turns_that_rub_closes(law: str) -> None:
     for step in (5e-4, 2.5e-4):
         assembly = wound(0.0015, friction=0.4, stick_stiffness=100.0, law=law, damping=0.5)
         solution = run(assembly, np.linspace(0.0, 0.2, 5), spectral_radius=1.0, step=step)
-        assert solution.ledger[-1, alpha_state.BY_FRICTION] > 0.0
-        gained.append(np.abs(solution.gained).max() / layer_forces(assembly, assembly.y)[1])
+        assert solution.balance.by_friction[-1] > 0.0
+        gained.append(np.abs(solution.energy_defect).max() / layer_forces(assembly, assembly.y)[1])
     assert gained[0] < 0.01
     assert gained[1] < 0.5 * gained[0]

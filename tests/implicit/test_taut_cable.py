@@ -10,8 +10,9 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.builder import Assembly
+from evolvent.solvers import Solution
 from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.static import StaticSolution, solve_static
+from evolvent.solvers.static import solve_static
 
 RADIUS, THICKNESS, WIDTH, STIFF = 0.1, 1e-3, 1e-2, 1e5
 
@@ -59,7 +60,7 @@ def cable(
     return system.assemble(), tension
 
 
-def at_rest(assembly: Assembly) -> tuple[Assembly, StaticSolution]:
+def at_rest(assembly: Assembly) -> tuple[Assembly, Solution]:
     """The same from its equilibrium."""
     found = solve_static(assembly)
     assert found.success, found.message

@@ -18,8 +18,8 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels.sparse import OUTSIDE
 from evolvent.solvers import alpha_state
 from evolvent.solvers.drive import choose_step
-from evolvent.solvers.implicit import gained, matrix_of, solve_implicit
-from evolvent.solvers.static import sparse_of
+from evolvent.solvers.implicit import matrix_of, solve_implicit
+from evolvent.solvers.static_work import sparse_of
 from evolvent.system import System
 from helpers import END, L0, RHO, TIP, L, R, Run, fitted_order, heliogyro, run
 
@@ -96,7 +96,7 @@ def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
         errors.append(np.abs(found.lag() - exact.lag())[late].max())
         # what is out follows from the feed alone, however large the step
         assert np.array_equal(found.solution.s, exact.solution.s)
-        assert np.abs(gained(found.solution.ledger)).max() < 0.1 * step * found.energy[0]
+        assert np.abs(found.solution.energy_defect).max() < 0.1 * step * found.energy[0]
     assert errors[-1] < 0.02  # deg
     assert fitted_order(steps, errors) == pytest.approx(2.0, abs=0.3)
     book(

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.solvers import alpha_state
-from evolvent.solvers.implicit import ImplicitSolution, solve_implicit
+from evolvent.solvers import Solution
+from evolvent.solvers.implicit import solve_implicit
 from implicit.rigs import coordinates, momenta, run
 
 Array = np.ndarray
@@ -35,7 +35,7 @@ def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> A
     return system.assemble()
 
 
-def restitution(assembly: Assembly, solution: ImplicitSolution) -> float:
+def restitution(assembly: Assembly, solution: Solution) -> float:
     found = momenta(assembly, solution)[:, 1]
     return float(-found[-1] / found[0])
 
@@ -72,7 +72,7 @@ def test_restitution(law: str, damping: float, expected: float, book: Book) -> N
     assembly = bar(law, damping)
     solution = run(assembly, [0.0, 0.04, 0.15], tolerance=1e-9 if law == "paper" else 1e-8)
     before = 0.5 * SPEED**2
-    assert solution.ledger[-1, alpha_state.BY_CONTACT] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
+    assert solution.balance.by_contact[-1] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
     source = "SciPy DOP853, 1e-12" if law != "paper" and damping else "closed form"
     book(
         "Contact", f"Bounce of a bar, law {law}, damping {damping:g}", reference=f"restitution {expected:.6f}",
@@ -86,7 +86,7 @@ def test_the_conservative_law_gains_nothing(step: float) -> None:
     assembly = bar("conservative", 0.0)
     solution = run(assembly, [0.0, 0.04, 0.5], step=step)
     assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-6)
-    assert solution.gained.max() < 1e-6
+    assert solution.energy_defect.max() < 1e-6
 
 
 CONTACT_TIME = math.pi / math.sqrt(K)
@@ -99,7 +99,7 @@ def test_the_conservative_law_bounces_in_a_single_step(part: float, rho: float) 
     assembly = bar("conservative", 0.0)
     solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=rho)
     assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-5)
-    assert solution.gained.max() < 1e-5 * 0.5 * SPEED**2
+    assert solution.energy_defect.max() < 1e-5 * 0.5 * SPEED**2
 
 
 @pytest.mark.parametrize(("count", "part"), [(4, 3.0), (10, 1.0), (10, 3.0), (20, 0.5)])
@@ -108,7 +108,7 @@ def test_the_conservative_law_bounces_on_fine_meshes(count: int, part: float) ->
     assembly = bar("conservative", 0.0, count=count)
     solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=0.3)
     assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-3)
-    assert solution.gained.max() < 1e-3 * 0.5 * SPEED**2
+    assert solution.energy_defect.max() < 1e-3 * 0.5 * SPEED**2
 
 
 def test_a_gain_at_the_very_end_fails_too() -> None:
@@ -127,7 +127,7 @@ def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part
     exact = restitution(fine, run(fine, [0.0, 0.04, 0.15], step=2e-4, spectral_radius=0.9))
     assembly = bar("conservative", 0.0, modulus=modulus, count=4)
     solution = run(assembly, [0.0, 0.04, 0.4], step=part * CONTACT_TIME)
-    assert solution.gained.max() < 1e-6 * 0.5 * SPEED**2
+    assert solution.energy_defect.max() < 1e-6 * 0.5 * SPEED**2
     assert restitution(assembly, solution) == pytest.approx(exact, abs=2.0 * K / (modulus * 0.1) * 0.1 + 1e-3)
 
 
@@ -181,10 +181,10 @@ def test_the_account_of_a_sliding_point_closes(law: str) -> None:
     steps, opened = (2e-2, 1e-2, 5e-3), []
     for step in steps:
         solution = run(dragged(law), np.linspace(0.0, 0.8, 9), step=step, spectral_radius=0.9)
-        opened.append(np.abs(solution.gained).max())
+        opened.append(np.abs(solution.energy_defect).max())
     way = 0.5 * (0.25 + 0.3)  # the load's ramp is half of it on average
-    assert solution.ledger[-1, alpha_state.BY_FRICTION] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
-    assert solution.ledger[-1, alpha_state.DRIVES] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert solution.balance.by_friction[-1] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
+    assert solution.balance.drives[-1] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
     assert opened[-1] < (1e-6 if law == "hunt-crossley" else 5e-6)
     if law == "hunt-crossley":
         assert np.polyfit(np.log(steps), np.log(opened), 1)[0] == pytest.approx(2.0, abs=0.15)
@@ -194,7 +194,7 @@ def test_the_account_of_a_sliding_point_closes(law: str) -> None:
 @pytest.mark.parametrize("step", [0.01, 0.05, 0.1])
 def test_steps_far_too_large_for_the_contact_fail_and_say_so(law: str, step: float) -> None:
     solution = solve_implicit(bar(law, 0.0), samples=np.arange(0.0, 1.01, 0.05), step=step)
-    kept = solution.gained
+    kept = solution.energy_defect
     assert solution.status == "failed"
     assert "step" in solution.message
     assert "t = " in solution.message
@@ -285,7 +285,7 @@ def test_capstan_pulled(book: Book) -> None:
     """Force ratio e^(mu beta); pulled so slowly that nothing else counts."""
     solution = run(capstan(speed=0.01), [0.0, 0.1, 0.5, 0.8], tolerance=1e-5)
     assert np.abs(solution.la[2:, 0]) == pytest.approx(math.exp(MU * BETA), rel=0.01)
-    assert solution.ledger[-1, alpha_state.BY_FRICTION] > 0.0
+    assert solution.balance.by_friction[-1] > 0.0
     book(
         "Contact", "Capstan, a quarter of a turn, cable pulled (48 elements)", reference="e^(mu beta)",
         source="closed form", error=np.abs(np.abs(solution.la[2:, 0]) / math.exp(MU * BETA) - 1.0).max(), allowed=0.01,
@@ -332,7 +332,7 @@ def test_an_interrupt_keeps_the_samples() -> None:
     solution = solve_implicit(bar("paper", 0.0), samples=np.linspace(0.0, 100.0, 100001), step=1e-3, progress=stop)
     assert solution.status == "interrupted"
     assert 1 <= solution.t.size < 100001
-    assert solution.t.size == len(solution.y) == len(solution.ledger)
+    assert solution.t.size == len(solution.y) == len(solution.balance)
     assert solution.t[-1] <= float(solution.message.split("t = ")[1].split(" s")[0]) + 1e-6
 
 

@@ -39,14 +39,14 @@ def test_unstable_step_is_refused(method: str) -> None:
 
 @pytest.mark.parametrize("out", [4.99, 4.5, 3.1])
 def test_unstable_step_fails_where_it_is_taken(out: float) -> None:
-    """Taken all the same, n = 20, c = 1e7: the energy account stops the run within milliseconds, status 'failed'.
+    """Taken all the same, n = 20, c = 1e7: the energy balance stops the run within milliseconds, status 'failed'.
 
     At the limit itself the same run ends well.
     """
     limit = 2.0 * math.sqrt(2.0) / (2.0 * math.sqrt(1e7 / (RHO * L / 20)))
     failed = solve(paper(out=out), samples=np.linspace(0.0, 0.05, 6), method="rk4", step=1.01 * limit, unsafe_step=True)
     assert failed.status == "failed"
-    assert "energy account" in failed.message or "finite" in failed.message
+    assert "energy balance" in failed.message or "finite" in failed.message
     well = solve(paper(out=out), samples=[0.0, 0.05], method="rk4", step=limit, unsafe_step=True)
     assert well.status == "success"
 

@@ -91,7 +91,7 @@ def test_a_run_goes_on_and_is_shown(both, tmp_path):
 
 
 def test_a_step_that_is_stable_and_yet_too_long_fails_and_keeps_what_it_has():
-    with pytest.raises(RunFailed, match=r"energy account is off by .* generalized-alpha") as caught:
+    with pytest.raises(RunFailed, match=r"energy balance is off by .* generalized-alpha") as caught:
         evolvent.run("wrapped-rib", RK4 | {"solver.step": "1.2 ms", "solver.duration": 8})
     run = caught.value.run
     assert float(run.time[-1]) > 2.0

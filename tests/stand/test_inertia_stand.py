@@ -362,12 +362,12 @@ def test_bad_input_is_one_clear_sentence(overrides, words):
 
 @pytest.mark.parametrize("method", ["rk4", "modified-euler"])
 def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
-    """Not even where nobody looks at the limit: the energy account tells."""
+    """Not even where nobody looks at the limit: the energy balance tells."""
     overrides = {"solver.method": method, "sensors.rate": "8 Hz", "solver.step": "0.125 s", "sensors.duration": "60 s"}
     with pytest.raises(evolvent.InputError, match="stability limit"):
         evolvent.run("inertia-stand", overrides)
     monkeypatch.setattr(inertia_stand.simulate.batch, "stability_limit", lambda method: 10.0)
-    with pytest.raises(evolvent.RunFailed, match=r"energy account|finite"):
+    with pytest.raises(evolvent.RunFailed, match=r"energy balance|finite"):
         evolvent.run("inertia-stand", overrides)
 
 

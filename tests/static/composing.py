@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.static import StaticSolution
+from evolvent.solvers import Solution
 
 Array = np.ndarray
 STEEL = Material(E=2e11, nu=0.3, density=7800.0)
@@ -45,9 +45,9 @@ def beam(
     return system.assemble()
 
 
-def nodes(assembly: Assembly, state: Array | StaticSolution, name: str = "beam") -> Array:
+def nodes(assembly: Assembly, state: Array | Solution, name: str = "beam") -> Array:
     """(nodes, vectors, 3) coordinates of a beam."""
-    y = state.y[-1] if isinstance(state, StaticSolution) else state
+    y = state.y[-1] if isinstance(state, Solution) else state
     row = assembly.model.flexible.beams[assembly.index(name, "beams")]
     vectors = (2, 4)[row["kind"]]
     return y[row["iq"] : row["iq"] + 3 * vectors * row["nodes"]].reshape(-1, vectors, 3)
@@ -60,6 +60,6 @@ def tip_force(*force: float) -> Callable[[System], None]:
     return add
 
 
-def solved(solution: StaticSolution) -> StaticSolution:
+def solved(solution: Solution) -> Solution:
     assert solution.success, solution.message
     return solution

@@ -43,12 +43,12 @@ def test_a_cable_under_a_small_tip_load_is_exact_and_so_are_its_reactions_and_en
         source="closed form", error=abs(nodes(a, r)[-1, 0, 1] / 1e-4 - 1.0), allowed=1e-5,
     )  # fmt: skip
     assert_allclose(r.la[-1][place_of_rows(a, "root")][:3], [0.0, 3e-4 * EI, 0.0], atol=1e-9 * EI)
-    assert r.free == []
-    assert r.factor[-1] == 1.0
+    assert r.path.free == []
+    assert r.path.factor[-1] == 1.0
     assert r.statistics["rejected_steps"] == 0
     a = beam(formulation, 16, more=tip_force(0.0, 3e-2 * EI, 0.0))
     r = solved(solve_static(a))
-    assert_allclose([r.elastic[-1], r.bending[-1]], 0.5 * 3e-2 * EI * nodes(a, r)[-1, 0, 1], rtol=1e-3)
+    assert_allclose([r.balance.elastic[-1], r.balance.bending[-1]], 0.5 * 3e-2 * EI * nodes(a, r)[-1, 0, 1], rtol=1e-3)
 
 
 @pytest.mark.parametrize(("formulation", "count", "tolerance"), [("assumed_strain", 32, 1e-3), ("cable", 40, 3e-5)])
@@ -56,7 +56,7 @@ def test_a_large_tip_load_bends_to_an_elastica(formulation, count, tolerance, bo
     a = beam(formulation, count, more=tip_force(0.0, 10.0 * EI, 0.0))
     r = solved(solve_static(a, load_steps=[0.4]))
     tips = np.array([nodes(a, y)[-1, 0, :2] for y in r.y])
-    assert_allclose(tips[r.factor == 0.4][0], elastica(4.0), atol=tolerance)
+    assert_allclose(tips[r.path.factor == 0.4][0], elastica(4.0), atol=tolerance)
     assert_allclose(tips[-1], elastica(10.0), atol=tolerance)
     assert_allclose(tips[-1], (0.44500, 0.81061), atol=1e-3)  # Bisshopp & Drucker (1945)
     book(
@@ -81,8 +81,8 @@ def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
         r = solved(solve_static(a))
         gaps.append(np.linalg.norm(nodes(a, r)[-1, 0]))
     if formulation == "cable":
-        assert_allclose(r.elastic[-1], 0.5 * EI * (2.0 * np.pi) ** 2, rtol=1e-3)
-        assert "grip" in r.free  # which a cable does not hold about its axis
+        assert_allclose(r.balance.elastic[-1], 0.5 * EI * (2.0 * np.pi) ** 2, rtol=1e-3)
+        assert "grip" in r.path.free  # which a cable does not hold about its axis
     assert gaps[1] < (0.05 if formulation == "assumed_strain" else 1e-4)
     assert_allclose(np.log2(gaps[0] / gaps[1]), order, atol=0.4)
     book(
@@ -165,15 +165,15 @@ def load_at(z):
 def test_the_arc_goes_through_the_limits_of_load(book):
     r = solved(solve_static(pyramid(4.0 * LIMIT), arc_length=True, load_steps=50))
     z = r.y[:, 2]
-    assert_allclose(4.0 * LIMIT * r.factor, load_at(z), atol=1e-9 * LIMIT)
-    assert_allclose([r.factor[z > 0.0].max(), r.factor.min()], [0.25, -0.25], atol=2e-3)
-    assert r.factor[-1] == 1.0
+    assert_allclose(4.0 * LIMIT * r.path.factor, load_at(z), atol=1e-9 * LIMIT)
+    assert_allclose([r.path.factor[z > 0.0].max(), r.path.factor.min()], [0.25, -0.25], atol=2e-3)
+    assert r.path.factor[-1] == 1.0
     assert z[-1] < -RISE
     assert np.all(np.diff(z) < 0.0)
-    assert_allclose(r.elastic, 1.5 * K * (np.hypot(HALF, z) - np.hypot(HALF, RISE)) ** 2, rtol=1e-9)
+    assert_allclose(r.balance.elastic, 1.5 * K * (np.hypot(HALF, z) - np.hypot(HALF, RISE)) ** 2, rtol=1e-9)
     book(
         "Statics of beams", "Snapping of three springs, arc length", reference="load of every place on the path",
-        source="closed form", error=np.abs(4.0 * r.factor - load_at(z) / LIMIT).max(), allowed=1e-9, unit="limit load",
+        source="closed form", error=np.abs(4.0 * r.path.factor - load_at(z) / LIMIT).max(), allowed=1e-9, unit="limit load",
     )  # fmt: skip
 
 
@@ -181,13 +181,13 @@ def test_the_arc_goes_through_snap_back(book):
     soft = 5.0
     r = solved(solve_static(pyramid(4.0 * LIMIT, soft), arc_length=True, load_steps=50))
     apex, end = r.y[:, 2], r.y[:, 5]
-    assert_allclose(4.0 * LIMIT * r.factor, load_at(apex), atol=1e-9 * LIMIT)
+    assert_allclose(4.0 * LIMIT * r.path.factor, load_at(apex), atol=1e-9 * LIMIT)
     assert_allclose(apex - end - 1.0, load_at(apex) / soft, atol=1e-9)
     assert np.diff(end).max() > 0.01  # the end goes back while the apex goes on
     assert r.statistics["steps"] < 400
     book(
         "Statics of beams", "Snap-back behind a soft spring, arc length", reference="load of every place on the path",
-        source="closed form", error=np.abs(4.0 * r.factor - load_at(apex) / LIMIT).max(), allowed=1e-9,
+        source="closed form", error=np.abs(4.0 * r.path.factor - load_at(apex) / LIMIT).max(), allowed=1e-9,
         unit="limit load",
     )  # fmt: skip
 
@@ -297,7 +297,7 @@ def test_cables_and_beams_stand_in_one_model():
 def test_a_strut_beyond_the_load_of_euler_is_told_to_be_unstable(formulation, ways):
     for part, wanted in ((0.99, 0), (1.02, ways)):
         r = solved(solve_static(beam(formulation, 12, more=tip_force(-0.25 * np.pi**2 * EI * part, 0.0, 0.0))))
-        assert r.unstable == wanted
+        assert r.path.unstable == wanted
         assert ("unstable" in r.message) == (wanted > 0)
 
 
@@ -306,7 +306,7 @@ def test_slopes_do_not_turn_over():
     section, material = Rectangle(thickness=3e-4, width=0.03), Material(E=5e6, nu=0.3, density=1600.0)
     a = beam("cable_stretch", 40, section=section, material=material, length=12.0, gravity=(0.0, 0.0, -9.81))
     r = solved(solve_static(a, rotating=(0.0, 0.0, 4.0)))
-    assert r.unstable == 0
+    assert r.path.unstable == 0
     assert np.all(np.diff(nodes(a, r)[:, 0, 0]) > 0.0)
     assert np.all(nodes(a, r)[:, 1, 0] > 0.0)
 
@@ -317,12 +317,12 @@ def test_slopes_do_not_turn_over():
 def test_what_nothing_holds_is_named():
     loose = solve_static(beam("assumed_strain", 4, ()))
     assert loose.success
-    assert loose.free == ["beam"]
+    assert loose.path.free == ["beam"]
     assert "nothing holds 'beam' against 6 motions" in loose.message
     falls = solve_static(beam("assumed_strain", 4, (), gravity=(0.0, 0.0, -9.81)))
     assert falls.status == "failed"
     assert "nothing holds 'beam' against 6 motions" in falls.message
-    assert falls.factor.tolist() == [0.0]  # where it stood
+    assert falls.path.factor.tolist() == [0.0]  # where it stood
     hangs = solve_static(beam("assumed_strain", 4, ("point",), gravity=(0.0, 0.0, -9.81)))
     assert hangs.success
     assert hangs.y[-1, 12 * 4 + 2] < -0.99  # it swings down
@@ -370,4 +370,4 @@ def test_a_search_that_takes_too_long_is_given_up():
     r = solve_static(beam("cable", 8, more=tip_force(0.0, 10.0 * EI, 0.0)), most_steps=3)
     assert r.status == "failed"
     assert "3 steps were not enough" in r.message
-    assert 0.0 < r.factor[-1] < 1.0
+    assert 0.0 < r.path.factor[-1] < 1.0

@@ -13,7 +13,8 @@ from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import modes as under_test
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import matrices, modes
-from evolvent.solvers.static import Work, solve_static, spin_of
+from evolvent.solvers.static import solve_static
+from evolvent.solvers.static_work import Work, spin_of
 from static.composing import EI, STEEL, beam, solved, tip_force
 
 BAR = Rectangle(thickness=1e-3, width=2e-3)
@@ -266,7 +267,7 @@ def test_a_driven_hub_names_the_turn():
     a = beam("cable", 16, (), section=BAR, more=hub)
     found = modes(a, rotating="hub", count=2)
     assert_allclose(found.frequency[across(found, 2)[0]] / UNIT, FLAP[6.0], rtol=1e-4)
-    assert_allclose(found.equilibrium.spin, [0.0, 0.0, 6.0 * UNIT, 0.0, 0.0, 0.0])
+    assert_allclose(found.equilibrium.path.spin, [0.0, 0.0, 6.0 * UNIT, 0.0, 0.0, 0.0])
 
 
 def test_an_oscillator_seen_from_a_turn_has_two_frequencies(book):
@@ -378,4 +379,4 @@ def test_fewer_modes_where_fewer_directions_are_free():
     system.add(parts.Force(at=mass, force=(2.0, 0.0, 0.0)))
     found = modes(system.assemble(), count=10)
     assert_allclose(found.frequency, [np.sqrt(2.0), np.sqrt(2.0), 2.0], rtol=1e-9)  # sqrt(tension/length), sqrt(k/m)
-    assert solved(found.equilibrium).free == []
+    assert solved(found.equilibrium).path.free == []

@@ -104,7 +104,7 @@ def test_a_law_that_jumps_is_named_beside_the_step():
     found = solve(system.assemble(), samples=[0.0, 5.0], method="rk4", step=5e-3, unsafe_step=True)
     assert found.status == "failed"
     assert re.search(
-        r"energy account is off by .* do not resolve the motion, or a law of the user's jumps", found.message
+        r"energy balance is off by .* do not resolve the motion, or a law of the user's jumps", found.message
     )
     assert "'switch'" in found.message
     assert "`step`" in found.message

@@ -264,7 +264,7 @@ def test_an_energy_account_that_does_not_close_is_told(quick):
     assert "warning" not in quick.attrs
     run = evolvent.run("heliogyro", {**QUICK, "solver.rtol": 1e-3, "solver.atol": 1e-4})
     assert abs(run.energy_balance).max() > 1e-5
-    words = re.search(r"the energy account lacks up to (\S+) of the energy at the start", run.attrs["warning"])
+    words = re.search(r"the energy balance lacks up to (\S+) of the energy at the start", run.attrs["warning"])
     start = float(run.energy_kinetic[0] + run.energy_elastic[0])
     defect = float(abs(run.energy_balance).max()) * run.energy_balance.attrs["scale_J"]
     assert float(words[1]) == pytest.approx(defect / start, rel=0.05)
@@ -391,7 +391,7 @@ def test_a_failed_run_is_raised_with_what_was_computed(monkeypatch):
     import evolvent.solvers.drive as drive
 
     monkeypatch.setattr(drive, "ENERGY_LIMIT", 1e-30)
-    with pytest.raises(evolvent.RunFailed, match="energy account") as caught:
+    with pytest.raises(evolvent.RunFailed, match="energy balance") as caught:
         evolvent.run("heliogyro", QUICK)
     assert caught.value.run.attrs["status"] == "failed"
     assert caught.value.run.sizes["time"] > 1

@@ -26,7 +26,7 @@ def test_elastica_at_three_loads(book: Book) -> None:
     wanted = {1.0: (0.0564332363, 0.3017207738), 3.0: (0.2544201846, 0.6032534411), 10.0: (0.5549955978, 0.8106090249)}
     for load, (back, up) in wanted.items():
         k = int(np.argmin(np.abs(found.factor - 0.1 * load)))
-        assert found.factor[k] == pytest.approx(0.1 * load, rel=1e-9)
+        assert found.path.factor[k] == pytest.approx(0.1 * load, rel=1e-9)
         tip = nodes(a, found.y[k])[-1, 0]
         book(
             CHAPTER, f"Elastica, P L^2/EI = {load:g} (cable, 40 elements)", reference=f"tip {back:.8f}, {up:.8f} L",

@@ -112,9 +112,16 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observ
     return out
 
 
-def state_sums(model: Model, t: float, y: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Energies and momenta of one state: (N_INVENTORY,) float, see `evolvent.flow.inventory`."""
-    out = np.empty(N_INVENTORY)
+def sums_of(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Energies and momenta of states: (nt, N_INVENTORY) float, see `evolvent.flow.inventory`.
+
+    Parameters
+    ----------
+    t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
+    """
+    out = np.empty((t.size, N_INVENTORY))
     needs.load_explicit(model)
-    inventory(t, y, s, model, out)
+    y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
+    for k in range(t.size):
+        inventory(t[k], y[k], s[k], model, out[k])
     return out

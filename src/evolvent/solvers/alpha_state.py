@@ -32,17 +32,14 @@ LOOP = np.dtype(
     align=True,
 )  # fmt: skip
 #: Options of a run. share: of contact forces that are means over a step; newton: correction at which an iteration has
-#: converged; tolerance: 0 of fixed steps; gain: largest share of energy and work that may come from nothing; mass, span,
-#: floor: a typical mass (kg), time (s) and energy (J).
+#: converged; tolerance: 0 of fixed steps; gain: largest share of energy and work that may come from nothing; mass,
+#: span, floor: a typical mass (kg), time (s) and energy (J).
 OPTIONS = np.dtype(
     [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "share", "newton", "tolerance", "smallest",
                                      "longest", "gain", "mass", "span", "floor")]
 )  # fmt: skip
-#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from what the workspace holds.
+#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from the workspace.
 ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
-#: What a cylinder leaves at a sample: force, torque (inertial axes, at its body's origin), normal force, impulse of it,
-#: points that touch.
-N_CYLINDER = 9
 
 
 class Workspace(Struct):

@@ -11,9 +11,9 @@ import numpy as np
 
 from evolvent.jit import inlined
 
-#: Energies now. elastic: of elements, springs and threads, of which bending (of cables); coupled: of contacts, hinges
-#: and penalties, of which contact.
-ENERGIES = ("kinetic", "elastic", "bending", "coupled", "contact")
+#: Energies now. elastic: of elements, springs, threads and contacts, of which bending (of cables) and contact; coupled:
+#: of hinges and penalties.
+ENERGIES = ("kinetic", "elastic", "bending", "contact", "coupled")
 #: What came in since the start: work of loads, of drives and of spools, and what nodes brought in at their release.
 WORK = ("loads", "drives", "spools", "released")
 #: What was dissipated since the start, by causes.

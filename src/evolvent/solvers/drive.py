@@ -1,7 +1,8 @@
-"""solve(): choose a step, run a compiled loop, watch it, and say how it ended."""
+"""Explicit runs: choose a step, run the compiled loop, check the energy balance, report how it ended."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
@@ -14,13 +15,14 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.flow import needs
-from evolvent.flow.observations import state_sums
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
+from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
+from evolvent.solvers.sampled import balances
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, fastest_mode, stability_limit
 
@@ -34,23 +36,13 @@ FASTEST_MODE_LOSS = 1e-4
 ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 #: Stable steps beyond which an explicit run is refused: at a microsecond each they take hours.
 MOST_STEPS = 1e10
-#: Relative defect of the energy account at which a run has failed.
+#: Relative defect of the energy balance at which a run has failed.
 ENERGY_LIMIT = 1e-2
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
 #: What a step may be, in messages.
 STEP_ALLOWED = "a finite time above 0, or None"
 _SLICE = 0.15  # s of wall time between two looks at a running loop
-
-
-def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, start: float) -> tuple[float, float, float]:
-    """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale."""
-    out = state_sums(model, t, y, s)
-    energy = out[mdl.KINETIC] + out[mdl.ELASTIC]
-    a = y[model.info.nq + model.info.nv :]
-    booked = a[mdl.SPOOL] + a[mdl.LOAD] + a[mdl.DRIVE] + a[mdl.RELEASE] - a[mdl.DISSIPATED]
-    scale = max(start, energy, *(abs(a[k]) for k in (mdl.SPOOL, mdl.LOAD, mdl.DRIVE, mdl.DISSIPATED)))
-    return float(energy), float(energy - start - booked), float(scale)
 
 
 def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode, float]:
@@ -103,7 +95,40 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     return float(step), limit, mode
 
 
-def solve(
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """An explicit run, checked and prepared.
+
+    Attributes
+    ----------
+    assembly : Assembly, with a model of the run's own
+    times : (nt,) float, s, of the samples
+    method : {"rk4", "heun", "dopri5"}
+    step, limit : float, s, step of a fixed-step method (None of dopri5), and the largest stable one
+    rtol, atol : float, of the adaptive method
+    """
+
+    assembly: Assembly
+    times: np.ndarray
+    method: str
+    step: float | None
+    limit: float
+    rtol: float
+    atol: float
+
+    def run(self, progress: Callable[[float], None] | None = None) -> Solution:
+        """Integrate; `progress` is called with the time reached, a few times a second.
+
+        A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
+        """
+        return _Run(self).solution(progress)
+
+    def going_on(self, times: np.ndarray, y: np.ndarray, s: np.ndarray) -> Plan:
+        """The same run over other times, from another state."""
+        return dataclasses.replace(self, assembly=dataclasses.replace(self.assembly, y=y, s=s), times=times)
+
+
+def plan(
     assembly: Assembly,
     *,
     samples: Any,
@@ -111,25 +136,18 @@ def solve(
     step: float | None = None,
     rtol: float = 1e-8,
     atol: float = 1e-10,
-    progress: Callable[[float], None] | None = None,
     unsafe_step: bool = False,
-) -> Solution:
-    """Integrate an assembled model over time.
+) -> Plan:
+    """Check and prepare an explicit run.
 
     Parameters
     ----------
-    assembly : Assembly; its initial state is left as it is
+    assembly : Assembly, which is left as it is
     samples : (nt,) float, s, increasing; the first is the start, the last the end
     method : {"rk4", "heun", "dopri5"}
     step : float, s, of a fixed-step method; None chooses one from the model's highest frequency
     rtol, atol : float, of the adaptive method
-    progress : called with the time reached, a few times a second
-    unsafe_step : bool, take a step above the stability limit all the same (the energy account still watches)
-
-    Returns
-    -------
-    Solution
-        A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
+    unsafe_step : bool, take a step above the stability limit all the same (the energy balance is still checked)
 
     Raises
     ------
@@ -140,94 +158,128 @@ def solve(
         raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
     times = sample_times(samples)
     families.check(assembly, families.EXPLICIT)
-    assembly.model.flexible.cylinders["share"] = 1.0  # an implicit run may have left another one
-    try_laws(assembly, times[0], times[-1])
-    tableau = METHODS[method]
-    began = clock.perf_counter()
-    advance = _load(assembly.model, tableau, rtol=rtol, atol=atol)
-    compile_time = clock.perf_counter() - began
-    fixed = method != "dopri5"
-    model = assembly.model
-    limit = math.inf
-    if fixed:
+    own = dataclasses.replace(assembly, model=assembly.model.copy())
+    try_laws(own, times[0], times[-1])
+    duration, limit = float(times[-1] - times[0]), math.inf
+    if method != "dopri5":
         if unsafe_step and step is not None:
-            step, limit = float(step), stable_step(assembly, method, times[-1] - times[0])[1]
+            step, limit = float(step), stable_step(own, method, duration)[1]
         else:
-            step, limit, _ = choose_step(assembly, method, step, times[-1] - times[0])
+            step, limit, _ = choose_step(own, method, step, duration)
     else:
-        rtol, atol = positive("rtol", rtol), positive("atol", atol)
-        if not needs.is_flexible(model):  # of beams the fastest mode takes longer to find than a run may take
-            stable_step(assembly, method, times[-1] - times[0])
-    loop = _make_loop(assembly, times, tableau, step)
-    start, _, _ = energy_defect(model, times[0], loop.y, loop.s, 0.0)
-    status, message = "success", "the run reached its end"
-    began = clock.perf_counter()
-    budget, reached, worst = 500, times[0], 0.0
-    filled = -math.inf
-    try:
+        step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
+        if not needs.is_flexible(own.model):  # of beams the fastest mode takes longer to find than a run may take
+            stable_step(own, method, duration)
+    return Plan(own, times, method, step, limit, rtol, atol)
+
+
+def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
+    """Integrate an assembled model over time: `plan` with these options, and run it.
+
+    Raises
+    ------
+    InputError
+        As of `plan`.
+    """
+    return plan(assembly, **options).run(progress)
+
+
+class _Run:
+    """A plan that runs: its loop, the energy at its start, and the largest defect of the balance so far."""
+
+    def __init__(self, of: Plan) -> None:
+        self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
+        self.tableau = METHODS[of.method]
+        self.span = float(of.times[-1] - of.times[0])
+        began = clock.perf_counter()
+        self.advance = _load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
+        self.compile_time = clock.perf_counter() - began
+        self.loop = _make_loop(self.assembly, of.times, self.tableau, of.step)
+        first = self._balance(float(of.times[0]))
+        self.start = eb.defect(first, 0.0)  # energy, less what the accounts of the state hold already
+        self.peak, self.worst = float(eb.energy(first)), 0.0
+
+    @property
+    def reached(self) -> float:
+        """Time reached, s."""
+        return float(self.loop.clock[ex.TIME])
+
+    def _balance(self, t: float) -> Any:
+        y, s = self.loop.y[None], self.loop.s[None]
+        return balances(self.model, np.array([t]), y, s)[0]
+
+    def is_balanced(self) -> bool:
+        """Look at the energy balance of the state now."""
+        now = self._balance(self.reached)
+        self.peak = max(self.peak, float(eb.energy(now)))
+        defect = abs(float(eb.defect(now, self.start))) / max(float(eb.scale(now, self.peak)), 1e-300)
+        self.worst = defect if not defect <= self.worst else self.worst
+        return self.worst <= ENERGY_LIMIT
+
+    def solution(self, progress: Callable[[float], None] | None) -> Solution:
+        """Run to the end, or as far as the run comes."""
+        status, message = "success", "the run reached its end"
+        began = clock.perf_counter()
+        try:
+            code = self._loop(progress)
+            if code < 0 or code == ex.LOG_FULL:
+                status, message = "failed", _reason(code, self.reached, self.loop, self.plan)
+            elif not self.is_balanced():
+                status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.loop)
+            elif code == ex.STOPPED:
+                status, message = "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+        except KeyboardInterrupt:
+            status, message = "interrupted", f"interrupted at t = {self.reached:.6g} s; what was computed is kept"
+        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+            failure = law_failure(self.assembly, error, _moments(self.loop, self.tableau))
+            status, message = "failed", f"{failure}; what was computed is kept"
+        wall_time = clock.perf_counter() - began
+        codecache.mark_warm(self.plan.method)
+        loop, kept, n_events = self.loop, int(self.loop.tally[ex.SAMPLE]), int(self.loop.tally[ex.EVENTS])
+        return Solution(
+            assembly=self.assembly,
+            method=self.plan.method,
+            t=loop.samples[:kept].copy(),
+            y=loop.out_y[:kept],
+            s=loop.out_s[:kept],
+            status=status,
+            message=message,
+            statistics={
+                "steps": int(loop.tally[ex.STEPS]),
+                "rejected_steps": int(loop.tally[ex.REJECTED]),
+                "rhs_evaluations": int(loop.tally[ex.RHS]),
+                "events": n_events,
+                "step": math.nan if self.plan.step is None else self.plan.step,
+                "stability_limit": self.plan.limit,
+                "energy_defect": self.worst,
+            },
+            event_times=loop.log_t[:n_events].copy(),
+            event_kinds=loop.log_k[:n_events].copy(),
+            wall_time=wall_time,
+            compile_time=self.compile_time,
+        )
+
+    def _loop(self, progress: Callable[[float], None] | None) -> int:
+        """Call the compiled loop until it ends or the energy does not balance; returns its status code."""
+        budget, filled, adaptive = 500, -math.inf, self.plan.step is None
         while True:
             slice_began = clock.perf_counter()
             try:
-                code = advance(loop, budget)
+                code = self.advance(self.loop, budget)
             except Exception:  # of a user's law: up to where it raises, the samples are kept
-                if fixed or not _shorter(model, loop, 1e-6 * (times[-1] - times[0])):
-                    raise
-                continue
+                if adaptive and _shorter(self.model, self.loop, 1e-6 * self.span):
+                    continue
+                raise
             spent = clock.perf_counter() - slice_began
-            reached = float(loop.clock[ex.TIME])
-            if code == ex.LOG_FULL and reached - filled > CHATTER * (times[-1] - times[0]):
-                loop, filled = _grow_log(loop), reached
+            if code == ex.LOG_FULL and self.reached - filled > CHATTER * self.span:
+                self.loop, filled = _grow_log(self.loop), self.reached
             elif code != ex.BUDGET:
-                break
+                return code
             budget = max(100, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
             if progress is not None:
-                progress(reached)
-            _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
-            worst = max(worst, abs(defect) / max(scale, 1e-300))
-            if not worst <= ENERGY_LIMIT:
-                break
-        wall_time = clock.perf_counter() - began
-        if code < 0 or code == ex.LOG_FULL:
-            status, message = "failed", _reason(code, reached, loop, method, fixed)
-        else:
-            _, defect, scale = energy_defect(model, reached, loop.y, loop.s, start)
-            worst = max(worst, abs(defect) / max(scale, 1e-300))
-            if not worst <= ENERGY_LIMIT:
-                status, message = "failed", _unbalanced(assembly, worst, reached, float(loop.clock[ex.STEP]), fixed)
-            elif code == ex.STOPPED:
-                status, message = "stopped by event", f"an event stopped the run at t = {reached:.9g} s"
-    except KeyboardInterrupt:
-        wall_time = clock.perf_counter() - began
-        reached = float(loop.clock[ex.TIME])
-        status, message = "interrupted", f"interrupted at t = {reached:.6g} s; what was computed is kept"
-    except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-        wall_time = clock.perf_counter() - began
-        failure = law_failure(assembly, error, _moments(loop, tableau))
-        status, message = "failed", f"{failure}; what was computed is kept"
-    kept = int(loop.tally[ex.SAMPLE])
-    n_events = int(loop.tally[ex.EVENTS])
-    statistics = {
-        "steps": int(loop.tally[ex.STEPS]),
-        "rejected_steps": int(loop.tally[ex.REJECTED]),
-        "rhs_evaluations": int(loop.tally[ex.RHS]),
-        "events": n_events,
-        "step": float(step) if fixed and step is not None else float("nan"),
-        "stability_limit": limit,
-        "energy_defect": worst,
-    }
-    codecache.mark_warm(method)
-    return Solution(
-        t=loop.samples[:kept].copy(),
-        y=loop.out_y[:kept],
-        s=loop.out_s[:kept],
-        status=status,
-        message=message,
-        statistics=statistics,
-        event_times=loop.log_t[:n_events].copy(),
-        event_kinds=loop.log_k[:n_events].copy(),
-        wall_time=wall_time,
-        compile_time=compile_time,
-    )
+                progress(self.reached)
+            if not self.is_balanced():
+                return code
 
 
 def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.Loop:
@@ -272,12 +324,14 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"
 
 
-def _unbalanced(assembly: Assembly, worst: float, reached: float, step: float, fixed: bool) -> str:
+def _unbalanced(of: Plan, worst: float, reached: float, loop: ex.Loop) -> str:
     """What is known of a run whose energy does not balance, and what to try."""
-    smaller = f"take a smaller `step` than {step:.3g} s, or `method` dopri5" if fixed else "take a smaller `rtol`"
+    smaller = "take a smaller `rtol`"
+    if of.step is not None:
+        smaller = f"take a smaller `step` than {float(loop.clock[ex.STEP]):.3g} s, or `method` dopri5"
     return (
-        f"the energy account is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
-        f"the steps do not resolve the motion{what_may_jump(assembly)}; {smaller}"
+        f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
+        f"the steps do not resolve the motion{what_may_jump(of.assembly)}; {smaller}"
     )
 
 
@@ -324,7 +378,8 @@ def _load(model: mdl.Model, tableau: ex.Method, *, rtol: float, atol: float) -> 
     return advance
 
 
-def _reason(code: int, reached: float, loop: ex.Loop, method: str, fixed: bool) -> str:
+def _reason(code: int, reached: float, loop: ex.Loop, of: Plan) -> str:
+    method = of.method
     if code == ex.NOT_FINITE:
         worst = int(np.argmax(~np.isfinite(loop.y1)))
         return (

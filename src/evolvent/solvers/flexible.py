@@ -1,9 +1,8 @@
-"""Beams and penalties under explicit methods: what these cannot carry, the fastest mode, the account of a run."""
+"""Beams and penalties under explicit methods: their fastest mode."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sparse
@@ -11,16 +10,11 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
-from evolvent.flow.inventory import inventory
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.penalties import flexible_rates
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact_laws, hinge, rigid
-from evolvent.kernels.flexible import NODE_VECTORS, beam_energies
-
-if TYPE_CHECKING:
-    from evolvent.solvers.implicit import ImplicitSolution
-    from evolvent.solvers.solution import Solution
+from evolvent.kernels import contact_laws, rigid
+from evolvent.kernels.flexible import NODE_VECTORS
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -28,74 +22,6 @@ _DENSE = 120
 _STEP = 1e-6
 #: Depth of a contact, of the cylinder's radius, at which a law with an exponent above 1 counts.
 _DEPTH = 1e-3
-
-
-def with_account(assembly: Assembly, solution: Solution) -> ImplicitSolution:
-    """An explicit run with what the implicit method keeps of its own: ledger, contacts and bodies' wrenches at samples.
-
-    Notes
-    -----
-    Of the accounts that the method integrates (see `evolvent.model`), and of the forces at the samples. Penalties stand
-    in COUPLED, as springs in hinges do. Accelerations and multipliers are none.
-    """
-    from evolvent.solvers import alpha_state as at
-    from evolvent.solvers.implicit import ImplicitSolution
-
-    model, t, y = assembly.model, solution.t, np.ascontiguousarray(solution.y)
-    f, n_q, n_v = model.flexible, int(model.info.nq), int(model.info.nv)
-    load_explicit(model)
-    ledger = np.zeros((t.size, at.N_LEDGER))
-    cylinders, wrenches = np.zeros((t.size, f.cylinders.size, at.N_CYLINDER)), np.zeros((t.size, model.bodies.size, 6))
-    dy, total, own, scratch = np.zeros_like(assembly.y), np.empty(mdl.N_INVENTORY), np.zeros(3), np.zeros(n_v)
-    accounts = y[:, n_q + n_v :]
-    causes = accounts[:, mdl.N_ACCOUNTS :]
-    for k in range(t.size):
-        inventory(t[k], y[k], solution.s[k], model, total)
-        rhs(t[k], y[k], solution.s[k], model, dy)
-        wrenches[k] = model.bodies["F"]
-        cylinders[k, :, :6] = f.cylinders["F"]
-        cylinders[k, :, 6] = f.cylinders["normal"]
-        cylinders[k, :, 8] = f.cylinders["touching"]
-        own[:] = 0.0
-        beam_energies(y[k], model, own)
-        coupled = float(0.5 * f.joints["stiffness"] @ np.where(t[k] < f.joints["until"], f.joints["gap"], 0.0) ** 2)
-        if f.hinges.size:
-            coupled += hinge.add_hinges(y[k], model, scratch)[0]
-        ledger[k, at.KINETIC], ledger[k, at.BENDING] = total[mdl.KINETIC], own[2]
-        ledger[k, at.ELASTIC], ledger[k, at.COUPLED] = total[mdl.ELASTIC] - coupled, coupled
-        ledger[k, at.CONTACT] = f.cylinders["energy"].sum()
-    cylinders[:, :, 7] = causes[:, mdl.IMPULSE :]
-    for place, cause in (
-        (at.BY_MASS, mdl.BY_MASS),
-        (at.BY_STIFFNESS, mdl.BY_STIFFNESS),
-        (at.BY_CONTACT, mdl.BY_CONTACT),
-        (at.BY_JOINTS, mdl.BY_JOINTS),
-    ):
-        ledger[:, place] = causes[:, cause]
-    ledger[:, at.BY_SPRINGS] = accounts[:, mdl.DISSIPATED] - causes[:, : mdl.IMPULSE].sum(axis=1)
-    ledger[:, at.LOADS] = accounts[:, mdl.LOAD] + accounts[:, mdl.RELEASE]
-    ledger[:, at.DRIVES], ledger[:, at.SPOOLS] = accounts[:, mdl.DRIVE], accounts[:, mdl.SPOOL]
-    if t.size:
-        start = ledger[0, [at.KINETIC, at.ELASTIC, at.COUPLED]].sum()
-        ledger[:, at.START] = start
-        ledger[:, at.PEAK] = np.maximum.accumulate(ledger[:, [at.KINETIC, at.ELASTIC, at.COUPLED]].sum(axis=1))
-    return ImplicitSolution(
-        t=t,
-        y=y,
-        acceleration=np.zeros((t.size, n_v)),
-        la=np.zeros((t.size, f.joints.size)),
-        ledger=ledger,
-        cylinders=cylinders,
-        wrenches=wrenches,
-        status=solution.status,
-        message=solution.message,
-        statistics=dict(solution.statistics),
-        wall_time=solution.wall_time,
-        compile_time=solution.compile_time,
-        s=solution.s,
-        event_times=solution.event_times,
-        event_kinds=solution.event_kinds,
-    )
 
 
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:

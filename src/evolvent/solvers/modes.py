@@ -20,7 +20,9 @@ from evolvent.kernels.flexible import FIELD, NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.laws import law_failure
-from evolvent.solvers.static import StaticSolution, Work, places_of, solve_static
+from evolvent.solvers.solution import Solution
+from evolvent.solvers.static import solve_static
+from evolvent.solvers.static_work import Work, places_of
 
 Array = np.ndarray
 
@@ -45,13 +47,13 @@ class Modes:
     shape : (k, nv) float or complex, displacements of the velocities' coordinates
         In m, rad of a body's rotation, 1 of a beam's slopes, each per square root of kg: u^H M u = 1, M in kg and kg
         m2; the largest one is real.
-    equilibrium : StaticSolution, whose last state the modes are about
+    equilibrium : Solution, whose last state the modes are about
     assembly : Assembly
     """
 
     pole: Array
     shape: Array
-    equilibrium: StaticSolution
+    equilibrium: Solution
     assembly: Assembly = dataclasses.field(repr=False)
 
     @property
@@ -103,7 +105,7 @@ class Modes:
 def modes(
     assembly: Assembly,
     *,
-    equilibrium: StaticSolution | None = None,
+    equilibrium: Solution | None = None,
     y: Any = None,
     time: float = 0.0,
     rotating: str | Sequence[float] | None = None,
@@ -116,7 +118,7 @@ def modes(
     Parameters
     ----------
     assembly : Assembly
-    equilibrium : StaticSolution, optional, of the same assembly, whose last state is taken with its turn and time
+    equilibrium : Solution of `solve_static` for the same assembly, optional; its last state, turn and time are taken
     y : (ny,) float, state to look for the equilibrium from, where none is given; the assembly's own if left out
     time : float, s, at which loads act and feeds stand
     rotating : str or (3,) float, optional, rad/s, as of `solve_static`
@@ -134,7 +136,7 @@ def modes(
     InputError
         For arguments out of range, and what `solve_static` refuses.
     RunFailed
-        If there is no equilibrium; `run` holds the `StaticSolution`.
+        If there is no equilibrium; `run` holds the `Solution`.
 
     Notes
     -----
@@ -150,10 +152,12 @@ def modes(
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
     elif y is not None or rotating is not None:
         raise InputError("give an equilibrium, or y and rotating to find one, not both")
+    if equilibrium.path is None:
+        raise InputError(f"equilibrium is a motion by {equilibrium.method}; it must be a solution of solve_static")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
     try:
-        work = Work(assembly, equilibrium.y[-1], equilibrium.time, equilibrium.spin)
+        work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
         work.balance.la[:] = equilibrium.la[-1]
         M, C, K, G = matrices(work, damped=damped)
     except EvolventError:

@@ -19,6 +19,7 @@ from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.kernels.feed import feed
 from evolvent.solvers import alpha_energy, alpha_state
+from evolvent.solvers.balance import dissipated, energy
 
 #: Intervals in which changes of a feed's direction are looked for.
 _INTERVALS = 4096
@@ -107,12 +108,12 @@ class Releases:
         return count
 
     def resume(self, work: alpha_state.Workspace) -> int:
-        """Events at the loop's time: state, accelerations, energies and account; returns what `fire` returns.
+        """Events at the loop's time: state, accelerations, energies and balance; returns what `fire` returns.
 
         Notes
         -----
         A node that leaves goes on as its neighbour does: what its spring would do to it at once is far shorter than a
-        step. What an event brings in or takes away does not count as gained.
+        step. What an event brings in or takes away is `released` in the balance.
         """
         model, t = self.model, float(work.loop.time)
         before = model.flexible.switches.copy()
@@ -124,29 +125,27 @@ class Releases:
             at, was, now = int(row["iv"]) - n_q, int(before[p]), int(model.flexible.switches[p])
             for i in range(was, now):
                 k = at + 3 * i
-                work.v1[:2, k : k + 3] = work.v1[:2, k - 3 : k] if i > 0 else 0.0
+                for values in (work.a1, work.dv1):
+                    values[k : k + 3] = values[k - 3 : k] if i > 0 else 0.0
             for i in range(now, was):
-                work.v1[:2, at + 3 * i : at + 3 * i + 3] = 0.0
+                work.a1[at + 3 * i : at + 3 * i + 3] = 0.0
+                work.dv1[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
         residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
         work.loads1 = model.flexible.P
-        ledger = work.ledger
-        energy = [alpha_state.KINETIC, alpha_state.ELASTIC, alpha_state.COUPLED]
-        had = ledger[energy].sum()
+        had = energy(work.balance)
         alpha_energy.fill_energies(t, model, work)
-        loop.start_energy += ledger[energy].sum() - had
-        loop.peak_energy = max(loop.peak_energy, ledger[energy].sum())
+        work.balance.released += energy(work.balance) - had
+        work.loop.peak_energy = max(work.loop.peak_energy, energy(work.balance))
         work.loop.stale = 1
         return count
 
 
-def book_accounts(model: mdl.Model, out_y: np.ndarray, ledger: np.ndarray) -> None:
-    """Write what the ledger holds into the accounts of the states, where explicit methods have it."""
-    first = int(model.info.nq + model.info.nv)
-    out_y[:, first + mdl.DISSIPATED] = ledger[:, alpha_state.BY_MASS : alpha_state.BY_SPRINGS + 1].sum(axis=1)
-    out_y[:, first + mdl.SPOOL] = ledger[:, alpha_state.SPOOLS]
-    out_y[:, first + mdl.LOAD] = ledger[:, alpha_state.LOADS]
-    out_y[:, first + mdl.DRIVE] = ledger[:, alpha_state.DRIVES]
+def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:
+    """Write what an energy balance holds into the accounts of states (nt, ny), where explicit methods have it."""
+    accounts = y[:, int(model.info.nq + model.info.nv) :]
+    accounts[:, mdl.DISSIPATED], accounts[:, mdl.SPOOL] = dissipated(balance), balance.spools
+    accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE] = balance.loads, balance.drives
 
 
 def reason_of_outrun(reached: float) -> str:

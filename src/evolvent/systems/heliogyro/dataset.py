@@ -16,9 +16,8 @@ if TYPE_CHECKING:
 
     from evolvent.builder import Assembly
     from evolvent.solvers import Solution
-    from evolvent.solvers.implicit import ImplicitSolution
 
-#: Share of the energy at the start that its account may lack without a warning.
+#: Share of the energy at the start that its balance may lack without a warning.
 LARGEST_DEFECT = 1e-5
 
 
@@ -42,9 +41,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     return found
 
 
-def dataset_of(
-    case: Case, assembly: Assembly, solution: Solution | ImplicitSolution, laws: Mapping[str, Any]
-) -> xr.Dataset:
+def dataset_of(case: Case, assembly: Assembly, solution: Solution, laws: Mapping[str, Any]) -> xr.Dataset:
     """The run as a Dataset."""
     import xarray as xr
 
@@ -132,37 +129,38 @@ def dataset_of(
 
 
 def _energies_and_momenta(
-    case: Case, solution: Solution | ImplicitSolution, inventory: np.ndarray, at: int, laws: Mapping[str, Any]
+    case: Case, solution: Solution, inventory: np.ndarray, at: int, laws: Mapping[str, Any]
 ) -> dict[str, xr.Variable]:
     """Energies, momenta and their balances."""
     from evolvent import model as mdl
     from evolvent.results import variable
+    from evolvent.solvers import balance as eb
 
-    time = ("time",)
-    booked = solution.y[:, at:] - solution.y[0, at:]
-    kinetic, elastic = inventory[:, mdl.KINETIC], inventory[:, mdl.ELASTIC]
-    energy = kinetic + elastic
-    gained = booked[:, mdl.SPOOL] + booked[:, mdl.LOAD] + booked[:, mdl.DRIVE] + booked[:, mdl.RELEASE]
-    defect = energy - energy[0] - gained + booked[:, mdl.DISSIPATED]
-    largest = max(float(energy.max()), float(np.abs(booked[:, : mdl.JUMP_ANGULAR]).max()), 1e-300)
+    time, rows = ("time",), solution.balance
+    dissipated = eb.dissipated(rows) - eb.dissipated(rows[0])
+    work = {name: rows[name] - rows[name][0] for name in eb.WORK}
+    largest = max(float(np.abs(values).max()) for values in (solution.energy, dissipated, *work.values()))
+    largest = max(largest, 1e-300)
     body, thread, wound = (inventory[:, k : k + 3] for k in (mdl.H_BODY, mdl.H_RELEASED, mdl.H_WOUND))
     total = body + thread + (wound if case.carried else 0.0)
-    jumps = booked[:, mdl.JUMP_ANGULAR : mdl.JUMP_ANGULAR + 3]
+    jumps = solution.y[:, at + mdl.JUMP_ANGULAR :][:, :3] - solution.y[0, at + mdl.JUMP_ANGULAR :][:3]
     J, H = "J", "kg m2 s-1"
     data = {
-        "energy_kinetic": variable(time, kinetic, J, "kinetic energy of all that the model moves"),
-        "energy_elastic": variable(time, elastic, J, "strain energy of the segments"),
-        "energy_dissipated": variable(time, booked[:, mdl.DISSIPATED], J, "energy dissipated so far"),
-        "energy_released": variable(
-            time, booked[:, mdl.RELEASE], J, "energy that nodes brought in at their release so far"
-        ),
+        "energy_kinetic": variable(time, rows.kinetic, J, "kinetic energy of all that the model moves"),
+        "energy_elastic": variable(time, rows.elastic, J, "strain energy of the segments"),
+        "energy_dissipated": variable(time, dissipated, J, "energy dissipated so far"),
+        "energy_released": variable(time, work["released"], J, "energy that nodes brought in at their release so far"),
         "spool_work": variable(
-            time, booked[:, mdl.SPOOL], J, "work of the spools on the thread so far, negative where they hold it back"
+            time, work["spools"], J, "work of the spools on the thread so far, negative where they hold it back"
         ),
-        "load_work": variable(time, booked[:, mdl.LOAD], J, "work of the loads so far"),
-        "drive_work": variable(time, booked[:, mdl.DRIVE], J, "work of what drives the body so far"),
+        "load_work": variable(time, work["loads"], J, "work of the loads so far"),
+        "drive_work": variable(time, work["drives"], J, "work of what drives the body so far"),
         "energy_balance": variable(
-            time, defect / largest, "1", "what the energy account lacks, over the largest energy", scale_J=largest
+            time,
+            solution.energy_defect / largest,
+            "1",
+            "what the energy balance lacks, over the largest energy",
+            scale_J=largest,
         ),
         "angular_momentum": variable(time, total[:, 2], H, "angular momentum about Z of all that the model moves"),
         "angular_momentum_body": variable(time, body[:, 2], H, "angular momentum about Z of the body"),
@@ -186,7 +184,7 @@ def _energies_and_momenta(
             time,
             lost / scale if scale > 0.0 else lost,
             "1",
-            "what the account of angular momentum lacks, over the start",
+            "what the balance of angular momentum lacks, over the start",
         )
     return data
 
@@ -272,11 +270,11 @@ def _wraps(case: Case, spool: np.ndarray) -> str:
 
 
 def _lacks(run: xr.Dataset) -> str:
-    """A sentence on an energy account that does not close; '' if it does."""
+    """A sentence on an energy balance that does not close; '' if it does."""
     energy = (run.energy_kinetic + run.energy_elastic).values
     scale = float(run.energy_balance.attrs["scale_J"])
     lacks = scale * float(np.abs(run.energy_balance.values).max()) / (float(energy[0]) or scale)
     if lacks <= LARGEST_DEFECT:
         return ""
     smaller = "solver.rtol" if run.attrs["solver"] == "dopri5" else "solver.step"
-    return f"the energy account lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"
+    return f"the energy balance lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from evolvent.builder import Assembly
     from evolvent.solvers import Solution
-    from evolvent.solvers.implicit import ImplicitSolution
 
 
 #: Laws of the user's that `run` knows how to place.
@@ -66,7 +65,7 @@ def run(
             raise InputError(f"no law is called {name!r}; {nearest(str(name), LAWS)}")
     assembly, samples, step = _prepared(case, laws)
     solver = case.solver
-    solution: Solution | ImplicitSolution
+    solution: Solution
     keys = cases.solver_keys(case)
     with naming_keys(keys):
         if solver.method == "generalized-alpha":

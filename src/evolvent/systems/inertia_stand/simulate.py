@@ -280,7 +280,7 @@ def _account(
         "energy_kinetic": variable(time, kinetic, "J", "kinetic energy"),
         "energy_elastic": variable(time, potential, "J", "energy of the springs and of gravity above that at rest"),
         "energy_dissipated": variable(time, dissipated, "J", "energy dissipated so far"),
-        "energy_balance": variable(time, balance, "1", "what the energy account lacks, over the largest energy"),
+        "energy_balance": variable(time, balance, "1", "what the energy balance lacks, over the largest energy"),
     }
     t = (len(states) - 1) / item.case.sensors.rate
     method = item.case.solver.method
@@ -297,7 +297,7 @@ def _account(
         )
     elif worst > ENERGY_LIMIT:
         status = "failed"
-        message = f"the energy account is off by {worst:.2g} of the motion's energy by t = {t:.6g} s; {advice}"
+        message = f"the energy balance is off by {worst:.2g} of the motion's energy by t = {t:.6g} s; {advice}"
     elif worst > ENERGY_TOLD:
         what = "takes" if balance[-1] < 0.0 else "adds"
         data["energy_balance"].attrs["warning"] = (

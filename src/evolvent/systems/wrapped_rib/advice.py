@@ -21,7 +21,7 @@ STIFFNESS_OFF = 0.05
 #: Depth, of the hub's radius, to which a rib may sink into it without a warning.
 SUNK_TOLD = 0.01
 #: Share of RK4's stability limit that an explicit method takes of itself. Where the last bit of a rib whips onto the
-#: hub, dissipation makes the contact stiffer: 0.42 loses the energy account there, 0.2 keeps it within 0.6 % of the
+#: hub, dissipation makes the contact stiffer: 0.42 loses the energy balance there, 0.2 keeps it within 0.6 % of the
 #: energy, 0.1 within 0.1 %.
 SHARE = 0.1
 #: Depth of a contact, of the hub's radius, at which a law with an exponent above 1 counts under explicit methods.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.builder import Assembly
-    from evolvent.solvers.implicit import ImplicitSolution
+    from evolvent.solvers import Solution
 
 #: What takes energy out of a run.
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
@@ -46,7 +46,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 
 def dataset_of(
-    case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution, peaks: tuple[np.ndarray, np.ndarray]
+    case: Case, begin: Start, assembly: Assembly, solution: Solution, peaks: tuple[np.ndarray, np.ndarray]
 ) -> xr.Dataset:
     """The run as a Dataset."""
     import xarray as xr
@@ -140,7 +140,7 @@ def dataset_of(
 
 
 def _contact(
-    case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution, motion: Motion, R: np.ndarray
+    case: Case, begin: Start, assembly: Assembly, solution: Solution, motion: Motion, R: np.ndarray
 ) -> dict[str, xr.Variable]:
     """Contact of the ribs with the hub, and of the turns with one another."""
     from evolvent.results import variable
@@ -189,9 +189,7 @@ def _pressed(case: Case, begin: Start, motion: Motion, R: np.ndarray) -> dict[st
     }
 
 
-def _turns(
-    case: Case, assembly: Assembly, solution: ImplicitSolution, motion: Motion, R: np.ndarray
-) -> dict[str, xr.Variable]:
+def _turns(case: Case, assembly: Assembly, solution: Solution, motion: Motion, R: np.ndarray) -> dict[str, xr.Variable]:
     """Contact of the turns with one another, where it is switched on."""
     from evolvent.results import variable
 
@@ -211,7 +209,7 @@ def _turns(
 
 
 def _turn_forces(
-    case: Case, assembly: Assembly, solution: ImplicitSolution, motion: Motion, R: np.ndarray, rows: list[int]
+    case: Case, assembly: Assembly, solution: Solution, motion: Motion, R: np.ndarray, rows: list[int]
 ) -> np.ndarray:
     """Normal forces (nt, ribs, elements) of the elements on the turns below, N, evaluated at every sample."""
     from evolvent.flow import needs

@@ -14,39 +14,34 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.builder import Assembly
-    from evolvent.solvers.implicit import ImplicitSolution
+    from evolvent.solvers import Solution
 
 
-def energies_and_momenta(
-    case: Case, assembly: Assembly, solution: ImplicitSolution, motion: Motion
-) -> dict[str, xr.Variable]:
-    """Energies, what takes them, momenta."""
+def energies_and_momenta(case: Case, assembly: Assembly, solution: Solution, motion: Motion) -> dict[str, xr.Variable]:
+    """Energies, what dissipates them, momenta."""
     from evolvent.results import variable
-    from evolvent.solvers import alpha_state as at
+    from evolvent.solvers import balance as eb
 
-    ledger = solution.ledger
-    kinetic, contact = ledger[:, at.KINETIC], ledger[:, at.CONTACT]
-    elastic = ledger[:, at.ELASTIC] - contact
-    bending = ledger[:, at.BENDING]
+    rows = solution.balance
+    kinetic, contact, coupled = rows.kinetic, rows.contact, rows.coupled
+    elastic, bending = rows.elastic - contact, rows.bending
     if case.rib.formulation == "cable_stretch":
         bending = _stretch_bending(case, motion)
     elif case.rib.vectors == 4:
         bending = _bending(assembly, motion)
-    work = ledger[:, at.LOADS] + ledger[:, at.DRIVES]
-    gained = solution.gained
+    work, gained = eb.work(rows), solution.energy_defect
     taken = np.stack(
         [
-            ledger[:, at.BY_MASS],
-            ledger[:, at.BY_STIFFNESS],
-            ledger[:, at.BY_CONTACT],
-            ledger[:, at.BY_FRICTION],
-            ledger[:, at.BY_JOINTS] + ledger[:, at.BY_SPRINGS],
+            rows.by_mass,
+            rows.by_stiffness,
+            rows.by_contact,
+            rows.by_friction,
+            rows.by_joints + rows.by_springs,
             -gained,
         ],
         axis=1,
     )
-    stored = kinetic + ledger[:, at.ELASTIC] + ledger[:, at.COUPLED]
-    largest = max(float(stored.max()), float(np.abs(work).max()), 1e-300)
+    largest = max(float(solution.energy.max()), float(np.abs(work).max()), 1e-300)
     linear, angular = _momenta(case, assembly, motion)
     time, axis = ("time",), ("time", "axis")
     return {
@@ -55,16 +50,14 @@ def energies_and_momenta(
         "energy_membrane": variable(time, elastic - bending, "J", "strain energy of all but bending"),
         "energy_bending": variable(time, bending, "J", "strain energy of bending"),
         "energy_contact": variable(time, contact, "J", "energy of the contacts' springs"),
-        "energy_joints": variable(
-            time, ledger[:, at.COUPLED], "J", "energy of springs in the hinges, and of penalties"
-        ),
+        "energy_joints": variable(time, coupled, "J", "energy of springs in the hinges, and of penalties"),
         "energy_dissipated": variable(("time", "cause"), taken, "J", "energy taken so far, by what takes it"),
         "work_external": variable(time, work, "J", "work of the drive so far"),
         "energy_balance": variable(
             time,
             gained / largest,
             "1",
-            "what the account has gained over the largest energy; below zero, damping by the method itself",
+            "what the energy balance has gained over the largest energy; below zero, damping by the method itself",
             scale_J=largest,
         ),
         "linear_momentum": variable(axis, linear, "kg m s-1", "linear momentum of ribs and a free hub"),

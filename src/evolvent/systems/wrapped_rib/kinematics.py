@@ -11,7 +11,7 @@ from evolvent.systems.wrapped_rib.start import Start, hermite
 
 if TYPE_CHECKING:
     from evolvent.builder import Assembly
-    from evolvent.solvers.implicit import ImplicitSolution
+    from evolvent.solvers import Solution
 
 
 class Motion(NamedTuple):
@@ -26,7 +26,7 @@ class Motion(NamedTuple):
     angle: np.ndarray
 
 
-def motion_of(case: Case, begin: Start, assembly: Assembly, solution: ImplicitSolution) -> Motion:
+def motion_of(case: Case, begin: Start, assembly: Assembly, solution: Solution) -> Motion:
     """Motion of ribs and hub in a solution."""
     model, y, t = assembly.model, solution.y, solution.t
     k = case.rib.vectors

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.builder import Assembly
-    from evolvent.solvers.implicit import ImplicitSolution
+    from evolvent.solvers import Solution
 
 #: Largest number of steps of a fixed length that a run may take.
 MOST_STEPS = 100_000_000
@@ -134,14 +134,12 @@ def run(
     every, kept = _with_whip(case, samples)
     solution = _solved(case, assembly, every, progress)
     if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
-        solution = _at_start(solution, assembly, samples)
+        solution = _at_start(solution, samples)
     peaks = _peaks(case, motion_of(case, begin, assembly, solution), solution.t)
     return dataset_of(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
 
 
-def _solved(
-    case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
-) -> ImplicitSolution:
+def _solved(case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None) -> Solution:
     """The motion by the case's method, its message in the words of the case."""
     keys = cases.solver_keys(case) | KEYS
     with naming_keys(keys):
@@ -151,7 +149,7 @@ def _solved(
 
 def _by_method(
     case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
-) -> ImplicitSolution:
+) -> Solution:
     """The motion by the case's method."""
     solver = case.solver
     step = None if solver.step == "auto" else float(solver.step)
@@ -169,16 +167,13 @@ def _by_method(
     from evolvent import codecache
     from evolvent.solvers import solve
     from evolvent.solvers.drive import METHODS, choose_step
-    from evolvent.solvers.flexible import with_account
     from evolvent.solvers.stability import stability_limit
 
     if step is None:
         duration = float(samples[-1])
         own, _, mode = choose_step(assembly, solver.method, None, duration)
         step = min(own, advice.SHARE * stability_limit(METHODS["rk4"], mode, duration))
-    solution = with_account(
-        assembly, solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
-    )
+    solution = solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
     codecache.mark_warm(_compiled(solver.method))
     message = solution.message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
     statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
@@ -203,15 +198,11 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return times[order], order < samples.size
 
 
-def _thinned(solution: ImplicitSolution, kept: np.ndarray) -> ImplicitSolution:
+def _thinned(solution: Solution, kept: np.ndarray) -> Solution:
     """The samples that are kept, and the last one."""
     chosen = kept.copy()
     chosen[-1] = True
-    found: dict[str, Any] = {
-        name: getattr(solution, name)[chosen]
-        for name in ("t", "y", "acceleration", "la", "ledger", "cylinders", "wrenches")
-    }
-    return dataclasses.replace(solution, **found)
+    return solution.chosen(chosen)
 
 
 def _peaks(case: Case, motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -221,10 +212,11 @@ def _peaks(case: Case, motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np
     return speed[at, np.arange(case.rib.count)], time[at]
 
 
-def _at_start(solution: ImplicitSolution, assembly: Assembly, samples: np.ndarray) -> ImplicitSolution:
+def _at_start(solution: Solution, samples: np.ndarray) -> Solution:
     """A solution that holds its start alone."""
-    found: dict[str, Any] = {"t": samples[:1], "y": assembly.y[None].copy()}
-    for name in ("acceleration", "la", "ledger", "cylinders", "wrenches"):
-        values = getattr(solution, name)
-        found[name] = np.zeros((1, *values.shape[1:]))
-    return dataclasses.replace(solution, **found)
+    from evolvent.solvers.sampled import empty
+
+    assembly = solution.assembly
+    y, s = assembly.y[None].copy(), assembly.s[None].copy()
+    kept = None if solution.kept is None else empty(assembly.model, 1)
+    return dataclasses.replace(solution, t=samples[:1], y=y, s=s, kept=kept)

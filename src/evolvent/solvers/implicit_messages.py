@@ -1,0 +1,80 @@
+"""Why an implicit run ended before its end: what happened, where, when, and what to try."""
+
+from __future__ import annotations
+
+from evolvent.builder import Assembly
+from evolvent.families import owner
+from evolvent.kernels import contact_laws
+from evolvent.kernels.sparse import SparseBlocks
+from evolvent.solvers import alpha_state, ordering
+from evolvent.solvers import balance as eb
+from evolvent.solvers.laws import what_may_jump
+
+
+def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
+    """Which joints repeat what others say."""
+    rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
+    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
+    return (
+        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already say what "
+        f"{len(rows)} of its constraints say"
+    )
+
+
+def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly: Assembly) -> str:
+    """What happened, where, when, and what to try."""
+    t = float(work.loop.time)
+    h = step if step is not None else float(work.loop.step)
+    smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
+    if code == alpha_state.NO_CONVERGENCE:
+        met = work.loop.contact_set != 0 or work.loop.touched != 0
+        touching = " with contact" if met else ""
+        jumps = _jumping(assembly)
+        why = law = ""
+        if jumps:
+            why = (
+                f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
+                f"need fit: outside there is no force and it would lie inside, inside the whole force throws it out"
+            )
+            law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
+        elif met:
+            law = "a softer contact"
+        if step is None:  # only the smallest of steps is given up
+            smaller = "look at the last samples" if not law else "take"
+        joined = "" if not law else " " if step is None else ", " if jumps else ", or "
+        return (
+            f"Newton's method found no solution of the step of {h:.3g} s that begins at t = {t:.6g} s{touching}{why}"
+            f"{what_may_jump(assembly)}; "
+            f"{smaller}{joined}{law}"
+        )
+    if code == alpha_state.NOT_FINITE:
+        return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s; {smaller}"
+    if code in (alpha_state.SINGULAR, alpha_state.REDUNDANT):
+        return (
+            f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "
+            f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
+        )
+    scale = float(eb.scale(work.balance, work.loop.peak_energy)) + float(work.options.floor)
+    share = float(work.loop.largest_gain) / max(scale, 1e-300)
+    return (
+        f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
+        f"{float(work.options.gain):.2g}: the step of {h:.3g} s does not resolve the motion or a contact"
+        f"{what_may_jump(assembly)}; {smaller}, or a lower `spectral_radius`"
+    )
+
+
+def stalled(t: float, steps: int, time: float, rest: float) -> str:
+    """Why a run of ever smaller steps was ended at t."""
+    return (
+        f"by t = {t:.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the mean, that the rest "
+        f"would take {rest:.1e} of them: what moves so fast or is so stiff there must be damped less by velocity "
+        f"(`stiffness_damping`), touch more softly, or take a greater `tolerance` or a fixed `step`"
+    )
+
+
+def _jumping(assembly: Assembly) -> str:
+    """Names of the cylinders whose force jumps at the touch."""
+    cylinders = assembly.model.flexible.cylinders
+    some = (cylinders["law"] == contact_laws.PAPER) & (cylinders["damping"] > 0.0)
+    names = [name for name, (family, k) in assembly.names.items() if family == "cylinders" and some[k]]
+    return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")

@@ -1,0 +1,185 @@
+"""What an implicit or static run is set up with: room for the tangent, sizes of the unknowns, options, workspace."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.families import owner
+from evolvent.flow.powers import N_POWERS
+from evolvent.kernels import contact_laws, joint, rigid
+from evolvent.kernels.flexible import CABLE, NODE_VECTORS
+from evolvent.kernels.layers import UNKNOWN
+from evolvent.kernels.sparse import SparseBlocks
+from evolvent.pointer import zeros_record
+from evolvent.solvers import alpha_state, graph, ordering
+from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.releases import release_times
+from evolvent.solvers.sampled import empty
+
+#: Redundant rows of joints that can be named.
+MOST_REDUNDANT = 64
+#: What a joint may be off at the start, beside the size of the system and its speed.
+_FITS = 1e-6
+
+
+def matrix_of(model: mdl.Model, *, spare: int | None = None) -> SparseBlocks:
+    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need."""
+    layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
+    inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+    if spare is None:
+        spare = min(model.flexible.joints.size, MOST_REDUNDANT)
+    return ordering.matrix_of(graph.pattern_of(model), spare=spare, inner=inner)
+
+
+def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
+    """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg)."""
+    model = assembly.model
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    flexible = model.flexible
+    weight = np.ones(n_v)
+    places = [np.zeros(3)] if not flexible.beams.size else []
+    masses = []
+    linear = []
+    for beam in flexible.beams:
+        size = 3 * NODE_VECTORS[beam["kind"]]
+        first = beam["iv"] - n_q
+        for i in range(beam["nodes"]):
+            linear.append(first + i * size)
+            places.append(assembly.y[beam["iq"] + i * size :][:3])
+        element = flexible.elements[beam["first_element"]]
+        pool = flexible.M12 if beam["kind"] == CABLE else flexible.M24
+        masses.append(2.0 * pool[element["mass"]][0, 0])
+    for row in model.threads:
+        linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
+        places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
+    masses += model.nodes["mass"].tolist()
+    for point in model.points:
+        linear.append(point["iv"] - n_q)
+        places.append(assembly.y[point["iq"] :][:3])
+        masses.append(point["mass"])
+    for body in model.bodies:
+        places.append(body["x"])
+        if body["motion"] == rigid.FREE:
+            linear.append(body["iv"] - n_q)
+            masses.append(body["mass"])
+        elif body["motion"] == rigid.SPIN:
+            masses.append(body["spin_inertia"])
+    spread = np.ptp(np.array(places), axis=0)
+    length = float(np.linalg.norm(spread)) or 1.0
+    for at in linear:
+        weight[at : at + 3] = length
+    return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
+
+
+def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
+    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
+    flexible, info = assembly.model.flexible, assembly.model.info
+    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
+    strained = sum(
+        abs(
+            float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])
+        )
+        for element in flexible.elements
+    )
+    return 1e-9 * (lifted + strained)
+
+
+def check_start(assembly: Assembly, t: float) -> None:
+    """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
+    model, y = assembly.model, assembly.y.copy()
+    joints = model.flexible.joints
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
+    speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
+    rigid.kinematics(t, y, model)
+    for k in range(joints.size):
+        if joints["stiffness"][k] > 0.0 or not joint.holds(t, joints, k):
+            continue
+        joint.joint_geometry(t, y, k, model)
+        gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
+        unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE) else " m"
+        if not abs(gap) <= _FITS * length:
+            raise InputError(
+                f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"move what it joins, or its feed"
+            )
+        if not abs(rate) <= _FITS * speed:
+            raise InputError(
+                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: what it holds together "
+                f"parts at {rate:.6g}{unit}/s; give velocities that keep it"
+            )
+
+
+def clear_history(model: mdl.Model) -> None:
+    """Forget what a run leaves in its model: contacts before the step, friction, latches."""
+    f = model.flexible
+    f.contact_points["gap"], f.contact_points["carrier"] = np.inf, UNKNOWN
+    f.contact_points["stick"] = 0.0
+    f.contact_points["drag"] = 0.0
+    f.hinges["latched"] = 0.0
+
+
+def options_of(rho: float, **given: float) -> np.record:
+    """Options of a run by the spectral radius at infinite frequency (see `evolvent.solvers.alpha`)."""
+    alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    beta, gamma = 1.0 / (1.0 + rho) ** 2, 2.0 / (1.0 + rho) - 0.5
+    share = (1.0 - alpha_m) / (2.0 * beta * (1.0 - alpha_f))
+    found: np.record = zeros_record(
+        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, share=share, **given
+    )
+    return found
+
+
+def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> alpha_state.Workspace:
+    """The loop's workspace at the start of a run; the model's history is cleared.
+
+    Parameters
+    ----------
+    times : (nt,) float, s, of the samples
+    weight : (nv,) float, size of each unknown that counts as 1
+    """
+    model = assembly.model
+    n_v, n_j, n_c = int(model.info.nv), model.flexible.joints.size, model.flexible.cylinders.size
+    beam_loads = model.flexible.beam_loads
+    ends = [beam_loads["start"] + beam_loads["ramp"], model.breaks, release_times(assembly, times[0], times[-1])]
+    stops = np.unique(np.concatenate(ends))
+    stops = stops[(stops > times[0]) & (stops < times[-1])]
+    clear_history(model)
+    cylinders = model.flexible.cylinders
+    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options.share, 1.0)
+    step = options.span if options.tolerance == 0.0 else 0.1 * options.span
+    loop = zeros_record(
+        alpha_state.LOOP, time=times[0], step=step, last_step=step, quality=1.0, event_step=np.inf, stale=1
+    )
+    states = {name: assembly.y.copy() for name in ("y", "y0", "spare")}
+    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads", "w", "g") for end in "01"}
+    out = empty(model, times.size)
+    return alpha_state.Workspace(
+        options=options,
+        loop=loop,
+        balance=zeros_record(BALANCE),
+        **states,
+        **pairs,
+        la=np.zeros(n_j),
+        la0=np.zeros(n_j),
+        dq=np.zeros(n_v),
+        r=np.zeros(n_v + n_j),
+        x=np.zeros(n_v + n_j),
+        weight=weight,
+        powers=np.zeros((2, N_POWERS)),
+        gaps=np.zeros(n_j),
+        energies=np.zeros(3),
+        impulse=np.zeros(n_c),
+        kept=np.full(12, np.nan),
+        samples=times.copy(),
+        stops=stops,
+        out_y=np.zeros((times.size, assembly.y.size)),
+        out_a=out.acceleration,
+        out_la=out.la,
+        out_balance=out.balance.view(np.ndarray),
+        out_cylinders=out.cylinders,
+        out_bodies=out.wrenches,
+    )

@@ -1,0 +1,111 @@
+"""What follows from the states of a run at its samples: energy balance, momenta, forces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.flow.needs import load_explicit
+from evolvent.flow.observations import sums_of
+from evolvent.flow.rhs import rhs
+from evolvent.kernels import hinge
+from evolvent.kernels.flexible import beam_energies
+from evolvent.solvers import balance as eb
+from evolvent.solvers.solution import Momentum, Sampled
+
+Array = np.ndarray
+#: Numbers of a cylinder at a sample (see `Sampled`).
+N_CYLINDER = 9
+
+
+def empty(model: mdl.Model, size: int) -> Sampled:
+    """Room for `size` samples."""
+    f = model.flexible
+    return Sampled(
+        np.zeros((size, int(model.info.nv))),
+        np.zeros((size, f.joints.size)),
+        eb.records(size),
+        np.zeros((size, f.cylinders.size, N_CYLINDER)),
+        np.zeros((size, model.bodies.size, 6)),
+    )
+
+
+def balances(model: mdl.Model, t: Array, y: Array, s: Array) -> Any:
+    """Energy balances of an explicit method's states, from their accounts; energies of joints count as elastic.
+
+    Parameters
+    ----------
+    t, y, s : (nt,), (nt, ny), (nt, ns)
+
+    Returns
+    -------
+    (nt,) records of `evolvent.solvers.balance`
+    """
+    found, sums = eb.records(t.size), sums_of(model, t, y, s)
+    accounts = y[:, int(model.info.nq + model.info.nv) :]
+    found.kinetic, found.elastic = sums[:, mdl.KINETIC], sums[:, mdl.ELASTIC]
+    found.loads, found.drives = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
+    found.spools, found.released = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
+    found.by_springs = accounts[:, mdl.DISSIPATED]
+    if model.flexible.beams.size:
+        causes = accounts[:, mdl.N_ACCOUNTS :]
+        found.by_mass, found.by_stiffness = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
+        found.by_contact, found.by_joints = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
+        found.by_springs -= causes[:, : mdl.IMPULSE].sum(axis=1)
+    return found
+
+
+def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
+    """Evaluate the states of an explicit run.
+
+    Notes
+    -----
+    Energies of penalties and hinges stand in `coupled`. Normal impulses are those that the method integrates.
+    """
+    model, f = assembly.model, assembly.model.flexible
+    y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    found = empty(model, t.size)
+    found.balance[:] = balances(model, t, y, s)
+    load_explicit(model)
+    dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
+    penalty = f.joints["stiffness"] > 0.0
+    for k in range(t.size):
+        rhs(t[k], y[k], s[k], model, dy)
+        found.acceleration[k] = dy[n_q : n_q + n_v]
+        found.wrenches[k] = model.bodies["F"]
+        held = penalty & (t[k] < f.joints["until"])
+        gap, rate = np.where(held, f.joints["gap"], 0.0), np.where(held, f.joints["rate"], 0.0)
+        found.la[k] = np.where(penalty, f.joints["stiffness"] * gap + f.joints["damping"] * rate, np.nan)
+        coupled = float(0.5 * f.joints["stiffness"] @ gap**2)
+        if f.beams.size:
+            own[:] = 0.0
+            beam_energies(y[k], model, own)
+            found.balance.bending[k] = own[2]
+            found.cylinders[k, :, :6] = f.cylinders["F"]
+            found.cylinders[k, :, 6] = f.cylinders["normal"]
+            found.cylinders[k, :, 8] = f.cylinders["touching"]
+            found.balance.contact[k] = f.cylinders["energy"].sum()
+        if f.hinges.size:
+            coupled += hinge.add_hinges(y[k], model, scratch)[0]
+        found.balance.coupled[k] = coupled
+        found.balance.elastic[k] -= coupled
+    if f.cylinders.size:
+        found.cylinders[:, :, 7] = y[:, n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE :]
+    return found
+
+
+def momentum(assembly: Assembly, t: Array, y: Array, s: Array) -> Momentum:
+    """Momenta of the states of any run, and what its events brought in."""
+    model = assembly.model
+    sums, accounts = sums_of(model, t, y, s), y[:, int(model.info.nq + model.info.nv) :]
+    parts = (mdl.H_BODY, mdl.H_RELEASED, mdl.H_CARRIED)
+    return Momentum(
+        linear=sums[:, mdl.P_ALL : mdl.P_ALL + 3],
+        angular=np.sum([sums[:, k : k + 3] for k in parts], axis=0),
+        jumps_linear=accounts[:, mdl.JUMP_LINEAR : mdl.JUMP_LINEAR + 3],
+        jumps_angular=accounts[:, mdl.JUMP_ANGULAR : mdl.JUMP_ANGULAR + 3],
+    )

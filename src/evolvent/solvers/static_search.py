@@ -1,0 +1,319 @@
+"""The search for equilibria: load steps, slides down the energy, steps along an arc."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels import loads, springs
+from evolvent.solvers import balance as eb
+from evolvent.solvers import equilibrium as eq
+from evolvent.solvers.sampled import empty
+from evolvent.solvers.solution import Path, Solution
+from evolvent.solvers.static_work import Work, add_turn
+
+Array = np.ndarray
+
+#: Iterations of one step, and of a slide to an equilibrium.
+MOST_ITERATIONS, MOST_SLIDES = 25, 2000
+#: Load step below which there is no going on, and the first one.
+SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
+#: Load step above which none is accepted in which a slope turns by more than a right angle: it has turned over.
+CAREFUL = 1e-3
+
+
+class Search:
+    """The path so far, and how it goes on."""
+
+    def __init__(self, work: Work, tolerance: float, most: int, progress: Callable[[float], None] | None) -> None:
+        self.work, self.tolerance, self.most, self.progress = work, tolerance, most, progress
+        self.kept: list[tuple[Any, ...]] = []
+        self.status, self.message = "success", "the whole load is carried"
+        self.reached, self.steps, self.rejected, self.slides = 0.0, 0, 0, 0
+        self.worst = 1.0
+        self.free: list[str] = []
+        self.unstable = -1
+
+    # ------------------------------------------------------------------------------------------ one step
+
+    def _balance(self, factor: float, share: float = 1.0) -> int:
+        w = self.work
+        return int(
+            eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
+        )
+
+    def _state(self) -> tuple[Array, Array, Array]:
+        b = self.work.balance
+        return b.y.copy(), b.la.copy(), b.before.copy()
+
+    def _back(self, state: tuple[Array, Array, Array]) -> None:
+        b = self.work.balance
+        b.y[:], b.la[:], b.before[:] = state
+
+    def _turned_over(self, before: Array) -> bool:
+        """Whether a beam's slope points against where it pointed before."""
+        slopes = self.work.slopes
+        return bool(np.any(np.einsum("ij,ij->i", before[slopes], self.work.balance.y[slopes]) < 0.0))
+
+    def _keep(self, factor: float) -> None:
+        """Accept the state, and keep it as a point of the path."""
+        w = self.work
+        b, f = w.balance, w.model.flexible
+        energies = np.zeros(5)
+        eq.accept(w.time, w.model, b, energies)
+        b.clock[eq.FACTOR] = self.reached = factor
+        self.worst = min(self.worst, float(b.clock[eq.QUALITY]))
+        cylinders = np.zeros((f.cylinders.size, 9))
+        for k in range(f.cylinders.size):
+            row = f.cylinders[k]
+            cylinders[k, :6], cylinders[k, 6], cylinders[k, 8] = row["F"], row["normal"], row["touching"]
+        y = b.y.copy()
+        add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
+        self.kept.append((factor, y, b.la.copy(), energies, f.P.copy(), cylinders, w.model.bodies["F"].copy()))
+        if self.progress is not None:
+            self.progress(factor)
+
+    def _slide(self, factor: float) -> bool:
+        """Slide to an equilibrium at a factor, then balance."""
+        w = self.work
+        b = w.balance
+        self.slides += 1
+        m = w.mass().diagonal()
+        w.probe(factor)
+        ratio = np.abs(b.r[: w.n_v]) / (m * b.weight)
+        shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
+        for _ in range(4):
+            found = eq.relax(w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
+            if found < 0:
+                return False
+            state = self._state()
+            if self._balance(factor) >= 0:
+                return True
+            self._back(state)
+            shift *= goal
+        return False
+
+    # ------------------------------------------------------------------------------------------ by load steps
+
+    def by_steps(self, targets: Array, *, whole: bool) -> None:
+        """Land on every target; the start's unbalance fades out on the way, or before where targets are given."""
+        w, b = self.work, self.work.balance
+        w.probe(0.0)
+        b.start[:] = b.r
+        balanced = b.clock[eq.LAST] == 0.0
+        if not whole:
+            if not self._advance(lambda s: (0.0, s), np.ones(1)):
+                return
+            balanced = True
+            b.start[:] = 0.0
+        if balanced:
+            eq.unbalance(w.time, w.step, 0.0, 1.0, w.model, b, b.r)
+            self._keep(0.0)
+        self._advance(lambda s: (s, s), targets)
+
+    def _advance(self, at: Callable[[float], tuple[float, float]], targets: Array) -> bool:
+        """Go from 0 over the targets in steps that follow from how they converge; at(s) = (factor, share)."""
+        reached, step = 0.0, min(FIRST_STEP, float(targets[0]))
+        for target in targets:
+            while reached < target:
+                if self.steps + self.rejected >= self.most:
+                    return self._fail(at(reached)[0], f"{self.most} steps were not enough")
+                lands = reached + step >= target * (1.0 - 1e-12)
+                s = float(target) if lands else reached + step
+                state = self._state()
+                found = self._balance(*at(s))
+                if found < 0 or (s - reached > CAREFUL and self._turned_over(state[0])):
+                    self._back(state)
+                    self.rejected += 1
+                    step = 0.25 * (s - reached)
+                    if step >= SMALLEST_STEP:
+                        continue
+                    if not self._slide(at(1.0)[0]):
+                        self._back(state)
+                        return self._fail(at(reached)[0], self._why(found, at(s)[0]))
+                    self._keep(at(1.0)[0])
+                    self.message = f"no path of equilibria leads on from load factor {at(reached)[0]:.4g}; it slid"
+                    return self._end(at(1.0)[0])
+                self.steps += 1
+                reached = s
+                step = max(step, 0.0) * (2.0 if found <= 5 else 1.0 if found <= 9 else 0.5)
+                if at(s)[0] > 0.0 or at(s)[1] == 1.0:
+                    self._keep(at(s)[0])
+        return self._end(at(1.0)[0])
+
+    def _end(self, factor: float) -> bool:
+        """Say what is loose or unstable at the end."""
+        w = self.work
+        if factor < 1.0:
+            return True
+        count = w.probe(factor)
+        if count == 0:
+            self.unstable = w.falling_directions()
+            if self.unstable > 0:
+                self.message += f"; it is unstable in {_ways(self.unstable)}"
+            return True
+        self.free = w.free_motions(factor)
+        if self.free:
+            self.message += f"; nothing holds {_names(self.free)} against {_motions(count)}"
+        return True
+
+    # ------------------------------------------------------------------------------------------ along an arc
+
+    def along_an_arc(self, first: float) -> None:
+        """From the equilibrium without load to a factor of 1."""
+        w, b = self.work, self.work.balance
+        w.probe(0.0)
+        b.start[:] = b.r
+        if not self._advance(lambda s: (0.0, s), np.ones(1)):
+            return
+        b.start[:] = 0.0
+        self.kept.clear()
+        self._keep(0.0)
+        state = self._state()
+        if self._balance(1e-3 * first) < 0:
+            self._fail(0.0, self._why(eq.NO_CONVERGENCE, 1e-3 * first))
+            return
+        length = 1e3 * math.sqrt(float(np.mean((b.total / b.weight) ** 2)))
+        if length == 0.0:
+            self._balance(1.0)
+            self._keep(1.0)
+            return
+        self._back(state)
+        longest, shortest = 4.0 * length, 1e-6 * length
+        b.before[:] = 0.0
+        while True:
+            if self.steps + self.rejected >= self.most:
+                self._fail(self.reached, f"{self.most} steps along the arc were not enough")
+                return
+            state, factor = self._state(), self.reached
+            found = eq.follow(w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
+            sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
+            if found < 0 or sharp:
+                self._back(state)
+                b.clock[eq.FACTOR] = factor
+                self.rejected += 1
+                length *= 0.5 if sharp else 0.25
+                if length < shortest:
+                    self._fail(factor, self._why(int(found), factor))
+                    return
+                continue
+            self.steps += 1
+            now = float(b.clock[eq.FACTOR])
+            if factor < 1.0 <= now:
+                b.before[:] = b.total
+                if self._balance(1.0) < 0:
+                    self._fail(factor, self._why(eq.NO_CONVERGENCE, 1.0))
+                    return
+                self.steps += 1
+                self._keep(1.0)
+                self._end(1.0)
+                return
+            b.before[:] = b.total
+            self._keep(now)
+            length = min(length * min(2.0, max(0.5, math.sqrt(4.0 / max(found, 1)))), longest)
+
+    def _cosine(self, before: Array) -> float:
+        b = self.work.balance
+        p, q = b.total / b.weight, before / b.weight
+        size = math.sqrt((p @ p) * (q @ q))
+        return float(p @ q) / size if size > 0.0 else 1.0
+
+    # ------------------------------------------------------------------------------------------ the end
+
+    def _why(self, code: int, factor: float) -> str:
+        """Why a step failed, in words."""
+        w, b = self.work, self.work.balance
+        found = w.probe(self.reached)
+        if found > 0:
+            free = w.free_motions(self.reached)
+            if free:
+                self.free = free
+                return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
+        if code == eq.NOT_FINITE:
+            return f"the state stopped being finite at load factor {factor:.6g}"
+        if code in (eq.SINGULAR, eq.UNBALANCED) or b.clock[eq.QUALITY] < 1e-11:
+            return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
+        return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
+
+    def _acting(self, free: list[str]) -> str:
+        """Which loads act on parts that nothing holds, in words."""
+        w = self.work
+        model, names = w.model, w.assembly.names
+        found = []
+        for name, (family, index) in names.items():
+            if family == "beam_loads":
+                push = model.flexible.beam_loads[index]
+                acts = push["value"] != 0.0 and push["start"] <= w.time < push["end"]
+                target = ("beams", int(push["beam"]))
+            elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
+                row = model.loads[index]
+                p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
+                acts = np.any(p[:3]) and p[4] <= w.time < p[5]
+                target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
+            else:
+                continue
+            if acts and any(names[part] == target for part in free):
+                found.append(name)
+        if not found:
+            return ""
+        acts = "acts" if len(found) == 1 else "act"
+        return f", on which {_names(found)} {acts} at t = {w.time:g} s (argument `time`)"
+
+    def _fail(self, factor: float, why: str) -> bool:
+        if not self.kept:  # a search that reaches nothing keeps where it stood
+            self._keep(factor)
+        self.reached = factor
+        self.status, self.message = "failed", why
+        return False
+
+    def solution(self, wall_time: float, compile_time: float) -> Solution:
+        """Everything that was kept."""
+        w, n = self.work, len(self.kept)
+        out = empty(w.model, n)
+        factor, loads, y = np.zeros(n), np.zeros((n, w.n_v)), np.zeros((n, w.balance.y.size))
+        for k, (own, state, la, energies, weights, cylinders, wrenches) in enumerate(self.kept):
+            factor[k], y[k], loads[k] = own, state, weights
+            out.la[k], out.cylinders[k], out.wrenches[k] = la, cylinders, wrenches
+            for name, value in zip(eb.ENERGIES, energies, strict=True):
+                out.balance[name][k] = value
+        for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time
+            out.balance[name] = np.nan
+        return Solution(
+            assembly=dataclasses.replace(w.assembly, model=w.model),
+            method="static",
+            t=np.full(n, w.time),
+            y=y,
+            s=np.tile(w.assembly.s, (n, 1)),
+            status=self.status,
+            message=self.message,
+            statistics={
+                "steps": self.steps,
+                "rejected_steps": self.rejected,
+                "iterations": int(w.balance.tally[eq.ITERATIONS]),
+                "factorizations": int(w.balance.tally[eq.FACTORED]),
+                "slides": self.slides,
+                "smallest_pivot": self.worst,
+            },
+            event_times=np.zeros(0),
+            event_kinds=np.zeros(0, dtype=np.int64),
+            wall_time=wall_time,
+            compile_time=compile_time,
+            kept=out,
+            path=Path(factor, loads, w.balance.spin, self.free, self.unstable),
+        )
+
+
+def _names(names: list[str]) -> str:
+    return " and ".join(repr(name) for name in names[:4]) + (" and others" if len(names) > 4 else "")
+
+
+def _ways(count: int) -> str:
+    return "one way" if count == 1 else f"{count} ways"
+
+
+def _motions(count: int) -> str:
+    return "one motion" if count == 1 else f"{count} motions"

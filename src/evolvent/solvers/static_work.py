@@ -1,0 +1,289 @@
+"""A model at rest, and what is asked of its equilibria: tangents, masses, what nothing holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+from scipy.sparse.linalg import splu
+
+from evolvent import jit
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.flow import needs
+from evolvent.flow.implicit import residual, tangent
+from evolvent.flow.powers import N_POWERS
+from evolvent.kernels import contact, contact_laws, rigid, sparse_lu
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.sparse import INNER, SparseBlocks, clear
+from evolvent.solvers import equilibrium as eq
+from evolvent.solvers import ordering
+from evolvent.solvers.implicit_messages import redundant
+from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes
+
+Array = np.ndarray
+
+#: Pivots of statics that may be deferred at most.
+MOST_DEFERRED = 600
+#: What multiplies a mass so that the stiffness beside it is round-off.
+_HUGE = 1e40
+
+
+def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
+    """Rate and centre of a steady turn: (6,)."""
+    spin = np.zeros(6)
+    if rotating is None:
+        return spin
+    model = assembly.model
+    if isinstance(rotating, str):
+        body = model.bodies[assembly.index(rotating, "bodies")]
+        if body["motion"] != rigid.DRIVEN:
+            raise InputError(f"rotating is {rotating!r}; only a driven body's turn is given, a rate (3,) would be too")
+        spin[:3], spin[3:] = body["R0"] @ body["axis"] * body["rate"], body["x0"]
+    else:
+        spin[:3] = _vector("rotating", rotating)
+    if centre is not None:
+        spin[3:] = _vector("centre", centre)
+    axis, gravity = spin[:3], model.info.gravity
+    if not np.any(axis):
+        return spin
+    if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
+        raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
+    for name, (family, index) in assembly.names.items():
+        if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
+            own = model.bodies["R0"][index] @ model.bodies["axis"][index]
+            if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
+                raise InputError(f"the axis of {name!r} is not along that of the steady turn")
+    return spin
+
+
+def _vector(name: str, value: Any) -> Array:
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise InputError(f"{name} is {value!r}; it must be 3 finite numbers")
+    return found
+
+
+def at_rest(model: mdl.Model, time: float) -> mdl.Model:
+    """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over, nothing latched."""
+    copy = model.copy()
+    flexible = copy.flexible
+    rigid.kinematics(time, np.zeros(int(model.info.ny)), copy)
+    driven = copy.bodies["motion"] == rigid.DRIVEN
+    copy.bodies["rate"][driven] = 0.0
+    for scratch in ("v", "w", "F"):
+        copy.bodies[scratch] = 0.0
+    flexible.beam_loads["ramp"] = 0.0
+    clear_history(copy)
+    # what tells these apart is work over a step in time
+    flexible.cylinders["law"][flexible.cylinders["law"] == contact_laws.CONSERVATIVE] = contact_laws.HUNT_CROSSLEY
+    flexible.cylinders["stick_damping"] = 0.0
+    flexible.cylinders["share"] = 1.0
+    return copy
+
+
+class Work:
+    """A copy of a model at rest, and room to look for its equilibria."""
+
+    def __init__(self, assembly: Assembly, y: Any, time: float, spin: Array) -> None:
+        self.assembly, self.time = assembly, float(time)
+        self.model = model = at_rest(assembly.model, time)
+        self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
+        self.n_j = model.flexible.joints.size
+        if self.n_v == 0:
+            raise InputError("nothing in the system can move")
+        self.matrix = matrix_of(model, spare=spare_of(model))
+        n_u = self.n_v + self.n_j
+        self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else -1.0
+        start = np.array(assembly.y if y is None else y, dtype=float)
+        if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
+            raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
+        start[self.n_q :] = 0.0
+        weight, _ = sizes(assembly)
+        slopes = [
+            int(row["iq"]) + 3 * k
+            for row in model.flexible.beams
+            for k in range(NODE_VECTORS[row["kind"]] * int(row["nodes"]))
+            if k % NODE_VECTORS[row["kind"]] > 0
+        ]
+        #: Places in the state of all slopes of beams, (n, 3).
+        self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
+        unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
+        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
+        self.balance = eq.Balance(
+            y=start,
+            la=np.zeros(self.n_j),
+            weight=weight,
+            powers=np.zeros(N_POWERS),
+            spin=spin,
+            parameters=model.parameters.copy(),
+            tally=np.zeros(eq.N_TALLY, dtype=np.int64),
+            clock=np.zeros(eq.N_CLOCK),
+            **unknowns,
+            **moves,
+        )
+        jit.load((*needs.balance(model), *eq.functions()))
+        # friction is that of displacements from here on
+        b = self.balance
+        residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
+        if model.flexible.cylinders.size:
+            contact.end_contact_step(b.y, model)
+
+    def refuse_redundant(self) -> None:
+        """Refuse constraints that others imply: the tangent with masses is singular only by them."""
+        b = self.balance
+        self.probe(0.0, 1e12)
+        if b.tally[eq.LOOSE] > 0:
+            raise InputError(redundant(self.assembly, self.matrix))
+
+    def probe(self, factor: float, shift: float = 0.0) -> int:
+        """Unbalance and factors of the tangent of the state."""
+        return int(eq.probe(self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
+
+    def tangent(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
+        b = self.balance
+        tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
+        return sparse_of(self.matrix)
+
+    def turning_tangent(self) -> sparse.csr_matrix:
+        """What the accelerations of the turn add to the tangent, (nv, nv)."""
+        clear(self.matrix)
+        eq.add_turning_tangent(1.0, self.balance.spin, self.model, self.matrix)
+        return sparse_of(self.matrix)[: self.n_v, : self.n_v]
+
+    @property
+    def rows(self) -> Array:
+        """Unknowns of the multipliers."""
+        return self.n_v + np.arange(self.n_j)
+
+    def mass(self) -> sparse.csr_matrix:
+        """Mass matrix, (nv, nv)."""
+        return self._part(_HUGE, 0.0)
+
+    def damping(self) -> sparse.csr_matrix:
+        """Derivative of the forces by velocities at rest, (nv, nv)."""
+        return self._part(0.0, _HUGE)
+
+    def _part(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        found = self.tangent(c_mass, c_rate)[: self.n_v, : self.n_v] / _HUGE
+        found.data[np.abs(found.data) < 1e-25 * np.abs(found.data).max(initial=0.0)] = 0.0
+        found.data[np.abs(found.data) < 1e-28] = 0.0
+        found.eliminate_zeros()
+        return found
+
+    def falling_directions(self) -> int:
+        """In how many independent directions the energy falls about the last state (full load); -1 if that is unknown.
+
+        Notes
+        -----
+        Negative pivots of K + gamma G^T G, eliminated along its diagonal (Sylvester).
+        """
+        whole = self.tangent(0.0, 0.0)
+        joints = self.model.flexible.joints
+        held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
+        G = whole[self.n_v :, : self.n_v][held]
+        K = whole[: self.n_v, : self.n_v]
+        if np.any(self.balance.spin[:3]):
+            K = K + self.turning_tangent()
+        size = abs(K).max(axis=1).toarray().ravel()
+        D = sparse.diags(1.0 / np.sqrt(np.where(size > 0.0, size, 1.0)))
+        A = D @ (0.5 * (K + K.T)) @ D
+        if held:
+            G = G @ D
+            A = A + 1e4 * (G.T @ sparse.diags(1.0 / np.asarray(G.multiply(G).sum(axis=1)).ravel()) @ G)
+        try:
+            lu = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:  # a pivot is zero
+            return -1
+        return int(np.sum(lu.U.diagonal() < 0.0)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
+
+    def free_motions(self, factor: float) -> list[str]:
+        """Which parts the tangent lets go without resistance."""
+        b = self.balance
+        if self.probe(factor) < 0 or b.tally[eq.LOOSE] == 0:
+            return []
+        count = int(b.tally[eq.LOOSE])
+        M = self.mass()
+        self.probe(factor)
+        K = self.tangent(0.0, 0.0)[: self.n_v, : self.n_v].diagonal()
+        m = M.diagonal()
+        shift = 1e-9 * float(np.median(np.abs(K[K != 0.0] / m[K != 0.0]))) if np.any(K) else 1.0
+        if self.probe(factor, shift) != 0:
+            return []
+        X = np.random.default_rng(0).standard_normal((self.n_v, count))
+        for _ in range(3):
+            for j in range(count):
+                b.x[:] = 0.0
+                b.x[: self.n_v] = M @ X[:, j]
+                sparse_lu.solve(self.matrix, b.x)
+                X[:, j] = b.x[: self.n_v]
+            X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
+        size = np.abs(X / b.weight[:, None]).max(axis=1)
+        found = []
+        for name, (family, index) in self.assembly.names.items():
+            where = places_of(self.model, family, index)
+            if where is not None and size[where].max(initial=0.0) > 0.05 * size.max():
+                found.append(name)
+        return found
+
+
+def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
+    """Velocities of a part that moves, as the model counts them; None of one that does not."""
+    n_q = int(model.info.nq)
+    if family == "beams":
+        row = model.flexible.beams[index]
+        first = int(row["iv"]) - n_q
+        return slice(first, first + 3 * NODE_VECTORS[row["kind"]] * int(row["nodes"]))
+    if family == "points":
+        first = int(model.points["iv"][index]) - n_q
+        return slice(first, first + 3)
+    if family == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN:
+        first = int(model.bodies["iv"][index]) - n_q
+        return slice(first, first + (6 if model.bodies["motion"][index] == rigid.FREE else 1))
+    return None
+
+
+def spare_of(model: mdl.Model) -> int:
+    """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
+    bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
+    return min(6 * (model.flexible.beams.size + bodies) + 3 * model.points.size, MOST_DEFERRED)
+
+
+def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
+    """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
+    values, rows, columns = ordering.entries(matrix)
+    n = matrix.place.size
+    found = sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found.eliminate_zeros()
+    inner = int(matrix.counts[INNER])
+    if inner:
+        B, C = (sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
+        found = found + B @ C.T
+    return found
+
+
+def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
+    """Velocities of a steady turn into a state."""
+    w, c = spin[:3], spin[3:]
+    if not np.any(w):
+        return
+    for row in model.flexible.beams:
+        vectors, n = NODE_VECTORS[row["kind"]], int(row["nodes"])
+        e = y[row["iq"] : row["iq"] + 3 * vectors * n].reshape(n, vectors, 3).copy()
+        e[:, 0] -= c
+        first = int(row["iv"])
+        y[first : first + e.size] = np.cross(w, e).ravel()
+    for row in model.points:
+        y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
+    for row in model.bodies:
+        if row["motion"] == rigid.FREE:
+            y[row["iv"] :][:3] = np.cross(w, y[row["iq"] :][:3] - c)
+            y[row["iv"] + 3 :][:3] = row["R"].T @ w
+        elif row["motion"] == rigid.SPIN:
+            y[row["iv"]] = (row["R"] @ row["axis"]) @ w
