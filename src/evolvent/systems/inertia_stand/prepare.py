@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, equilibrium, linear_model
+from evolvent.inertia import Body, LinearModel, NormalModes, Stand, equilibrium, linear_model
 from evolvent.motion import quaternions
 from evolvent.solvers import lanes
 from evolvent.systems._common import MOST_VALUES

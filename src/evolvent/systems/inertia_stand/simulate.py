@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.inertia.stand import NormalModes, energy
+from evolvent.inertia import NormalModes, energy
 from evolvent.kernels.stand import DISSIPATED, Q, V, W, X
 from evolvent.motion import quaternions, rotation_matrices
 from evolvent.solvers import lanes
