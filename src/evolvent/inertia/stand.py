@@ -140,14 +140,14 @@ class Body:
             raise InputError(f"body.inertia is {' '.join(str(self.inertia).split())[:200]}; {reason}")
 
 
-def broken(inertia: np.ndarray, rtol: float = 1e-9) -> str:
+def broken(inertia: np.ndarray) -> str:
     """Why no body can have this inertia tensor; empty where one can.
 
     Parameters
     ----------
     inertia : (..., 3, 3) float, kg m2
-    rtol : float, of the largest principal moment
     """
+    rtol = 1e-9  # of the largest principal moment
     if not np.allclose(inertia, np.swapaxes(inertia, -1, -2), rtol=rtol, atol=rtol * np.max(np.abs(inertia))):
         return "an inertia tensor is symmetric"
     moments = np.linalg.eigvalsh(inertia)

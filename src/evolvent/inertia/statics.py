@@ -156,7 +156,7 @@ def equilibrium(stand: Stand, body: Body, *, force: Any = (0.0, 0.0, 0.0), point
     return rest(setup(stand, body), array("force", force, (3,)), array("point", point, (3,)))
 
 
-def rest(s: Setup, force: np.ndarray | None = None, point: np.ndarray | None = None, most: int = 100) -> Pose:
+def rest(s: Setup, force: np.ndarray | None = None, point: np.ndarray | None = None) -> Pose:
     """`equilibrium` of a Setup."""
     force = np.zeros(3) if force is None else force
     point = np.zeros(3) if point is None else point
@@ -168,7 +168,7 @@ def rest(s: Setup, force: np.ndarray | None = None, point: np.ndarray | None = N
     reaction = np.zeros((*batch, c))
     size = np.max(np.linalg.norm(s.points - s.centre[..., None, :], axis=-1)) + np.max(s.length)
     scale = np.array([1.0] * 3 + [size] * 3)
-    for _ in range(most):
+    for _ in range(100):
         g, H = gradient(s, position, rotation)
         r = np.einsum("...ij,...j", rotation, point - s.centre)
         g = g - np.concatenate(np.broadcast_arrays(force, np.cross(r, force)), axis=-1)
