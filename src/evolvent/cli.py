@@ -63,10 +63,10 @@ def _mute() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _say(text: str, *, end: str = "\n") -> None:
+def _say(text: str) -> None:
     """Print to stdout; a reader that has gone away is no reason to stop."""
     try:
-        click.echo(text + end, nl=False)
+        click.echo(text)
     except BrokenPipeError:
         _mute()
 

@@ -18,7 +18,7 @@ from evolvent.inertia import (
     linear_model,
     vertical_model,
 )
-from evolvent.inertia.inverse import properties, regressor
+from evolvent.inertia.linear_equations import properties, regressor
 from evolvent.inertia.problem import BODY_NAMES, assign, value_of
 from evolvent.inertia.stand import setup
 
@@ -73,7 +73,7 @@ def test_every_candidate_gives_the_frequencies():
     for c in found:
         s = setup(STAND, BODY)
         s = assign(s, ("stiffness", "Ixx", "Izz"), np.array([c.stiffness, c.Ixx, c.Izz]))
-        from evolvent.inertia.stand import level
+        from evolvent.inertia.vibration import level
 
         np.testing.assert_allclose(level(s).modes().natural_frequency, modes.natural_frequency, rtol=1e-9)
 
@@ -224,7 +224,7 @@ def test_six_modes_need_freedom_and_sensors():
 @settings(max_examples=30, deadline=None)
 @given(u=st.lists(st.floats(-1.0, 1.0), min_size=16, max_size=16))
 def test_regressor_is_linear_in_the_ten_numbers(u):
-    from evolvent.inertia.stand import rotation_matrix, skew
+    from evolvent.inertia.statics import rotation_matrix, skew
 
     c, R = np.array(u[:3]), rotation_matrix(np.array(u[3:6]))
     phi = np.array(u[6:12])

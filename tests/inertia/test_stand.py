@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from evolvent.errors import InputError
 from evolvent.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench
-from evolvent.inertia.stand import rotation_matrix
+from evolvent.inertia.statics import rotation_matrix
 
 TENSOR = np.array([[3703.0, 120.0, 400.0], [120.0, 43000.0, -300.0], [400.0, -300.0, 42000.0]])
 

@@ -173,7 +173,8 @@ def test_the_arc_goes_through_the_limits_of_load(book):
     assert_allclose(r.balance.elastic, 1.5 * K * (np.hypot(HALF, z) - np.hypot(HALF, RISE)) ** 2, rtol=1e-9)
     book(
         "Statics of beams", "Snapping of three springs, arc length", reference="load of every place on the path",
-        source="closed form", error=np.abs(4.0 * r.path.factor - load_at(z) / LIMIT).max(), allowed=1e-9, unit="limit load",
+        source="closed form", error=np.abs(4.0 * r.path.factor - load_at(z) / LIMIT).max(), allowed=1e-9,
+        unit="limit load",
     )  # fmt: skip
 
 

@@ -251,7 +251,6 @@ def make_modes(
     coefficients: Array | None = None,
     noise: Array | None = None,
     covariance: Array | None = None,
-    warnings: tuple[str, ...] = (),
     iterations: int = 0,
 ) -> Modes:
     """Modes of given poles; those of a fit are in order and come with its linear `coefficients`.
@@ -284,6 +283,5 @@ def make_modes(
         data=signal.data,
         fitted=fitted,
         residual=residual,
-        warnings=warnings,
         iterations=iterations,
     )

@@ -1,27 +1,11 @@
 """Inertia of a rigid body from how it vibrates on springs, or swings on wires."""
 
-from evolvent.inertia.inverse import (
-    candidates,
-    fit,
-    from_shapes,
-    from_six_modes,
-    from_three_frequencies,
-)
+from evolvent.inertia.inverse import fit, from_shapes, from_six_modes, from_three_frequencies
 from evolvent.inertia.pendulums import bifilar, compound, multifilar, tared, torsion, torsion_stiffness, trifilar
 from evolvent.inertia.problem import mac
-from evolvent.inertia.stand import (
-    Body,
-    LinearModel,
-    NormalModes,
-    Pose,
-    Stand,
-    energy,
-    equilibrium,
-    linear_model,
-    spring_energies,
-    vertical_model,
-    wrench,
-)
+from evolvent.inertia.stand import Body, Stand
+from evolvent.inertia.statics import Pose, energy, equilibrium, wrench
+from evolvent.inertia.three_frequencies import candidates
 from evolvent.inertia.uncertainty import (
     Budget,
     Candidate,
@@ -32,6 +16,7 @@ from evolvent.inertia.uncertainty import (
     sample,
     with_budget,
 )
+from evolvent.inertia.vibration import LinearModel, NormalModes, linear_model, spring_energies, vertical_model
 
 __all__ = [
     "Body",

@@ -185,9 +185,7 @@ def tared(pendulum: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
     return moment
 
 
-def budget(
-    pendulum: Callable[..., np.ndarray], values: Mapping[str, float], std: Mapping[str, float], *, output: str = "I"
-) -> Budget:
+def budget(pendulum: Callable[..., np.ndarray], values: Mapping[str, float], std: Mapping[str, float]) -> Budget:
     """The moment that a pendulum gives, with the uncertainty that each measured number adds.
 
     Parameters
@@ -195,7 +193,6 @@ def budget(
     pendulum : function of this module, or what `tared` returns
     values : mapping of str to float, its arguments by name
     std : mapping of str to float, their standard deviations; one left out is exact
-    output : str, the name of the result
     """
     names = tuple(values)
 
@@ -205,4 +202,4 @@ def budget(
 
     if "frequency" not in names:
         raise InputError("values hold no frequency; a pendulum's moment comes from it")
-    return propagate(function, values, std, outputs=(output,))[0]
+    return propagate(function, values, std, outputs=("I",))[0]

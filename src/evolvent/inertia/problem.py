@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.errors import InputError, nearest
-from evolvent.inertia.stand import Body, LinearModel, Setup, Stand, array, level, linearise, setup
+from evolvent.inertia.stand import Body, Setup, Stand, array, setup
+from evolvent.inertia.vibration import LinearModel, level, linearise
 
 MOMENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 CENTRE = {"ex": (0, 1.0), "h": (1, -1.0), "ez": (2, 1.0)}

@@ -30,6 +30,9 @@ A system that can be stepped from outside (`evolvent.Stepper.of_case`) has two m
 ``stepping(case) -> {argument of evolvent.Stepper: value}``
     Method, step, tolerance and spectral radius that the case asks for.
 
+In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``simulate`` the runs,
+``dataset`` the variables of a run, ``show`` what is drawn of it and ``places`` its motion.
+
 A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
 Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.
 """

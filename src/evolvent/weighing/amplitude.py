@@ -10,7 +10,9 @@ from evolvent import units
 from evolvent.errors import InputError
 from evolvent.identification import identify
 from evolvent.inertia.problem import mac, matching
-from evolvent.inertia.stand import Setup, Z, guides, linearise, rotation_matrix, spring_state
+from evolvent.inertia.stand import Setup
+from evolvent.inertia.statics import Z, guides, rotation_matrix, spring_state
+from evolvent.inertia.vibration import linearise
 from evolvent.weighing.modal import Modal
 
 #: Steps in a period of the fastest mode, and at most in all.

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from evolvent.inertia import mac
-from evolvent.inertia.stand import NormalModes
+from evolvent.inertia.vibration import NormalModes
 from evolvent.weighing.description import OnSprings
 from evolvent.weighing.modal import Modal
 

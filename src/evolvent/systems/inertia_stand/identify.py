@@ -13,7 +13,7 @@ from evolvent.errors import InputError
 from evolvent.identification import Modes, identify
 from evolvent.identification.signals import read_signal
 from evolvent.identification.variable_projection import fit
-from evolvent.inertia.inverse import solve
+from evolvent.inertia.least_squares import solve
 from evolvent.inertia.problem import mac, problem
 from evolvent.systems.inertia_stand.prepare import COMPONENTS, distinct
 

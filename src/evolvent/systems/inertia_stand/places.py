@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.inertia.stand import equilibrium
+from evolvent.inertia import equilibrium
 from evolvent.motion import Forces, Frame, Motion, Strand, product, quaternions, turned
 from evolvent.systems.inertia_stand.prepare import body_of, stand_of
 from evolvent.systems.inertia_stand.show import box, case_of

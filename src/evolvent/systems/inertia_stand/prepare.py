@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent import batch
 from evolvent.errors import InputError
-from evolvent.inertia.stand import Body, LinearModel, NormalModes, Stand, equilibrium, linear_model
+from evolvent.inertia import Body, LinearModel, NormalModes, Stand, equilibrium, linear_model
 from evolvent.motion import quaternions
 from evolvent.systems._common import MOST_VALUES
 from evolvent.systems.inertia_stand.case import Case

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import batch, cases
 from evolvent.batch.rates import DISSIPATED, Q, V, W, X
 from evolvent.errors import InputError
-from evolvent.inertia.stand import NormalModes, energy
+from evolvent.inertia import NormalModes, energy
 from evolvent.motion import quaternions, rotation_matrices
 from evolvent.systems._common import refuse_laws
 from evolvent.systems.inertia_stand.case import Case

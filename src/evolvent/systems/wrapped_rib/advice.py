@@ -19,7 +19,7 @@ STRAIN_WARNED = 0.05
 #: Part by which the bending stiffness of the mesh may be off without a warning.
 STIFFNESS_OFF = 0.05
 #: Depth, of the hub's radius, to which a rib may sink into it without a warning.
-SUNK_TOLD = 0.01
+SUNK_WARNED = 0.01
 #: Share of RK4's stability limit that an explicit method takes of itself. Where the last bit of a rib whips onto the
 #: hub, dissipation makes the contact stiffer: 0.42 loses the energy balance there, 0.2 keeps it within 0.6 % of the
 #: energy, 0.1 within 0.1 %.
@@ -292,7 +292,7 @@ def _unseen(case: Case) -> str:
     """Contact points so far apart that a straight rib between two of them sinks in: R - sqrt(R^2 - s^2/4)."""
     R, half = case.hub.radius, 0.5 * case.contact_spacing
     depth = R - math.sqrt(R * R - half * half)
-    if depth <= SUNK_TOLD * R:
+    if depth <= SUNK_WARNED * R:
         return ""
     return (
         f"contact points of the contact are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m "

@@ -243,7 +243,7 @@ def _warnings(case: Case, run: xr.Dataset, strain: np.ndarray) -> list[str]:
             f"linear elasticity and most sections bear"
         )
     gap = run.contact_gap.values.min(axis=(1, 2))
-    if float(gap.min()) < -advice.SUNK_TOLD * case.hub.radius:
+    if float(gap.min()) < -advice.SUNK_WARNED * case.hub.radius:
         k = int(np.argmin(gap))
         found.append(
             f"the rib sank {-gap[k]:.3g} m into the hub at t = {run.time.values[k]:.6g} s; take a greater "

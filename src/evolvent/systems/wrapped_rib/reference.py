@@ -41,6 +41,8 @@ class Strip(NamedTuple):
     taper: float = 1.0
 
 
+#: Share of the length at which the winding of a light string ends; below 1, where its speed has no bound.
+WOUND = 0.98
 #: Mass damping above which the string's equations are stiff, 1/s.
 STIFF = 2.0
 
@@ -62,7 +64,7 @@ class Winding(NamedTuple):
     work : (nt,) float, J, that the field torque has done
     drag : (nt,) float, J, that the mass damping has taken
     tangent_time : float, s, when the string lies along the hub's tangent; infinite if it never does
-    end_time : float, s, when the given share of the length is wound; infinite if `longest` comes first
+    end_time : float, s, when the share `WOUND` of the length is wound; infinite if `longest` comes first
     """
 
     time: Array
@@ -82,7 +84,6 @@ def string_winding(
     torque: float,
     alpha: float,
     *,
-    wrapped: float = 0.98,
     damped: Sequence[tuple[float, float]] | None = None,
     start_angle: float = 0.0,
     samples: int = 2001,
@@ -96,7 +97,6 @@ def string_winding(
     torque : float, N m, T
     alpha : float, 1/s, damping proportional to mass
     damped : sequence of (from, to), m, arc lengths of what is damped; all if left out
-    wrapped : float, share of the length at which the motion ends; below 1, where the speed has no bound
     start_angle : float, rad, from outwards, at which it starts from rest, positive in the winding sense
     samples : int, times at which the motion is given
     longest : float, s, time after which it ends anyway
@@ -127,7 +127,7 @@ def string_winding(
         return float(y[0] - 0.5 * math.pi)
 
     def wound(_: float, y: Array) -> float:
-        return float(R * y[0] - wrapped * L)
+        return float(R * y[0] - WOUND * L)
 
     tangent.terminal = wound.terminal = True  # type: ignore[attr-defined]
     method = {"method": "DOP853", "rtol": 1e-11} if alpha < STIFF else {"method": "Radau", "rtol": 1e-9}
