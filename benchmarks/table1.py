@@ -3,7 +3,7 @@
     python benchmarks/table1.py [-o benchmarks/table1.json] [--span 60] [--whole 80] [--short 1] [--figure FILE.png]
 
 A rib of 12 m x 30 mm x 0.3 mm, E = 5 MPa, hinged to a hub of radius 0.6 m, wound by a torque of 0.2 N m spread over it
-with alpha = 0.2 1/s; contact by Hunt-Crossley, 1e3 N/m at 4 check points an element. `cable`: 40 elements, wound to a
+with alpha = 0.2 1/s; contact by Hunt-Crossley, 1e3 N/m at 4 contact points an element. `cable`: 40 elements, wound to a
 good part over `--span`; `whip`: over `--whole`, through the whip of the last turns (at 66.8 s), where what an explicit
 method can bear shrinks. `full`: the paper's 10 beams of 24 coordinates, over a short span, since the waves through the
 rib's thickness hold explicit steps below 4 us. The hinge is a constraint under generalized-alpha, a penalty of 1e3 N/m

@@ -98,7 +98,7 @@ def run(
     if progress is not None and not callable(progress):
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")
     loaded = cases.load(case, overrides)
-    results = cases.system(loaded.system).run(loaded, laws=laws, progress=progress)
+    results = cases.system(loaded.system).plan(loaded, laws=laws).run(progress)
     if results.attrs["status"] == "failed":
         raise RunFailed(results.attrs["message"], results)
     return results

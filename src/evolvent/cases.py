@@ -8,7 +8,7 @@ import os
 import pathlib
 import pkgutil
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import yaml
@@ -26,16 +26,19 @@ class Section(BaseModel):
 
 
 class Plan(NamedTuple):
-    """What a run will take.
+    """A case, checked and prepared.
 
     Attributes
     ----------
     duration : float, s, time that the run covers
+    run : function of `progress` (None, or called with the time reached, s) that returns the run as a Dataset, whatever
+        its status
     solver : str, the solver that must be compiled for it, '' for none
-    note : str, what to tell of its cost before it starts, '' for nothing
+    note : str, what to report of its cost before it starts, '' for nothing
     """
 
     duration: float
+    run: Callable[[Callable[[float], None] | None], Any]
     solver: str = ""
     note: str = ""
 

@@ -171,7 +171,7 @@ def run(
     if plan.note and not quiet:
         click.echo(f"evolvent: {plan.note}", err=True)
     with _compilation(plan), _progress(plan.duration, quiet) as progress:
-        found = module.run(loaded, progress=progress)
+        found = plan.run(progress)
     _keep(found, output, folder, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":

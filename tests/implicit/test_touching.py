@@ -217,10 +217,10 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
-    checks = assembly.model.flexible.contact_points
+    points = solution.assembly.model.flexible.contact_points
     y = solution.y[-1]
-    places = np.array([sum(c["S"][j] * y[c["iq"][j] : c["iq"][j] + 3] for j in range(4)) for c in checks])
-    force = checks["force"]
+    places = np.array([sum(c["S"][j] * y[c["iq"][j] : c["iq"][j] + 3] for j in range(4)) for c in points])
+    force = points["force"]
     last = places[force > 0.0][-1, 0]
     near = places[:, 0] > last - 0.1  # the end's reaction is spread by what gives way
     end = float(force[near] @ places[near, 0] / force[near].sum())

@@ -497,7 +497,7 @@ def test_what_cannot_run_is_refused_in_a_line(changes, words):
 
 def test_laws_have_no_place():
     with pytest.raises(InputError, match="places no law"):
-        system.run(cases.load("wrapped-rib"), laws={"force": None})
+        system.plan(cases.load("wrapped-rib"), laws={"force": None})
 
 
 def test_a_run_is_kept_shown_and_drawn(tmp_path):

@@ -105,6 +105,7 @@ class Plan:
     times : (nt,) float, s, of the samples
     method : {"rk4", "heun", "dopri5"}
     step, limit : float, s, step of a fixed-step method (None of dopri5), and the largest stable one
+    mode : Mode, the fastest one; None where it was not looked for
     rtol, atol : float, of the adaptive method
     """
 
@@ -113,6 +114,7 @@ class Plan:
     method: str
     step: float | None
     limit: float
+    mode: Mode | None
     rtol: float
     atol: float
 
@@ -161,16 +163,17 @@ def plan(
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     duration, limit = float(times[-1] - times[0]), math.inf
+    mode = None
     if method != "dopri5":
         if unsafe_step and step is not None:
-            step, limit = float(step), stable_step(own, method, duration)[1]
+            step, (mode, limit) = float(step), stable_step(own, method, duration)
         else:
-            step, limit, _ = choose_step(own, method, step, duration)
+            step, limit, mode = choose_step(own, method, step, duration)
     else:
         step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
         if not needs.is_flexible(own.model):  # of beams the fastest mode takes longer to find than a run may take
             stable_step(own, method, duration)
-    return Plan(own, times, method, step, limit, rtol, atol)
+    return Plan(own, times, method, step, limit, mode, rtol, atol)
 
 
 def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:

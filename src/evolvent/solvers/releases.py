@@ -132,7 +132,7 @@ class Releases:
                 work.dv1[at + 3 * i : at + 3 * i + 3] = 0.0
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
         residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
-        work.loads1 = model.flexible.P
+        work.loads1[:] = model.flexible.P
         had = energy(work.balance)
         alpha_energy.fill_energies(t, model, work)
         work.balance.released += energy(work.balance) - had

@@ -169,7 +169,7 @@ def _run(content: Mapping[str, Any], overrides: Mapping[str, Any], path: pathlib
             else:
                 if found.attrs["case"] == cases.to_yaml(case):
                     return found
-        run: xr.Dataset = cases.system(case.system).run(case)
+        run: xr.Dataset = cases.system(case.system).plan(case).run(None)
         if run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         results.make_folder(path.parent)

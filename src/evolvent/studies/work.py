@@ -135,6 +135,7 @@ def _outcomes(task: Task) -> list[record.Outcome]:
 def _run(module: Any, case: Any) -> xr.Dataset | Exception:
     """The run of a case, or why there is none."""
     try:
-        return module.run(case)
+        found: xr.Dataset = module.plan(case).run(None)
+        return found
     except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
         return error

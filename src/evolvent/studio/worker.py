@@ -67,15 +67,14 @@ def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
     from evolvent import cases, jit, results
 
     case = cases.load(os.fspath(place / CASE))
-    module = cases.system(case.system)
-    plan = module.plan(case)
+    plan = cases.system(case.system).plan(case)
     told.reached(0.0, plan.duration)
 
     def compiling(state: jit.Progress) -> None:
         told.say(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
     with jit.reporting(compiling):
-        found = module.run(case, progress=lambda reached: told.reached(reached, plan.duration))
+        found = plan.run(lambda reached: told.reached(reached, plan.duration))
     results.save(found, place / RUN)
     told.say(status=found.attrs["status"], message=found.attrs["message"])
 

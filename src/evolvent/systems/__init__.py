@@ -5,12 +5,10 @@ name alone: `evolvent.cases.system` imports it when a case asks for it, and noth
 
 ``Case``
     The pydantic model (an `evolvent.cases.Section`) of its cases. Its key ``system`` holds the system's name.
-``plan(case) -> evolvent.cases.Plan``
-    What a run will take. Refuses, with an `InputError`, whatever can be found before the run; it is called before a
-    compilation is announced, so it must not start a long one.
-``run(case, *, laws=None, progress=None) -> xarray.Dataset``
-    The run, whatever its status, labelled by `evolvent.results.label`. `laws` may hold laws of the user's, by name;
-    `progress` is called with the time reached.
+``plan(case, *, laws=None) -> evolvent.cases.Plan``
+    The case, checked and prepared; its function ``run`` returns the run as a Dataset, labelled by
+    `evolvent.results.label`. Refuses, with an `InputError`, whatever can be found before the run; it is called before a
+    compilation is announced, so it must not start a long one. `laws` may hold laws of the user's, by name.
 ``layout(case) -> {variable: {dimension: size or None}}``
     The numeric variables that ``numbers``, ``figures`` and ``scene`` read; a file without them is refused. None is any
     size from 1.

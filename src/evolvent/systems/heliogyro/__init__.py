@@ -53,7 +53,7 @@ from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.dataset import layout
 from evolvent.systems.heliogyro.places import motion
 from evolvent.systems.heliogyro.show import figures, numbers, scene
-from evolvent.systems.heliogyro.simulate import plan, run, stepping
+from evolvent.systems.heliogyro.simulate import plan, stepping
 from evolvent.systems.heliogyro.structure import build
 
-__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "run", "scene", "stepping"]
+__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "scene", "stepping"]

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.builder import Assembly
-    from evolvent.solvers import Solution
 
 
 #: Laws of the user's that `run` knows how to place.
@@ -30,10 +29,8 @@ IMPLICIT_STEP = 2.5e-3
 MOST_STEPS = 100_000_000
 
 
-def run(
-    case: Case, *, laws: Mapping[str, Any] | None = None, progress: Callable[[float], None] | None = None
-) -> xr.Dataset:
-    """Run a case.
+def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
+    """Check and prepare a case; nothing long is compiled.
 
     Parameters
     ----------
@@ -42,47 +39,48 @@ def run(
         "feed": ``@evolvent.feed_law`` of every spool, in place of rate and table; "force": ``@evolvent.force_law``,
         force per length on every blade, N/m, inertial axes; "event": ``@evolvent.event_law`` that ends the run where it
         rises through zero.
-    progress : called with the time reached (s), a few times a second
-
-    Returns
-    -------
-    xarray.Dataset
-        Whatever its status; `evolvent.run` raises `RunFailed` for a failed one.
 
     Raises
     ------
     InputError
         If the case cannot be run, or a law raises.
     """
-    from evolvent.solvers import solve
-    from evolvent.solvers.implicit import solve_implicit
-
     if not isinstance(laws, Mapping | None):
         raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({', '.join(LAWS)}) to laws")
-    laws = {name: law for name, law in (laws or {}).items() if law is not None}
-    for name in laws:
+    given = {name: law for name, law in (laws or {}).items() if law is not None}
+    for name in given:
         if name not in LAWS:
             raise InputError(f"no law is called {name!r}; {nearest(str(name), LAWS)}")
-    assembly, samples, step = _prepared(case, laws)
-    solver = case.solver
-    solution: Solution
-    keys = cases.solver_keys(case)
-    with naming_keys(keys):
-        if solver.method == "generalized-alpha":
-            step = IMPLICIT_STEP if step is None else step
-            solution = solve_implicit(assembly, samples=samples, step=step, progress=progress)
-        else:
-            solution = solve(
-                assembly,
-                samples=samples,
-                method=solver.method,
-                step=step,
-                rtol=solver.rtol,
-                atol=solver.atol,
-                progress=progress,
-            )
-    solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
-    return dataset_of(case, assembly, solution, laws)
+    assembly, samples, step = _prepared(case, given)
+    solver, keys = case.solver, cases.solver_keys(case)
+    implicit = solver.method == "generalized-alpha"
+
+    def prepared() -> Any:
+        with naming_keys(keys):
+            if implicit:
+                from evolvent.solvers.implicit import plan as plan_implicit
+
+                return plan_implicit(assembly, samples=samples, step=IMPLICIT_STEP if step is None else step)
+            from evolvent.solvers.drive import plan as plan_explicit
+
+            options: dict[str, Any] = {"method": solver.method, "step": step, "rtol": solver.rtol, "atol": solver.atol}
+            return plan_explicit(assembly, samples=samples, **options)
+
+    ready = None
+    if implicit:
+        from evolvent import families
+
+        families.check(assembly, families.IMPLICIT)
+    elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
+        ready = prepared()
+
+    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
+        with naming_keys(keys):
+            solution = (ready or prepared()).run(progress)
+        solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
+        return dataset_of(case, solution.assembly, solution, given)
+
+    return cases.Plan(duration=float(samples[-1]), run=run, solver=solver.method)
 
 
 def stepping(case: Case) -> dict[str, Any]:
@@ -92,21 +90,6 @@ def stepping(case: Case) -> dict[str, Any]:
     if solver.method == "generalized-alpha" and step is None:
         step = IMPLICIT_STEP
     return {"method": solver.method, "step": step, "tolerance": solver.rtol, "spectral_radius": 0.3}
-
-
-def plan(case: Case) -> cases.Plan:
-    """What a run of a case takes; refuses what `run` would refuse, before anything long is compiled."""
-    from evolvent.solvers.drive import choose_step
-
-    assembly, samples, step = _prepared(case, {})
-    if case.solver.method == "generalized-alpha":
-        from evolvent import families
-
-        families.check(assembly, families.IMPLICIT)
-    elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
-        with naming_keys(cases.solver_keys(case)):
-            choose_step(assembly, case.solver.method, step, float(samples[-1]))
-    return cases.Plan(duration=float(samples[-1]), solver=case.solver.method)
 
 
 def _prepared(case: Case, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, float | None]:

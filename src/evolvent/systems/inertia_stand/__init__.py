@@ -29,7 +29,7 @@ from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.places import motion
 from evolvent.systems.inertia_stand.show import figures, layout, numbers, scene
-from evolvent.systems.inertia_stand.simulate import plan, run, run_batch
+from evolvent.systems.inertia_stand.simulate import plan, run_batch
 
 #: Key that a study gives each case its own seed by.
 SEED_KEY = "sensors.seed"
@@ -42,7 +42,6 @@ __all__ = [
     "motion",
     "numbers",
     "plan",
-    "run",
     "run_batch",
     "scene",
     "study_figures",

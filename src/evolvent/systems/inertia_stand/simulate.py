@@ -50,20 +50,8 @@ class Outcome(NamedTuple):
 # ------------------------------------------------------------------------------------------------ runs
 
 
-def plan(case: Case) -> cases.Plan:
-    """What a run will take; refuses what can be refused before it."""
-    prepared = prepare(case)
-    solver = "dopri5" if prepared.steps == 0 else batch.NAME
-    return cases.Plan(duration=(case.sensors.samples - 1) / case.sensors.rate, solver=solver)
-
-
-def run(
-    case: Case,
-    *,
-    laws: Mapping[str, Any] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
-    """Run a case: motion, sensors, identification.
+def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
+    """Check and prepare a case: motion, sensors, identification.
 
     Raises
     ------
@@ -72,7 +60,12 @@ def run(
     """
     refuse_laws(laws, case.system)
     item = prepare(case)
-    return _finish(item, *_move([item], progress)[0])
+
+    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
+        return _finish(item, *_move([item], progress)[0])
+
+    solver = "dopri5" if item.steps == 0 else batch.NAME
+    return cases.Plan(duration=(case.sensors.samples - 1) / case.sensors.rate, run=run, solver=solver)
 
 
 def run_batch(batch: Sequence[Case]) -> list[xr.Dataset | Exception]:

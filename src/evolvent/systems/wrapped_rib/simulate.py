@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, codecache
 from evolvent.errors import InputError, in_keys, naming_keys
 from evolvent.systems._common import refuse_laws, sample_times
 from evolvent.systems.wrapped_rib import advice
@@ -43,26 +43,50 @@ def stepping(case: Case) -> dict[str, Any]:
     return {"step": step, "tolerance": solver.tolerance, "spectral_radius": solver.spectral_radius}
 
 
-def plan(case: Case) -> cases.Plan:
-    """What a run will take; refuses what can be refused before it."""
+def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
+    """Check and prepare a case; nothing long is compiled.
+
+    Raises
+    ------
+    InputError
+        If laws are given (this system places none), or the case cannot be run.
+    """
+    refuse_laws(laws, case.system)
     _check(case)
     samples = _samples(case)
-    system = build(case)
-    if case.solver.method == IMPLICIT:
-        return cases.Plan(duration=float(samples[-1]), solver=IMPLICIT)
-    step = case.solver.step
-    if step != "auto":
-        from evolvent.solvers.drive import choose_step
+    begin = start(case)
+    assembly = build(case, begin=begin).assemble()
+    method, step = case.solver.method, case.solver.step
+    keys = cases.solver_keys(case) | KEYS
+    ready, solver, note = None, IMPLICIT, ""
+    if method != IMPLICIT:
+        solver = _compiled(method)
+        if step != "auto":
+            with naming_keys(cases.solver_keys(case)):
+                ready = _explicit(case, assembly, samples)
+        length = advice.explicit_step(case)
+        note = (
+            f"{method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
+            f"{length:.2g} s over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the "
+            f"ribs' joints; {IMPLICIT} takes some thousand"
+        )
 
-        with naming_keys(cases.solver_keys(case)):
-            choose_step(system.assemble(), case.solver.method, float(step), float(samples[-1]))
-    length = advice.explicit_step(case)
-    note = (
-        f"{case.solver.method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
-        f"{length:.2g} s over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the ribs' "
-        f"joints; {IMPLICIT} takes some thousand"
-    )
-    return cases.Plan(duration=float(samples[-1]), solver=_compiled(case.solver.method), note=note)
+    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
+        every, kept = _with_whip(case, samples)
+        with naming_keys(keys):
+            prepare = _implicit if method == IMPLICIT else _explicit
+            solution = (ready or prepare(case, assembly, every)).run(progress)
+        if method != IMPLICIT:
+            codecache.mark_warm(solver)
+            solution.message = solution.message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
+            solution.statistics["penalty_stiffness"] = case.penalty[0]
+        solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
+        if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
+            solution = _at_start(solution, samples)
+        peaks = _peaks(case, motion_of(case, begin, solution.assembly, solution), solution.t)
+        return dataset_of(case, begin, solution.assembly, _thinned(solution, kept[: solution.t.size]), peaks)
+
+    return cases.Plan(duration=float(samples[-1]), run=run, solver=solver, note=note)
 
 
 def _compiled(method: str) -> str:
@@ -116,68 +140,30 @@ def _samples(case: Case) -> np.ndarray:
     return sample_times(every, case.duration, values=24 * case.rib.count * (case.rib.elements + 1))
 
 
-def run(
-    case: Case, *, laws: Mapping[str, Any] | None = None, progress: Callable[[float], None] | None = None
-) -> xr.Dataset:
-    """Run a case.
+def _implicit(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
+    """The run by generalized-alpha, prepared."""
+    from evolvent.solvers.implicit import plan as plan_implicit
 
-    Raises
-    ------
-    InputError
-        If laws are given (this system places none), or the case cannot be run.
-    """
-    refuse_laws(laws, case.system)
-    _check(case)
-    samples = _samples(case)
-    begin = start(case)
-    assembly = build(case, begin=begin).assemble()
-    every, kept = _with_whip(case, samples)
-    solution = _solved(case, assembly, every, progress)
-    if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
-        solution = _at_start(solution, samples)
-    peaks = _peaks(case, motion_of(case, begin, assembly, solution), solution.t)
-    return dataset_of(case, begin, assembly, _thinned(solution, kept[: solution.t.size]), peaks)
-
-
-def _solved(case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None) -> Solution:
-    """The motion by the case's method, its message in the words of the case."""
-    keys = cases.solver_keys(case) | KEYS
-    with naming_keys(keys):
-        solution = _by_method(case, assembly, samples, progress)
-    return dataclasses.replace(solution, message=in_keys(solution.message, keys))
-
-
-def _by_method(
-    case: Case, assembly: Assembly, samples: np.ndarray, progress: Callable[[float], None] | None
-) -> Solution:
-    """The motion by the case's method."""
     solver = case.solver
     step = None if solver.step == "auto" else float(solver.step)
-    if solver.method == IMPLICIT:
-        from evolvent.solvers.implicit import solve_implicit
+    return plan_implicit(
+        assembly, samples=samples, step=step, tolerance=solver.tolerance, spectral_radius=solver.spectral_radius
+    )
 
-        return solve_implicit(
-            assembly,
-            samples=samples,
-            step=step,
-            tolerance=solver.tolerance,
-            spectral_radius=solver.spectral_radius,
-            progress=progress,
-        )
-    from evolvent import codecache
-    from evolvent.solvers import solve
-    from evolvent.solvers.drive import METHODS, choose_step
+
+def _explicit(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
+    """The run by an explicit method, prepared; a step of its own choice is a share of the stability limit of rk4."""
+    from evolvent.solvers.drive import METHODS
+    from evolvent.solvers.drive import plan as plan_explicit
     from evolvent.solvers.stability import stability_limit
 
-    if step is None:
-        duration = float(samples[-1])
-        own, _, mode = choose_step(assembly, solver.method, None, duration)
-        step = min(own, advice.SHARE * stability_limit(METHODS["rk4"], mode, duration))
-    solution = solve(assembly, samples=samples, method=solver.method, step=step, progress=progress)
-    codecache.mark_warm(_compiled(solver.method))
-    message = solution.message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
-    statistics = solution.statistics | {"penalty_stiffness": case.penalty[0]}
-    return dataclasses.replace(solution, message=message, statistics=statistics)
+    solver = case.solver
+    if solver.step != "auto":
+        return plan_explicit(assembly, samples=samples, method=solver.method, step=float(solver.step))
+    found = plan_explicit(assembly, samples=samples, method=solver.method)
+    assert found.mode is not None and found.step is not None  # of every method with a fixed step
+    limit = stability_limit(METHODS["rk4"], found.mode, float(samples[-1]))
+    return dataclasses.replace(found, step=min(found.step, advice.SHARE * limit))
 
 
 def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
