@@ -225,7 +225,7 @@ class Builder:
         return assembly
 
     def _ends(self) -> set[float]:
-        """Times at which joints let go and beam loads start or end."""
+        """Times at which joints are released and beam loads start or end."""
         times = [row["until"] for row in self.rows["joints"]]
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}

@@ -1,8 +1,9 @@
 """The Model: flat arrays of one type for every system.
 
-A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches (nodes released, threads
-let go); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch memory lives in
-the model, so that nothing is allocated in a time loop; two threads of execution therefore need two models.
+A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches (nodes and
+whole threads released); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch
+memory lives in the model, so that nothing is allocated in a time loop; two threads of execution therefore
+need two models.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ RECORDS: dict[str, np.dtype] = {
         "Q d X phi b spool leaving start",
         departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
-    # mass, its inverse, and the length of thread whose loads the node bears
+    # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
     "loads": _record("kind target law first last", ""),
     "events": _record("law first last stops", ""),

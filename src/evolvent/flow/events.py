@@ -1,4 +1,4 @@
-"""Events: nodes leave and reach their spools, threads are let go, a user's events."""
+"""Events: nodes leave and reach their spools, whole threads are released, a user's events."""
 
 import numpy as np
 from numba import types, void

@@ -1,7 +1,7 @@
 """The implicit equations of models with threads on springs, beside those of `evolvent.flow.implicit`.
 
-The switches of the state (nodes released, threads let go) stand in `Flexible.switches`. Wound nodes keep their places;
-what wound thread adds to a body's mass and forces is as in `evolvent.flow.rhs`.
+The switches of the state (nodes and whole threads released) stand in `Flexible.switches`. Wound nodes keep their
+places; what wound thread adds to a body's mass and forces is as in `evolvent.flow.rhs`.
 """
 
 import math

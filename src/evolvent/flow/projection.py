@@ -15,7 +15,7 @@ from evolvent.model import MODEL
 @entry(MODEL)
 @kernel
 def is_corrected(model):
-    """Whether `project` has anything to correct: links, segments of fixed length, quaternions, joints that let go."""
+    """Whether `project` has anything to correct: links, fixed segments, quaternions, joints that are released."""
     found = model.links.size > 0
     for k in range(model.flexible.joints.size):
         found = found or model.flexible.joints[k].until < np.inf

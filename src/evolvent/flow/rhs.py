@@ -31,7 +31,7 @@ def rhs(t, y, s, model, dy):
 def apply_forces(t, y, s, model, dy):
     """Kinematics, and all forces but those of beams and constraints; dy is cleared.
 
-    Returns the powers dissipated, of loads and of spools (W), and whether threads' nodes bear loads.
+    Returns the powers dissipated, of loads and of spools (W), and whether threads' nodes carry loads.
     """
     bodies, points, threads = model.bodies, model.points, model.threads
     info = model.info

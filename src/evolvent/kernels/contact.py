@@ -4,7 +4,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, kernel
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import contact_laws, layers, rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
@@ -14,7 +14,7 @@ from evolvent.model import MODEL
 
 @indirect(void(VECTOR, REAL, MODEL, VECTOR))
 def add_contacts(y, step, model, F):
-    """Forces of all contacts into F and the bodies' wrenches; fills cylinders and checks.
+    """Forces of all contacts into F and the bodies' wrenches; fills cylinders and contact points.
 
     Parameters
     ----------
@@ -64,11 +64,7 @@ def add_contacts(y, step, model, F):
                         y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
                     )
                 )
-            contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
-            contacts[i].damper1 = 0.0
-            d = contacts[i].drag1
-            d[0] = d[1] = d[2] = 0.0
-            contacts[i].gap1 = math.inf
+            contact_laws.clear_point(contacts[i])
             if not near:
                 continue
             x, yy, z = contact_laws.point_position(y, iq, contacts[i].S)
@@ -86,35 +82,17 @@ def add_contacts(y, step, model, F):
             force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, before, stiffness, exponent, damping)
             if law == contact_laws.CONSERVATIVE and step > 0.0:  # its rate follows the gap
                 d_gap, d_rate = d_gap + d_rate / step, 0.0
-            contacts[i].force, contacts[i].d_gap, contacts[i].d_rate, contacts[i].distance = (
-                force,
-                d_gap,
-                d_rate,
-                distance,
-            )
-            n, f, t = contacts[i].n, contacts[i].f, contacts[i].t
+            contacts[i].force, contacts[i].distance = force, distance
+            contacts[i].d_gap, contacts[i].d_rate = d_gap, d_rate
+            n, f = contacts[i].n, contacts[i].f
             n[0], n[1], n[2] = nx, ny, nz
             fx, fy, fz = force * nx, force * ny, force * nz
             if mu > 0.0:
-                sx, sy, sz = 0.0, 0.0, 0.0
-                if step > 0.0:
-                    q = contacts[i].anchor
-                    px, py, pz = turn(R, q[0], q[1], q[2])
-                    sx, sy, sz = contact_laws.tangential(dx - px, dy - py, dz - pz, nx, ny, nz)
-                q = contacts[i].stick
-                ux, uy, uz = turn(R, q[0], q[1], q[2])
-                ux, uy, uz = contact_laws.tangential(ux, uy, uz, nx, ny, nz)
-                found = contact_laws.friction(
-                    ux, uy, uz, sx, sy, sz, force, mu,
-                    cylinders[k].stick_stiffness, cylinders[k].stick_damping if step > 0.0 else 0.0, step,
-                )  # fmt: skip
-                fx, fy, fz = fx + found[0], fy + found[1], fz + found[2]
-                q = contacts[i].stick1
-                q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
-                d[0], d[1], d[2] = found[0], found[1], found[2]
-                t[0], t[1], t[2] = found[8], found[9], found[10]
-                contacts[i].along, contacts[i].across, contacts[i].by_normal = found[11], found[12], found[13]
-                energy += 0.5 * cylinders[k].stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
+                tx, ty, tz, stored = friction_force(
+                    contacts[i], cylinders[k], R, (dx, dy, dz), (nx, ny, nz), force, step
+                )
+                fx, fy, fz = fx + tx, fy + ty, fz + tz
+                energy += stored
             f[0], f[1], f[2] = fx, fy, fz
             energy += contact_laws.contact_energy(gap, stiffness, exponent)
             elastic, _ = contact_laws.elastic_force(gap, stiffness, exponent)
@@ -135,6 +113,38 @@ def add_contacts(y, step, model, F):
             bodies[body].F[i] += share * G[i]
         cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
         cylinders[k].touching = touching
+
+
+@inlined
+def friction_force(point, cylinder, R, place, normal, force, step):
+    """Friction on a contact point by its normal force, N, and the energy of its bristle, J: (x, y, z, energy).
+
+    Parameters
+    ----------
+    point : record of the contact point, whose bristle and tangent are filled in
+    cylinder : record; R : (3, 3) float, rotation of its body
+    place, normal : 3 floats each, of the point from the body's origin, and out of the cylinder; inertial axes
+    """
+    nx, ny, nz = normal
+    sx, sy, sz = 0.0, 0.0, 0.0
+    if step > 0.0:
+        q = point.anchor
+        px, py, pz = turn(R, q[0], q[1], q[2])
+        sx, sy, sz = contact_laws.tangential(place[0] - px, place[1] - py, place[2] - pz, nx, ny, nz)
+    q = point.stick
+    ux, uy, uz = turn(R, q[0], q[1], q[2])
+    ux, uy, uz = contact_laws.tangential(ux, uy, uz, nx, ny, nz)
+    found = contact_laws.friction(
+        ux, uy, uz, sx, sy, sz, force, cylinder.friction,
+        cylinder.stick_stiffness, cylinder.stick_damping if step > 0.0 else 0.0, step,
+    )  # fmt: skip
+    q, d, t = point.stick1, point.drag1, point.t
+    q[0], q[1], q[2] = turn_back(R, found[3], found[4], found[5])
+    d[0], d[1], d[2] = found[0], found[1], found[2]
+    t[0], t[1], t[2] = found[8], found[9], found[10]
+    point.along, point.across, point.by_normal = found[11], found[12], found[13]
+    stored = 0.5 * cylinder.stick_stiffness * (found[3] ** 2 + found[4] ** 2 + found[5] ** 2)
+    return found[0], found[1], found[2], stored
 
 
 @indirect(void(VECTOR, REAL, MODEL, SPARSE))
@@ -226,7 +236,7 @@ def end_contact_step(y, model):
     Notes
     -----
     Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
-    of both ends as the work of all else is booked, and of the law CONSERVATIVE the step's own: with the force of the
+    of both ends as of the work of all else, and of the law CONSERVATIVE the step's own: with the force of the
     end alone the account would gain in proportion to the step.
     """
     flexible, bodies = model.flexible, model.bodies

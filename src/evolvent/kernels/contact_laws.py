@@ -90,6 +90,15 @@ def point_position(y, at, S):
 
 
 @inlined
+def clear_point(point):
+    """Clear what a contact point holds of the step's end."""
+    point.force, point.along, point.across, point.by_normal = 0.0, 0.0, 0.0, 0.0
+    point.damper1, point.gap1 = 0.0, math.inf
+    d = point.drag1
+    d[0] = d[1] = d[2] = 0.0
+
+
+@inlined
 def contact_energy(gap, stiffness, exponent):
     """V = K delta^(n + 1) / (n + 1), J, of the penetration delta = max(-gap, 0)."""
     return stiffness * (-gap) ** (exponent + 1.0) / (exponent + 1.0) if gap < 0.0 else 0.0

@@ -144,7 +144,7 @@ def add_joint_force(k, la, model, F):
         index = joints[k].index[1]
         n = bodies[index].axis
         nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
-        return nx * la  # the body itself bears it; what drives it is outside
+        return nx * la  # it acts on the body alone; what drives that is outside
     is_place = joints[k].kind != DIRECTION
     for side in range(2):
         g = joints[k].g[side]

@@ -4,7 +4,7 @@ A turn is seen from the one below it: a contact point p of the upper beam, the n
 in the plane across the axis a, the lower one's direction e there, n = e x a outwards, and the gap (p - r) . n less the
 layers' thickness. The gap has sides: a point that has passed through the layer below is pushed back out. Since p - r is
 across e, moving along the lower beam does not change the gap to first order, so that f n on p and -f n at r are its
-gradients; what p lies off the plane makes a small couple, which the body bears, and momenta are kept.
+gradients; what p lies off the plane makes a small couple, which the body takes, and momenta are kept.
 """
 
 import math
@@ -186,7 +186,7 @@ def find_partners(y, model, k):
 
 @indirect(void(VECTOR, REAL, MODEL, _I, VECTOR))
 def add_layers(y, step, model, k, F):
-    """Forces of the layer of cylinder k on the turns below it; fills its records as `touch.add_contacts` does."""
+    """Forces of the layer of cylinder k on the turns below it; fills its records as `contact.add_contacts` does."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     body, under, sense, mu = cylinders[k].body, cylinders[k].under, cylinders[k].sense, cylinders[k].friction
@@ -198,11 +198,9 @@ def add_layers(y, step, model, k, F):
         G[i] = 0.0
     normal = energy = power = touching = 0.0
     for i in range(cylinders[k].first, cylinders[k].last):
-        contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
-        contacts[i].damper1, contacts[i].gap1 = 0.0, math.inf
-        d, s = contacts[i].drag1, contacts[i].anchor
-        for j in range(3):
-            d[j], s[j] = 0.0, 0.0
+        contact_laws.clear_point(contacts[i])
+        s = contacts[i].anchor
+        s[0] = s[1] = s[2] = 0.0
         if contacts[i].carrier < 0:
             continue
         px, py, pz = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
@@ -247,7 +245,7 @@ def add_layers(y, step, model, k, F):
                 sx, sy, sz = contact_laws.tangential(px - ox, py - oy, pz - oz, nx, ny, nz)
                 off = contacts[i].offset
                 sx, sy, sz = sx - off * ax, sy - off * ay, sz - off * az
-            # bristles and what is booked of them lie along the lower beam and the axis, and turn with the coil
+            # bristles and their work lie along the lower beam and the axis, and turn with the coil
             ex, ey, ez = cross(ax, ay, az, nx, ny, nz)
             q = contacts[i].stick
             qx, qy, qz = q[0] * ex + q[1] * ax, q[0] * ey + q[1] * ay, q[0] * ez + q[1] * az

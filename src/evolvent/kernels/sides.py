@@ -157,8 +157,8 @@ def add_relative(matrix, model, index, J, K, f, row, share):
 
     Notes
     -----
-    A turn t of the body changes f by t x f - K (t x u). The body bears -f at u: -(local x R^T f), which a displacement
-    du changes by R^T f x R^T du - local x R^T K du; local is u as seen from the body.
+    A turn t of the body changes f by t x f - K (t x u). -f acts on the body at u: -(local x R^T f), which
+    a displacement du changes by R^T f x R^T du - local x R^T K du; local is u as seen from the body.
     """
     bodies, n_q = model.bodies, model.info.nq
     motion, R = bodies[index].motion, bodies[index].R

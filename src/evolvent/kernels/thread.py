@@ -5,7 +5,7 @@ nodes the last, s - 1, is the boundary node: its segment ends at the departure p
 b = r (phi - (s - 1) l0 / r). Tangents e point outwards, from node i + 1 (or Q) to node i.
 
 Spring segments hold positions and velocities of the nodes in the state (inertial axes). Segments of fixed length hold
-the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are exact; once the thread has been let go
+the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are exact; once the whole thread is released
 the slot of the last node holds that node's position and velocity.
 
 Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
@@ -328,7 +328,7 @@ def spring_thread(y, s, model, p, loaded, dy):
     b1 = threads[p].b[1]
     rate = stretch_rate - b1 * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
     elastic = stiffness * (length - threads[p].b[0])
-    if s[threads.size + p] != 0:  # let go
+    if s[threads.size + p] != 0:  # released whole
         elastic = rate = 0.0
     T = elastic + damping * rate
     nodes[first + j - 1].tension = T

@@ -76,7 +76,7 @@ class Joint:
     stiffness : float, N/m and N m; above 0, a penalty in place of the constraint
     turn_stiffness : float, N m, optional, of the penalties that hold directions; `stiffness` if left out
     damping : float, N s/m and N m s, of the penalty
-    until : float, s, when the joint lets go
+    until : float, s, when the joint is released
 
     Notes
     -----
@@ -262,7 +262,7 @@ class Carry:
     radius, centre, axis, zero, length : float and (3,) float, optional
         Of an involute (`radius` above 0): the circle's radius (m), a point and the direction of its axis, the direction
         from its centre to where the thread begins, and the thread's length (m).
-    until : float, s, when the place is let go
+    until : float, s, when the place is released
     """
 
     what: Any

@@ -85,7 +85,7 @@ class Thread:
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
         if self.copies < 1 or (self.copies > 1 and motion == rigid.FREE):
-            raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body bears copies")
+            raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)
         centre = vector(f"{self.reel}.centre", reel.centre)
         feed = reel.feed.write(builder, self.reel)

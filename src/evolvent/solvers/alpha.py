@@ -49,9 +49,9 @@ from evolvent.solvers.alpha_state import (
 
 _I = types.int64
 
-#: Iterations of Newton's method before a step is given up.
+#: Iterations of Newton's method before a step counts as failed.
 MOST_ITERATIONS = 25
-#: Convergence slower than this has the matrix factored restart.
+#: Convergence slower than this has the matrix factored again.
 SLOW = 0.15
 #: A correction below this that Newton's method with a new tangent does not halve is round-off (constraints near a place
 #: where they depend on one another).

@@ -103,104 +103,46 @@ def begin(model, matrix, work):
 def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
     loop, options = work.loop, work.options
-    n_v, n_j, n_t = work.dq.size, work.la.size, work.samples.size
     adaptive = options.tolerance > 0.0
     near = 10.0 * options.smallest  # times closer than this are one
     for _ in range(budget):
-        t = loop.time
-        if loop.sample == n_t:
+        if loop.sample == work.samples.size:
             return DONE
-        target = work.samples[loop.sample]
-        stops = loop.stop < work.stops.size and work.stops[loop.stop] <= target + near
-        if stops:
-            target = min(target, work.stops[loop.stop])
-        h = min(loop.step, loop.event_step)
-        left = target - t
-        lands = h >= left * (1.0 - 1e-9)
-        if lands:
-            h = left
-        elif adaptive and 2.0 * h > left:
-            h = 0.5 * left
-        for i in range(work.y.size):
-            work.y0[i] = work.y[i]
-        for i in range(n_v):
-            work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
-            work.loads0[i], work.w0[i] = work.loads1[i], work.w1[i]
-        if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
-            for i in range(n_v):
-                work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / loop.last_step, 1.0)
-        for i in range(n_j):
-            work.la0[i] = work.la[i]
-        for i in range(work.powers.shape[1]):
-            work.powers[1, i] = work.powers[0, i]
-        note_drives(t, h, model, work)
-        t1 = target if lands else t + h
+        target, stops = next_target(work, near)
+        h, lands = step_length(work, target - loop.time, adaptive)
+        t1 = target if lands else loop.time + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
-        found = solve_step(t_end, h, model, matrix, work)
-        error = 0.0
-        if found > 0:
-            if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
-                # contacts, tensions and reactions of the state that the last correction led to
-                residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
-                if not adaptive and model.flexible.cylinders.size > 0:
-                    found = solve_with_stiff_part(t_end, h, found, model, matrix, work)
-                touches = model.flexible.cylinders.size > 0
-                if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, work):
-                    found = SINGULAR
-            if adaptive:
-                c = abs(options.beta - 1.0 / 6.0) * h * h
-                for i in range(n_v):
-                    d = abs(work.a1[i] - work.a0[i]) + abs(work.w1[i] - work.w0[i])
-                    error = max(error, c * d / work.weight[i])
-                error /= options.tolerance
-        if found <= 0 or error > 1.0:
-            if not adaptive or h <= options.smallest:
-                restore_start(model, work)
-                return found if found <= 0 else NO_CONVERGENCE
+        save_start(h, model, work)
+        iterations = solve_and_correct(t_end, h, lands, adaptive, model, matrix, work)
+        error = local_error(h, work) if adaptive and iterations > 0 else 0.0
+        if iterations <= 0 or error > 1.0:
             restore_start(model, work)
+            if not adaptive or h <= options.smallest:
+                return iterations if iterations <= 0 else NO_CONVERGENCE
             loop.rejected += 1
-            loop.step = h * (0.35 if found <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
+            loop.step = h * (0.35 if iterations <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        part = _until_latch(model) if error <= 1.0 else 1.0
+        part = _until_latch(model)
         if part < 1.0 and h * part > options.smallest:
             restore_start(model, work)
             loop.event_step = h * part
             continue
-        keep_momentum(t_end, h, work.y, model.flexible.P, model, work.spare, work.kept)
-        for i in range(n_v):
-            work.loads1[i] = model.flexible.P[i]
-        add_step_to_balance(t_end, h, model, work)
-        loop.last_step, loop.event_step = h, math.inf
-        loop.time = t1
-        loop.steps += 1
-        touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
-        if lands or touching or loop.steps % EACH == 0:
-            net = energy_gained(t_end, model, work)
-            loop.largest_gain = max(loop.largest_gain + net - loop.net_gain, 0.0)
-            loop.net_gain = net
-            scale = scale_of(work.balance, loop.peak_energy) + options.floor
-            passed = 1 if touching else EACH
-            loop.over = loop.over + passed if loop.largest_gain > options.gain * scale else 0
+        accept_step(t1, t_end, h, lands, model, work)
+        at_sample = loop.sample < work.samples.size and t1 >= work.samples[loop.sample] - near
         # a few steps from rest gain as much as there is, and then less and less beside it
-        ends = t1 >= work.samples[n_t - 1] - near
-        if loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2)):
-            if lands and t1 >= work.samples[loop.sample] - near:
-                keep_sample(loop.sample, model, work)
-                loop.sample += 1
-            return GAINED
-        if adaptive:
-            grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
-            if found > 10:
-                grow = min(grow, 0.7)
-            if grow > 1.2 or grow < 1.0:
-                loop.step = min(max(h, loop.step if lands else h) * grow, options.longest)
-            elif not lands:
-                loop.step = h
-        latched = _latch(model)
-        if loop.sample < n_t and t1 >= work.samples[loop.sample] - near:
+        ends = t1 >= work.samples[work.samples.size - 1] - near
+        gained = loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2))
+        latched = False
+        if not gained:
+            if adaptive:
+                loop.step = next_step(h, error, iterations, lands, work)
+            latched = _latch(model)
+        if at_sample and (lands or not gained):
             keep_sample(loop.sample, model, work)
             loop.sample += 1
+        if gained:
+            return GAINED
         if stops and lands:
             loop.stop += 1
             if model.threads.size > 0:
@@ -213,6 +155,103 @@ def advance(model, matrix, work, budget):
             if status != DONE:
                 return status
     return BUDGET
+
+
+@inlined
+def next_target(work, near):
+    """Time of the next sample or stop, and whether it is a stop."""
+    loop, target = work.loop, work.samples[work.loop.sample]
+    stops = loop.stop < work.stops.size and work.stops[loop.stop] <= target + near
+    if stops:
+        target = min(target, work.stops[loop.stop])
+    return target, stops
+
+
+@inlined
+def step_length(work, left, adaptive):
+    """Length of the next step, at most the time `left` to the target, and whether it lands there."""
+    h = min(work.loop.step, work.loop.event_step)
+    if h >= left * (1.0 - 1e-9):
+        return left, True
+    if adaptive and 2.0 * h > left:
+        h = 0.5 * left
+    return h, False
+
+
+@inlined
+def save_start(h, model, work):
+    """Save the start of a step of length h, and what drives will change over it."""
+    for i in range(work.y.size):
+        work.y0[i] = work.y[i]
+    for i in range(work.dq.size):
+        work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
+        work.loads0[i], work.w0[i] = work.loads1[i], work.w1[i]
+    if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
+        for i in range(work.dq.size):
+            work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / work.loop.last_step, 1.0)
+    for i in range(work.la.size):
+        work.la0[i] = work.la[i]
+    for i in range(work.powers.shape[1]):
+        work.powers[1, i] = work.powers[0, i]
+    note_drives(work.loop.time, h, model, work)
+
+
+@inlined
+def solve_and_correct(t_end, h, lands, adaptive, model, matrix, work):
+    """Solve a step, contact forces that are means over it included; returns as `step_of` does."""
+    found = solve_step(t_end, h, model, matrix, work)
+    touches = model.flexible.cylinders.size > 0
+    if found > 0 and (touches or model.threads.size > 0 or lands):
+        # contacts, tensions and reactions of the state that the last correction led to
+        residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
+        if not adaptive and touches:
+            found = solve_with_stiff_part(t_end, h, found, model, matrix, work)
+        if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, work):
+            found = SINGULAR
+    return found
+
+
+@inlined
+def local_error(h, work):
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0), and of the accelerations w likewise."""
+    c, error = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
+    for i in range(work.dq.size):
+        d = abs(work.a1[i] - work.a0[i]) + abs(work.w1[i] - work.w0[i])
+        error = max(error, c * d / work.weight[i])
+    return error / work.options.tolerance
+
+
+@inlined
+def next_step(h, error, iterations, lands, work):
+    """Length of the next adaptive step after one of length h."""
+    before = work.loop.step
+    grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
+    if iterations > 10:
+        grow = min(grow, 0.7)
+    if grow > 1.2 or grow < 1.0:
+        return min(max(h, before if lands else h) * grow, work.options.longest)
+    return before if lands else h
+
+
+@inlined
+def accept_step(t1, t_end, h, lands, model, work):
+    """Accept a step: momentum that is kept, energy balance, and what that has gained from nothing."""
+    loop, options = work.loop, work.options
+    keep_momentum(t_end, h, work.y, model.flexible.P, model, work.spare, work.kept)
+    for i in range(work.dq.size):
+        work.loads1[i] = model.flexible.P[i]
+    add_step_to_balance(t_end, h, model, work)
+    loop.last_step, loop.event_step = h, math.inf
+    loop.time = t1
+    loop.steps += 1
+    touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
+    if lands or touching or loop.steps % EACH == 0:
+        net = energy_gained(t_end, model, work)
+        loop.largest_gain = max(loop.largest_gain + net - loop.net_gain, 0.0)
+        loop.net_gain = net
+        scale = scale_of(work.balance, loop.peak_energy) + options.floor
+        passed = 1 if touching else EACH
+        loop.over = loop.over + passed if loop.largest_gain > options.gain * scale else 0
 
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))

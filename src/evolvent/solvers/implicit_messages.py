@@ -39,7 +39,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
             law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
         elif met:
             law = "a softer contact"
-        if step is None:  # only the smallest of steps is given up
+        if step is None:  # only of the smallest of steps is that final
             smaller = "look at the last samples" if not law else "take"
         joined = "" if not law else " " if step is None else ", " if jumps else ", or "
         return (

@@ -57,7 +57,7 @@ def solve_static(
         turn with it.
     centre : (3,) float, m, on that axis; the body's place or the origin if left out
     tolerance : float, correction at which an iteration has converged, beside the size of the system (or 1 for slopes)
-    most_steps : int, after which the search is given up
+    most_steps : int, after which the search ends
     progress : called with the load factor reached
 
     Returns

@@ -204,7 +204,7 @@ class Work:
         return int(np.sum(lu.U.diagonal() < 0.0)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
 
     def free_motions(self, factor: float) -> list[str]:
-        """Which parts the tangent lets go without resistance."""
+        """Which parts move without resistance, by the tangent."""
         b = self.balance
         if self.probe(factor) < 0 or b.tally[eq.LOOSE] == 0:
             return []

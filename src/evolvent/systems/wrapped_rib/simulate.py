@@ -161,7 +161,8 @@ def _explicit(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
     if solver.step != "auto":
         return plan_explicit(assembly, samples=samples, method=solver.method, step=float(solver.step))
     found = plan_explicit(assembly, samples=samples, method=solver.method)
-    assert found.mode is not None and found.step is not None  # of every method with a fixed step
+    assert found.mode is not None
+    assert found.step is not None
     limit = stability_limit(METHODS["rk4"], found.mode, float(samples[-1]))
     return dataclasses.replace(found, step=min(found.step, advice.SHARE * limit))
 
