@@ -1,0 +1,159 @@
+"""One Solution of all solvers: energy and momentum balance, plans that run, models that are left as they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from evolvent import elements, parts
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.solvers import balance as eb
+from evolvent.solvers import drive, implicit, solve
+from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.modes import modes
+from evolvent.solvers.static import solve_static
+from evolvent.system import System
+
+SAMPLES = np.linspace(0.0, 0.5, 11)
+
+
+def pair() -> Assembly:
+    """Two free masses on a damped spring, with a drift and a turn."""
+    system = System()
+    system.add(parts.Point(mass=2.0, position=(0.0, 0.0, 0.0), velocity=(0.1, 0.4, 0.0)), "a")
+    system.add(parts.Point(mass=1.0, position=(1.1, 0.0, 0.0), velocity=(0.0, -0.5, 0.3)), "b")
+    system.add(parts.Spring(a="a", b="b", stiffness=50.0, damping=0.5, length=1.0), "spring")
+    return system.assemble()
+
+
+def hung_beam() -> Assembly:
+    """A cable on a penalty hinge under gravity, with a load at its tip and a cylinder below."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    section, material = elements.Rectangle(thickness=0.01, width=0.01), elements.Material(E=1e7, nu=0.0, density=1000.0)
+    beam = parts.Beam(length=1.0, section=section, material=material, elements=6, formulation="cable", mass_damping=1.0)
+    system.add(beam, "beam")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), kind="point", stiffness=1e5, damping=1.0), "pin")
+    system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, 0.1, 0.0), ramp=0.2), "load")
+    system.add(
+        parts.Cylinder(body="ground", beams=["beam"], centre=(0.5, -0.35, 0.0), radius=0.3, stiffness=1e4), "pole"
+    )
+    return system.assemble()
+
+
+def data_of(assembly: Assembly) -> dict[str, Any]:
+    """All arrays of a model, its flexible part's among them."""
+    model = assembly.model
+    own = {name: np.array(value) for name, value in model._asdict().items() if name != "flexible"}
+    return own | {f"flexible.{name}": np.array(value) for name, value in model.flexible._asdict().items()}
+
+
+def explicit_run(assembly: Assembly) -> Any:
+    return solve(assembly, samples=SAMPLES, method="rk4")
+
+
+def implicit_run(assembly: Assembly) -> Any:
+    return solve_implicit(assembly, samples=SAMPLES, tolerance=2e-8, spectral_radius=0.9)
+
+
+@pytest.mark.parametrize("run", [explicit_run, implicit_run])
+@pytest.mark.parametrize("build", [pair, hung_beam])
+def test_energy_balances(run: Any, build: Any) -> None:
+    """Energy less work plus losses stays at that of the start, and the statistics name its largest defect."""
+    found = run(build())
+    assert found.success, found.message
+    rows, scale = found.balance, found.energy.max()
+    assert_allclose(found.energy, rows.kinetic + rows.elastic + rows.coupled, rtol=1e-15)
+    assert_allclose(eb.energy(rows) - eb.work(rows) + eb.dissipated(rows), eb.energy(rows)[0], atol=2e-3 * scale)
+    assert_allclose(found.energy_defect, eb.defect(rows, eb.energy(rows)[0]), atol=1e-12 * scale)
+    assert 0.0 <= found.statistics["energy_defect"] < 2e-3
+    assert eb.dissipated(rows)[-1] > 1e-3 * scale
+
+
+@pytest.mark.parametrize("build", [pair, hung_beam])
+def test_explicit_and_implicit_solutions_agree(build: Any) -> None:
+    """States, every entry of the balance, wrenches and multipliers, by two independent methods.
+
+    Over 0.35 s: the cable touches the pole from 0.1 s on, and what bounces there differs later on.
+    """
+    assembly, early = build(), SAMPLES <= 0.36
+    one, two = explicit_run(assembly).chosen(early), implicit_run(assembly).chosen(early)
+    scale = max(one.energy.max(), np.abs(eb.work(one.balance)).max())
+    for name in eb.BALANCE.names or ():
+        assert_allclose(one.balance[name], two.balance[name], atol=5e-3 * scale, err_msg=name)
+    assert_allclose(one.y[:, : assembly.model.info.nq], two.y[:, : assembly.model.info.nq], atol=2e-3)
+    assert_allclose(one.la, two.la, atol=0.05 * max(np.abs(two.la).max(initial=0.0), 1e-300))
+    assert_allclose(one.wrenches, two.wrenches, atol=0.05 * max(np.abs(two.wrenches).max(initial=0.0), 1e-300))
+    assert_allclose(
+        one.cylinders[..., 6], two.cylinders[..., 6], atol=0.1 + 0.05 * two.cylinders[..., 6].max(initial=0.0)
+    )
+
+
+@pytest.mark.parametrize("run", [explicit_run, implicit_run])
+def test_momentum_of_a_free_pair(run: Any) -> None:
+    """m v and x x m v of both masses, constant."""
+    assembly = pair()
+    found = run(assembly)
+    x, v, m = found.y[:, :6].reshape(-1, 2, 3), found.y[:, 6:12].reshape(-1, 2, 3), np.array([2.0, 1.0])
+    assert_allclose(found.momentum.linear, np.einsum("p,tpc->tc", m, v), atol=1e-14)
+    assert_allclose(found.momentum.angular, np.einsum("p,tpc->tc", m, np.cross(x, v)), atol=1e-14)
+    assert np.abs(found.momentum.drift_linear).max() < 1e-12
+    assert np.abs(found.momentum.drift_angular).max() < 1e-6
+
+
+def test_a_static_solution() -> None:
+    """It has energies and a path, and no work over time."""
+    found = solve_static(hung_beam(), time=1.0)
+    assert found.success, found.message
+    assert found.method == "static"
+    assert found.path is not None
+    assert found.path.factor[-1] == 1.0
+    assert_array_equal(found.t, 1.0)
+    assert np.all(found.balance.kinetic == 0.0)
+    assert found.balance.elastic[-1] > 0.0
+    assert np.all(np.isnan(found.energy_defect))
+
+
+def test_solvers_leave_the_model_as_it_is() -> None:
+    """Every array of an assembled model has the same bits after each solver."""
+    assembly = hung_beam()
+    before = data_of(assembly)
+    explicit_run(assembly)
+    implicit_run(assembly)
+    held = solve_static(assembly)
+    modes(assembly, count=2, equilibrium=held)
+    for name, values in data_of(assembly).items():
+        assert values.tobytes() == before[name].tobytes(), name
+
+
+@pytest.mark.parametrize("method", ["rk4", "dopri5", "generalized-alpha"])
+def test_a_plan_runs_again_as_before(method: str) -> None:
+    """The second run of a plan has the bits of the first."""
+    assembly = hung_beam() if method != "dopri5" else pair()
+    if method == "generalized-alpha":
+        plan: Any = implicit.plan(assembly, samples=SAMPLES, step=1e-3)
+    else:
+        plan = drive.plan(assembly, samples=SAMPLES, method=method)
+    first, second = plan.run(), plan.run()
+    assert_array_equal(first.y, second.y)
+    assert first.statistics == {**second.statistics, "step": first.statistics["step"]}
+
+
+def test_chosen_samples() -> None:
+    """Some of the samples, of an explicit and of an implicit run."""
+    for run in (explicit_run, implicit_run):
+        whole = run(pair())
+        part = whole.chosen([0, 5, 10])
+        assert_array_equal(part.t, SAMPLES[[0, 5, 10]])
+        assert_array_equal(part.y, whole.y[[0, 5, 10]])
+        assert_allclose(part.energy, whole.energy[[0, 5, 10]], rtol=1e-14)
+
+
+def test_modes_refuse_a_motion() -> None:
+    """The equilibrium of modes is a static solution."""
+    assembly = hung_beam()
+    with pytest.raises(InputError, match="equilibrium is a motion by rk4; it must be a solution of solve_static"):
+        modes(assembly, equilibrium=explicit_run(assembly))
