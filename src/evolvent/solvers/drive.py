@@ -14,7 +14,7 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.flow import needs
-from evolvent.flow.observations import state_sums
+from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
@@ -44,8 +44,12 @@ _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
 def energy_defect(model: mdl.Model, t: float, y: np.ndarray, s: np.ndarray, start: float) -> tuple[float, float, float]:
-    """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale."""
-    out = state_sums(model, t, y, s)
+    """Energy now, and what the account lacks: E - E0 - (spool + load + drive - dissipated + release), J; its scale.
+
+    The functions that explicit methods need are loaded.
+    """
+    out = np.empty(mdl.N_INVENTORY)
+    inventory(t, y, s, model, out)
     energy = out[mdl.KINETIC] + out[mdl.ELASTIC]
     a = y[model.info.nq + model.info.nv :]
     booked = a[mdl.SPOOL] + a[mdl.LOAD] + a[mdl.DRIVE] + a[mdl.RELEASE] - a[mdl.DISSIPATED]

@@ -293,15 +293,14 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
 
 def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Angles of all spools, rad, (nt, threads)."""
-    from evolvent.kernels.feed import feed
+    from evolvent.kernels.feed import feed_angles
 
     model = assembly.model
-    angles = np.empty((times.size, model.threads.size))
-    for p, row in enumerate(model.threads):
+    angles = np.empty((model.threads.size, times.size))
+    for row, found in zip(model.threads, angles, strict=True):
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
-        for k, time in enumerate(times):
-            angles[k, p] = feed(int(row["feed"]), parameters, int(row["law"]), float(time))[0]
-    return angles
+        feed_angles(int(row["feed"]), parameters, int(row["law"]), times, found)
+    return angles.T
 
 
 def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
@@ -536,7 +535,7 @@ def _wraps(case: Case, spool: np.ndarray) -> str:
 
 def _lacks(run: xr.Dataset) -> str:
     """A sentence on an energy account that does not close; '' if it does."""
-    energy = (run.energy_kinetic + run.energy_elastic).values
+    energy = run["energy_kinetic"].values + run["energy_elastic"].values
     scale = float(run.energy_balance.attrs["scale_J"])
     lacks = scale * float(np.abs(run.energy_balance.values).max()) / (float(energy[0]) or scale)
     if lacks <= LARGEST_DEFECT:
