@@ -39,6 +39,7 @@ WORKS = (
 def _stretch(stiffness: float, steps: int) -> Callable[[], tuple[float, int]]:
     """The heliogyro of `run.py` with half of its thread out, under rk4."""
     import run
+
     from evolvent.solvers import solve
 
     assembly = run.heliogyro("springs", stiffness=stiffness, out=0.5 * run.LENGTH)
@@ -54,6 +55,7 @@ def _stretch(stiffness: float, steps: int) -> Callable[[], tuple[float, int]]:
 def _links() -> Callable[[], tuple[float, int]]:
     """The whole deployment on links of fixed length, dopri5 at the tolerance that `run.py` finds."""
     import run
+
     from evolvent.solvers import solve
 
     assembly = run.heliogyro("inextensible")
@@ -154,7 +156,8 @@ class Worker:
 
     def run(self, name: str) -> tuple[float, int]:
         """Seconds and steps of a work."""
-        assert self.process.stdin is not None and self.process.stdout is not None
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
         self.process.stdin.write(f"{name}\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
@@ -189,7 +192,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--before", type=pathlib.Path, help="another checkout, such as a worktree of an older commit")
     parser.add_argument("--only", nargs="+", choices=WORKS, default=list(WORKS))
-    parser.add_argument("--repeat", type=int, default=7, help="runs of each, the shortest counts (default: %(default)s)")
+    parser.add_argument("--repeat", type=int, default=7, help="runs of each (default: %(default)s)")
     parser.add_argument("--no-peers", action="store_true", help="without Exudyn")
     parser.add_argument("-o", "--output", type=pathlib.Path, default=HERE.with_suffix(".json"))
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)

@@ -49,10 +49,13 @@ def factor(matrix):
     counts[DEFERRED] = 0
     counts[LOST] = 0
     matrix.quality[0] = 1.0
+    # the size usual for beams and bodies is compiled with its loops unrolled
     for b in range(table.shape[0]):
-        _measure(matrix, b, table[b, SIZE])
+        if table[b, SIZE] == 6:
+            _measure(matrix, b, 6)
+        else:
+            _measure(matrix, b, table[b, SIZE])
     for b in range(table.shape[0]):
-        # the size usual for beams and bodies is compiled with its loops unrolled
         done = _factor_diagonal(matrix, b, 6) if table[b, SIZE] == 6 else _factor_diagonal(matrix, b, table[b, SIZE])
         if not done:
             return SINGULAR

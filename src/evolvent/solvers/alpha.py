@@ -115,6 +115,7 @@ def step_of(t1, h, start, model, matrix, options, march):
     am, af, beta, gamma = options[ALPHA_M], options[ALPHA_F], options[BETA], options[GAMMA]
     c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
     c_rate = gamma / (beta * h)
+    c_step = 1.0 / (beta * h * h)
     scale = c_mass * options[MASS]
     a0, A0, a, A = march.v0[0], march.v0[1], march.v1[0], march.v1[1]
     if start != AS_IT_IS:
@@ -169,7 +170,7 @@ def step_of(t1, h, start, model, matrix, options, march):
             dq[i] += d
             y[n_q + i] += c_rate * d
             A[i] += c_mass * d
-            a[i] += d / (beta * h * h)
+            a[i] += c_step * d
         for k in range(n_j):
             la[k] += scale * x[first + k]
         displace(y0, dq, model, y)
