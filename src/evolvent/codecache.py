@@ -22,12 +22,14 @@ from typing import Any
 
 import numba
 from llvmlite import binding
-from numba import config
+from numba import config, types
 from numba.core import codegen
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 from numba.core.compiler import compile_result
 from numba.core.registry import cpu_target
 from numba.core.targetconfig import TargetConfig
+from numba.cpython import slicing
+from numba.np import arrayobj
 
 _PACKAGE = pathlib.Path(__file__).parent
 #: Modules and packages that may hold compiled functions or constants that these use.
@@ -238,20 +240,33 @@ class _BaselineCodegen(codegen.JITCPUCodegen):
         return ""
 
 
+def _index(context: Any, builder: Any, kind: Any, index: Any, _: Any) -> Any:
+    """An index into an array as a machine word; it is not negative."""
+    return context.cast(builder, index, kind, types.intp)
+
+
+def _fix_slice(builder: Any, bounds: Any, size: Any) -> None:
+    """Cut a slice off at the end of its array; its bounds are not negative."""
+    bounds.stop = builder.select(builder.icmp_signed("<", bounds.stop, size), bounds.stop, size)
+
+
 class _Compiling:
     """A context in which numba compiles and loads for this package.
 
     Notes
     -----
-    It compiles for the baseline, through a code generator of its own. And compiler flags are hashed and compared
-    quickly: numba 0.68 does so for every operator that it types, by building a dictionary option by option, which is a
-    fifth of the time of compilation. The functions here return the same.
+    It compiles for the baseline, through a code generator of its own. Indices and bounds of slices are taken as they
+    are: numba tests each for a place counted from the end, of which kernels make no use, and that took 8 to 25 % of a
+    step (``NUMBA_BOUNDSCHECK=1`` checks all of them; it needs a cache folder of its own). And compiler flags are hashed
+    and compared quickly: numba 0.68 does so for every operator that it types, by building a dictionary option by
+    option, which is a fifth of the time of compilation. The functions here return the same.
     """
 
     def __init__(self) -> None:
         self._depth = 0
         self._codegen: Any = None
         self._outer: tuple[Any, ...] = ()
+        self._indices: tuple[Any, ...] = ()
         self._defaults: dict[Any, dict[str, Any]] = {}
         self._hashes: dict[Any, int] = {}
         hash_slowly = TargetConfig.__hash__
@@ -277,6 +292,8 @@ class _Compiling:
         context = cpu_target.target_context
         self._outer = TargetConfig.values, TargetConfig.__hash__, context._internal_codegen
         TargetConfig.values, TargetConfig.__hash__ = self._fast
+        self._indices = arrayobj.fix_integer_index, slicing.fix_slice
+        arrayobj.fix_integer_index, slicing.fix_slice = _index, _fix_slice
         if BASELINE is not None:
             if self._codegen is None:
                 self._codegen = _BaselineCodegen("evolvent")
@@ -286,6 +303,7 @@ class _Compiling:
         self._depth -= 1
         if self._depth == 0:
             TargetConfig.values, TargetConfig.__hash__, cpu_target.target_context._internal_codegen = self._outer
+            arrayobj.fix_integer_index, slicing.fix_slice = self._indices
 
 
 compiling = _Compiling()

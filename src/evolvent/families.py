@@ -178,7 +178,7 @@ def check(assembly: Any, solver: str) -> None:
     """
     model = assembly.model
     for name in mdl.RECORDS:
-        if name in PARTS_OF_OTHERS:
+        if name in PARTS_OF_OTHERS or not records(model, name).size:
             continue
         left = np.ones(records(model, name).size, dtype=bool)
         for family in FAMILIES:
@@ -219,7 +219,7 @@ def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | 
 def functions(model: Model, *, tangents: bool = False) -> Iterator[Any]:
     """Compiled functions that the families of a model need."""
     for family in FAMILIES:
-        if np.any(family.mask(model)):
+        if records(model, family.records).size and np.any(family.mask(model)):
             yield from family.forces
             if tangents:
                 yield from family.tangents

@@ -72,6 +72,20 @@ class _IntoCallers(_FunctionCompiler):
         return found._replace(entry_point=key)
 
 
+class _Disjoint(_FunctionCompiler):
+    """Compiler of functions whose arguments do not overlap."""
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.noalias = True
+        return flags
+
+
+def _set_compiler(dispatcher: Any, kind: type[_FunctionCompiler]) -> None:
+    """Have a dispatcher compile by another compiler."""
+    old = dispatcher._compiler
+    dispatcher._compiler = kind(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
+
+
 class Kernel:
     """A function that compiled code links in; called from Python it is compiled on its own.
 
@@ -90,8 +104,7 @@ class Kernel:
     def _numba_type_(self) -> Any:
         """What compiled code sees: a dispatcher whose functions go into their callers."""
         self._inside = inside = _njit(self.py_func, cache=False, forceinline=self._inline, no_cpython_wrapper=True)
-        old = inside._compiler
-        inside._compiler = _IntoCallers(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)
+        _set_compiler(inside, _IntoCallers)
         return types.Dispatcher(inside)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102
@@ -166,8 +179,8 @@ class Indirect:
     slot : int, its place in `ADDRESSES`
     """
 
-    def __init__(self, function: Callable, signature: Any) -> None:
-        self.py_func, self.signature = function, signature
+    def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False) -> None:
+        self.py_func, self.signature, self._disjoint = function, signature, disjoint
         functools.update_wrapper(self, function)
         module = function.__module__
         place = _MODULES.index(module) * _SLOTS if module in _MODULES else 0
@@ -216,7 +229,10 @@ class Indirect:
     @functools.cached_property
     def dispatcher(self) -> Any:
         """Numba's dispatcher, with nothing compiled yet."""
-        return _njit(self.py_func)
+        found = _njit(self.py_func)
+        if self._disjoint:
+            _set_compiler(found, _Disjoint)
+        return found
 
     @property
     def is_loaded(self) -> bool:
@@ -281,12 +297,16 @@ def _unloaded() -> int:
     return address
 
 
-def indirect(signature: Any) -> Callable[[Callable], Any]:
-    """Compile a function for `signature`, to be called by address; see `Indirect`."""
+def indirect(signature: Any, *, disjoint: bool = False) -> Callable[[Callable], Any]:
+    """Compile a function for `signature`, to be called by address; see `Indirect`.
+
+    `disjoint` promises that the array that it writes to overlaps none of its other arguments: sums then stay in
+    registers.
+    """
 
     def decorate(function: Callable) -> Any:
         _check_followed(function)
-        return function if config.DISABLE_JIT else Indirect(function, signature)
+        return function if config.DISABLE_JIT else Indirect(function, signature, disjoint=disjoint)
 
     return decorate
 

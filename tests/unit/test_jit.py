@@ -5,6 +5,7 @@ Several of these lean on numba's inner workings on purpose: a release of numba t
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 import os
@@ -427,3 +428,65 @@ def test_the_package_without_compilation_gives_the_same_numbers(tmp_path):
         assert len(a["events"]) == len(b["events"]) > 0
         for what in ("y", "events", "tension", "inventory"):
             np.testing.assert_allclose(a[what], b[what], rtol=1e-9, atol=1e-11, err_msg=f"{method}: {what}")
+
+
+# ---------------------------------------------------------------------------------------------- indices
+
+DECORATORS = {"kernel", "inlined", "indirect", "entry"}
+
+
+def negative_indices(source: str) -> list[str]:
+    """Subscripts of compiled functions that hold a number below zero, or count from the end by subtraction alone."""
+    found = []
+    for function in ast.walk(ast.parse(source)):
+        if not isinstance(function, ast.FunctionDef):
+            continue
+        names = {getattr(d.func if isinstance(d, ast.Call) else d, "id", "") for d in function.decorator_list}
+        if names & DECORATORS:
+            for node in ast.walk(function):
+                if isinstance(node, ast.Subscript):
+                    parts = [node.slice] if not isinstance(node.slice, ast.Tuple) else node.slice.elts
+                    bounds = [b for p in parts for b in ((p.lower, p.upper) if isinstance(p, ast.Slice) else (p,))]
+                    if any(isinstance(b, ast.UnaryOp) and isinstance(b.op, ast.USub) for b in bounds):
+                        found.append(ast.unparse(node))
+    return found
+
+
+def test_no_compiled_function_counts_from_the_end():
+    """Compiled code takes indices as they are."""
+    assert negative_indices("@inlined\ndef f(x):\n    return x[0, -1] + x[:-2]\n") == ["x[0, -1]", "x[:-2]"]
+    assert [found for path in codecache.sources() for found in negative_indices(path.read_text("utf-8"))] == []
+
+
+SHORT = """
+import json
+import numpy as np
+from evolvent.kernels.feed import feed_angles
+error = ""
+try:
+    feed_angles(0, np.zeros(3), 0, np.zeros(5), np.zeros(3))
+except IndexError as found:
+    error = str(found)
+print(json.dumps({"error": error}))
+"""
+
+
+@compiled_only
+def test_indices_can_be_checked(tmp_path):
+    script = tmp_path / "short.py"
+    script.write_text(SHORT)
+    found = python(str(script), NUMBA_BOUNDSCHECK="1", EVOLVENT_CACHE=str(tmp_path))
+    assert found["error"] == "index is out of bounds"
+
+
+@jit.spring_law
+def last_parameter(extension, rate, t, p):
+    return p[-1] * extension + p[-2:][0]
+
+
+def test_a_law_may_count_from_the_end():
+    system = System()
+    point = system.add(parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)))
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b=point, length=1.0, law=last_parameter, parameters=(1.0, 2.0, 3.0)))
+    found = solve(system.assemble(), samples=[0.0, 1e-3], method="rk4", step=1e-3)
+    assert found.y[-1, 3] == pytest.approx(-5e-3, rel=1e-5)  # 3 N/m times 1 m, and 2 N

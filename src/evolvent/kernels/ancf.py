@@ -279,7 +279,7 @@ def paper_damped_tangent_of(e, u, b, c, H, h, n, work, K):
 # ---------------------------------------------------------------------------------------------- the beam
 
 
-@kernel
+@inlined
 def beam_energy(e, H, h, U0, work):
     """Strain energy of a beam element, J.
 
@@ -292,19 +292,19 @@ def beam_energy(e, H, h, U0, work):
     return energy_of(e, H, h, U0, N, work)
 
 
-@kernel
+@inlined
 def beam_force(e, H, h, work, f):
     """f += dU/de, the force that the element resists with; f : (24,). Arguments as of `beam_energy`."""
     force_of(e, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def beam_tangent(e, H, h, work, K):
     """K = d2U/de2 : (24, 24). Arguments as of `beam_energy`."""
     tangent_of(e, H, h, N, work, K)
 
 
-@kernel
+@inlined
 def beam_damped_force(e, u, b, H, h, work, f):
     """f += dU/de + b J^T H J u, objective damping proportional to the stiffness; returns the power it takes, W.
 
@@ -316,13 +316,13 @@ def beam_damped_force(e, u, b, H, h, work, f):
     return damped_force_of(e, u, b, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def beam_damped_tangent(e, u, b, c, H, h, work, K):
     """K = derivative of `beam_damped_force` with respect to e plus c (1/s) times that with respect to u : (24, 24)."""
     damped_tangent_of(e, u, b, c, H, h, N, work, K)
 
 
-@kernel
+@inlined
 def beam_paper_damped_force(e, u, b, H, h, work, f):
     """f += dU/de + b K_e(e) u, damping by the secant stiffness (Yi et al. 2017); returns the power it takes, W.
 
@@ -332,7 +332,7 @@ def beam_paper_damped_force(e, u, b, H, h, work, f):
     return paper_damped_force_of(e, u, b, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def beam_paper_damped_tangent(e, u, b, c, H, h, work, K):
     """K = derivative of `beam_paper_damped_force` with respect to e plus c (1/s) times that to u : (24, 24)."""
     paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)

@@ -21,7 +21,7 @@ direction q/|q| defined near the straight shape; it belongs to an element bent b
 
 import math
 
-from evolvent.jit import inlined, kernel
+from evolvent.jit import inlined
 from evolvent.kernels.ancf import (
     damped_force_of,
     damped_tangent_of,
@@ -37,7 +37,7 @@ from evolvent.kernels.ancf import (
 N, PRODUCTS = 3, 6
 
 
-@kernel
+@inlined
 def cable_energy(e, H, h, U0, work):
     """Strain energy of a cable element, J.
 
@@ -50,19 +50,19 @@ def cable_energy(e, H, h, U0, work):
     return energy_of(e, H, h, U0, N, work)
 
 
-@kernel
+@inlined
 def cable_force(e, H, h, work, f):
     """f += dU/de, the force that the element resists with; f : (12,). Arguments as of `cable_energy`."""
     force_of(e, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def cable_tangent(e, H, h, work, K):
     """K = d2U/de2 : (12, 12). Arguments as of `cable_energy`."""
     tangent_of(e, H, h, N, work, K)
 
 
-@kernel
+@inlined
 def cable_damped_force(e, u, b, H, h, work, f):
     """f += dU/de + b J^T H J u, damping of the membrane alone; returns the power that it takes, W.
 
@@ -76,7 +76,7 @@ def cable_damped_force(e, u, b, H, h, work, f):
     return damped_force_of(e, u, b, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def cable_damped_tangent(e, u, b, c, H, h, work, K):
     """K = derivative of `cable_damped_force` with respect to e plus c (1/s) times that with respect to u : (12, 12)."""
     damped_tangent_of(e, u, b, c, H, h, N, work, K)
@@ -91,7 +91,7 @@ def _curvature(B, p, e):
     return x, y, z
 
 
-@kernel
+@inlined
 def add_bending_damping(e, u, b, B, f):
     """f += objective damping of the bending, proportional to its stiffness; returns the power that it takes, W.
 
@@ -115,7 +115,7 @@ def add_bending_damping(e, u, b, B, f):
     return power
 
 
-@kernel
+@inlined
 def add_bending_damping_tangent(e, u, b, c, B, K):
     """K += derivative of `add_bending_damping` with respect to e plus c (1/s) times that with respect to u : (12, 12).
 
@@ -138,7 +138,7 @@ def add_bending_damping_tangent(e, u, b, c, B, K):
                         K[3 * i + r, 3 * j + s] += b / Q * D * a[i] * a[j]
 
 
-@kernel
+@inlined
 def cable_paper_damped_force(e, u, b, H, h, work, f):
     """f += dU/de + b K_e(e) u, damping by the secant stiffness, bending included; returns the power it takes, W.
 
@@ -147,7 +147,7 @@ def cable_paper_damped_force(e, u, b, H, h, work, f):
     return paper_damped_force_of(e, u, b, H, h, N, work, f)
 
 
-@kernel
+@inlined
 def cable_paper_damped_tangent(e, u, b, c, H, h, work, K):
     """K = derivative of `cable_paper_damped_force` with respect to e plus c (1/s) times that to u : (12, 12)."""
     paper_damped_tangent_of(e, u, b, c, H, h, N, work, K)
@@ -168,7 +168,26 @@ def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel
+@inlined
+def _vectors(e):
+    """As `ancf.nodal_vectors`, as tuples."""
+    return (e[3], e[4], e[5]), (e[6] - e[0], e[7] - e[1], e[8] - e[2]), (e[9], e[10], e[11])
+
+
+@inlined
+def _combined(i, j, k, v):
+    """Sum of three vectors, each times its factor."""
+    a, b, c = v
+    return i * a[0] + j * b[0] + k * c[0], i * a[1] + j * b[1] + k * c[1], i * a[2] + j * b[2] + k * c[2]
+
+
+@inlined
+def _plane(i, a, j, b):
+    """i a + j b."""
+    return i * a[0] + j * b[0], i * a[1] + j * b[1], i * a[2] + j * b[2]
+
+
+@inlined
 def cable_stretch_energy(e, H, h, U0, work):
     """Strain energy of a cable element with engineering strain, J.
 
@@ -198,7 +217,36 @@ def cable_stretch_energy(e, H, h, U0, work):
     return U
 
 
-@kernel
+@inlined
+def _stressed(H, h, p, b, v, w):
+    """Of point p: a = r,x and q = r,xx; factors of a for a, of both for the other, of q for q; power of the damping."""
+    a, q = _combined(H[p, 0], H[p, 1], H[p, 2], v), _combined(H[p, 3], H[p, 4], H[p, 5], v)
+    aa, aq, EA = _dot(a, a), _dot(a, q), H[3, p]
+    stretch = math.sqrt(aa)
+    i = 1.0 / stretch
+    N, power = EA * (stretch - h[p]), 0.0
+    if b != 0.0:
+        rate = _dot(a, _combined(H[p, 0], H[p, 1], H[p, 2], w)) * i
+        N += b * EA * rate
+        power = b * EA * rate * rate
+    ii = i * i
+    EI = H[3, 3 + p] * (ii * ii)
+    return a, q, N * i + EI * (2.0 * aq * aq * ii - _dot(q, q)), -EI * aq, EI * aa, power
+
+
+@inlined
+def _add_stress(H, p, a, q, on_a, both, on_q, f):
+    """Add the force of point p."""
+    x = _plane(H[p, 0] * on_a + H[p, 3] * both, a, H[p, 0] * both + H[p, 3] * on_q, q)
+    d = _plane(H[p, 1] * on_a + H[p, 4] * both, a, H[p, 1] * both + H[p, 4] * on_q, q)
+    z = _plane(H[p, 2] * on_a + H[p, 5] * both, a, H[p, 2] * both + H[p, 5] * on_q, q)
+    f[0], f[1], f[2] = f[0] - d[0], f[1] - d[1], f[2] - d[2]
+    f[3], f[4], f[5] = f[3] + x[0], f[4] + x[1], f[5] + x[2]
+    f[6], f[7], f[8] = f[6] + d[0], f[7] + d[1], f[8] + d[2]
+    f[9], f[10], f[11] = f[9] + z[0], f[10] + z[1], f[11] + z[2]
+
+
+@inlined
 def cable_stretch_force(e, u, b, H, h, B, work, f):
     """f += dU/de + damping proportional to the stiffness; f : (12,). Returns the power that the damping takes, W.
 
@@ -216,34 +264,21 @@ def cable_stretch_force(e, u, b, H, h, B, work, f):
     a = r,x and q = r,xx, the derivative of 1/2 EI k^2 to a is
     EI/(a.a)^2 ((2 (a.q)^2/a.a - q.q) a - a.q q), and to q it is EI/(a.a)^2 (a.a q - a.q a).
     """
-    v, w = work[:9], work[9:18]
-    nodal_vectors(e, 3, v)
-    nodal_vectors(u, 3, w)
-    power = 0.0
-    for p in range(3):
-        a, q = _derivative(H, p, 0, v), _derivative(H, p, 3, v)
-        aa, aq, EA = _dot(a, a), _dot(a, q), H[3, p]
-        stretch = math.sqrt(aa)
-        N = EA * (stretch - h[p])
-        if b != 0.0:
-            rate = _dot(a, _derivative(H, p, 0, w)) / stretch
-            N += b * EA * rate
-            power += b * EA * rate * rate
-        EI = H[3, 3 + p] / (aa * aa)
-        on_a, both, on_q = N / stretch + EI * (2.0 * aq * aq / aa - _dot(q, q)), -EI * aq, EI * aa
-        for i in range(3):
-            by_a, by_q = H[p, i] * on_a + H[p, 3 + i] * both, H[p, i] * both + H[p, 3 + i] * on_q
-            for c in range(3):
-                x = by_a * a[c] + by_q * q[c]
-                f[3 * i + 3 + c] += x
-                if i == 1:
-                    f[c] -= x
+    v, w = _vectors(e), _vectors(u)
+    # all points before any force, so that their roots and divisions overlap
+    a0, q0, on_a0, both0, on_q0, power0 = _stressed(H, h, 0, b, v, w)
+    a1, q1, on_a1, both1, on_q1, power1 = _stressed(H, h, 1, b, v, w)
+    a2, q2, on_a2, both2, on_q2, power2 = _stressed(H, h, 2, b, v, w)
+    _add_stress(H, 0, a0, q0, on_a0, both0, on_q0, f)
+    _add_stress(H, 1, a1, q1, on_a1, both1, on_q1, f)
+    _add_stress(H, 2, a2, q2, on_a2, both2, on_q2, f)
+    power = power0 + power1 + power2
     if b != 0.0:
         power += add_bending_damping(e, u, b, B, f)
     return power
 
 
-@kernel
+@inlined
 def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
     """K = derivative of `cable_stretch_force` with respect to e plus c (1/s) times that with respect to u : (12, 12).
 

@@ -99,9 +99,19 @@ def clear_point(point):
 
 
 @inlined
+def _power(x, n):
+    """x^n; of the usual exponent 1, and of its integral, without the call that took 6 % of a contact's time."""
+    if n == 1.0:
+        return x
+    if n == 2.0:
+        return x * x
+    return x**n
+
+
+@inlined
 def contact_energy(gap, stiffness, exponent):
     """V = K delta^(n + 1) / (n + 1), J, of the penetration delta = max(-gap, 0)."""
-    return stiffness * (-gap) ** (exponent + 1.0) / (exponent + 1.0) if gap < 0.0 else 0.0
+    return stiffness * _power(-gap, exponent + 1.0) / (exponent + 1.0) if gap < 0.0 else 0.0
 
 
 @inlined
@@ -109,7 +119,7 @@ def elastic_force(gap, stiffness, exponent):
     """K delta^n = -dV/d gap, N, and its derivative by the gap."""
     if gap >= 0.0:
         return 0.0, 0.0
-    force = stiffness * (-gap) ** exponent
+    force = stiffness * _power(-gap, exponent)
     return force, exponent * force / gap
 
 
@@ -174,8 +184,8 @@ def _mean_power(a, b, n):
         a = 0.0
     middle, half = 0.5 * (a + b), 0.5 * (b - a)
     if abs(half) > 0.1 * middle:
-        before = a**n if a > 0.0 else 0.0
-        after = b**n if b > 0.0 else 0.0
+        before = _power(a, n) if a > 0.0 else 0.0
+        after = _power(b, n) if b > 0.0 else 0.0
         mean = (after * b - before * a) / ((n + 1.0) * (b - a))
         return mean, (after - mean) / (b - a)
     # nearby ends would cancel: the sum over i of binomial(n + 1, 2 i + 1) e^(2 i) / (n + 1), times middle^n
@@ -186,7 +196,7 @@ def _mean_power(a, b, n):
         derivative += (2 * i + 2) * term
         term *= e
         total += term
-    power = middle**n
+    power = _power(middle, n)
     return power * total, 0.5 * power / middle * (n * total + derivative * (1.0 - e))
 
 

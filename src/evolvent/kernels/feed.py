@@ -82,3 +82,11 @@ def feed(kind, p, address, t):
     if kind == TABLE:
         return feed_table(p, t)
     return feed_law_at(address)(t, p)
+
+
+@entry(types.int64, VECTOR, types.int64, VECTOR, VECTOR)
+@kernel
+def feed_angles(kind, p, address, times, angles):
+    """Angles of a prescribed spool at many times, rad; times, angles : (nt,) float."""
+    for k in range(times.size):
+        angles[k] = feed(kind, p, address, times[k])[0]

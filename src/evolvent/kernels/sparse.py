@@ -46,7 +46,7 @@ class SparseBlocks(Struct):
     block : (n,) int, block of each position
     pivots : (n,) int, row of the block interchanged with each row
     size, terms : (n,) float, size of each column; sum of the absolute products in a multiplier's diagonal entry
-    x, loose, sums : (n,), (largest block,) and (largest width,) float, scratch
+    x, loose : (n,) and (largest block,) float, scratch
     B, C : (n, inner + spare) float, columns and transposed rows beside the blocks, by position
     E : (inner + spare, inner + spare) float, corner
     order : (2, inner + spare) int, rows and columns of the corner in the order of its pivots
@@ -69,7 +69,6 @@ class SparseBlocks(Struct):
     terms: np.ndarray = array(1)
     x: np.ndarray = array(1)
     loose: np.ndarray = array(1)
-    sums: np.ndarray = array(1)
     B: np.ndarray = array(2)
     C: np.ndarray = array(2)
     E: np.ndarray = array(2)

@@ -49,10 +49,13 @@ def factor(matrix):
     counts[DEFERRED] = 0
     counts[LOST] = 0
     matrix.quality[0] = 1.0
+    # the size usual for beams and bodies is compiled with its loops unrolled
     for b in range(table.shape[0]):
-        _measure(matrix, b, table[b, SIZE])
+        if table[b, SIZE] == 6:
+            _measure(matrix, b, 6)
+        else:
+            _measure(matrix, b, table[b, SIZE])
     for b in range(table.shape[0]):
-        # the size usual for beams and bodies is compiled with its loops unrolled
         done = _factor_diagonal(matrix, b, 6) if table[b, SIZE] == 6 else _factor_diagonal(matrix, b, table[b, SIZE])
         if not done:
             return SINGULAR
@@ -77,14 +80,10 @@ def _measure(matrix, b, m):
     D = matrix_view(matrix.values, table[b, AT], m, m)
     column = matrix_view(size, start, 1, m)
     for c in range(m):
-        column[0, c] = 0.0
-    for r in range(m):
-        for c in range(m):
-            s = abs(D[r, c])
-            if s > column[0, c]:
-                column[0, c] = s
-            if s > column[0, r]:
-                column[0, r] = s
+        largest = 0.0
+        for r in range(m):
+            largest = max(largest, abs(D[r, c]), abs(D[c, r]))
+        column[0, c] = largest
     for r in range(m - table[b, MULTIPLIERS], m):
         matrix.terms[start + r] = abs(D[r, r])
 
@@ -278,8 +277,8 @@ def _forward(matrix, x, b, m, w):
     """Block b of x = l^-1 P x, and Lt^T times it subtracted from the blocks that it couples to."""
     table, later, start = matrix.table, matrix.later, matrix.table[b, START]
     at = table[b, AT]
-    D, Lt = matrix_view(matrix.values, at, m, m), matrix_view(matrix.values, at + m * m + m * w, m, w)
-    own, pivots, sums = matrix_view(x, start, 1, m), matrix_view(matrix.pivots, start, 1, m), matrix.sums
+    D, lower = matrix_view(matrix.values, at, m, m), at + m * m + m * w
+    own, pivots = matrix_view(x, start, 1, m), matrix_view(matrix.pivots, start, 1, m)
     for k in range(m):
         p = pivots[0, k]
         if p != k:
@@ -289,18 +288,29 @@ def _forward(matrix, x, b, m, w):
         for c in range(r):
             s -= D[r, c] * own[0, c]
         own[0, r] = s
-    for c in range(w):
-        sums[c] = 0.0
-    for k in range(m):
-        f = own[0, k]
-        for c in range(w):
-            sums[c] += Lt[k, c] * f
-    c = 0
     for i in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
         p = later[i, BLOCK]
-        for r in range(table[p, START], table[p, START] + table[p, SIZE]):
-            x[r] -= sums[c]
-            c += 1
+        X = matrix_view(matrix.values, lower + later[i, COLUMN], m, w)
+        to = matrix_view(x, table[p, START], 1, table[p, SIZE])
+        if table[p, SIZE] == 6:  # sums that stay in registers; a vector in memory would stall what reads it
+            a0 = a1 = a2 = a3 = a4 = a5 = 0.0
+            for k in range(m):
+                f = own[0, k]
+                a0 += X[k, 0] * f
+                a1 += X[k, 1] * f
+                a2 += X[k, 2] * f
+                a3 += X[k, 3] * f
+                a4 += X[k, 4] * f
+                a5 += X[k, 5] * f
+            a0, a1, a2 = to[0, 0] - a0, to[0, 1] - a1, to[0, 2] - a2
+            a3, a4, a5 = to[0, 3] - a3, to[0, 4] - a4, to[0, 5] - a5
+            to[0, 0], to[0, 1], to[0, 2], to[0, 3], to[0, 4], to[0, 5] = a0, a1, a2, a3, a4, a5
+        else:
+            for c in range(table[p, SIZE]):
+                a0 = 0.0
+                for k in range(m):
+                    a0 += X[k, c] * own[0, k]
+                to[0, c] -= a0
 
 
 @inlined
@@ -308,18 +318,25 @@ def _backward(matrix, x, b, m, w):
     """Block b of x = u^-1 (x - U x'), x' that of the blocks that it couples to."""
     table, later = matrix.table, matrix.later
     at = table[b, AT]
-    D, U = matrix_view(matrix.values, at, m, m), matrix_view(matrix.values, at + m * m, m, w)
-    own, sums = matrix_view(x, table[b, START], 1, m), matrix.sums
-    c = 0
+    D, own = matrix_view(matrix.values, at, m, m), matrix_view(x, table[b, START], 1, m)
     for i in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
         p = later[i, BLOCK]
-        for r in range(table[p, START], table[p, START] + table[p, SIZE]):
-            sums[c] = x[r]
-            c += 1
+        U = matrix_view(matrix.values, at + m * m + later[i, COLUMN], m, w)
+        of = matrix_view(x, table[p, START], 1, table[p, SIZE])
+        if table[p, SIZE] == 6:
+            a0, a1, a2, a3, a4, a5 = of[0, 0], of[0, 1], of[0, 2], of[0, 3], of[0, 4], of[0, 5]
+            for r in range(m):
+                s = own[0, r]
+                s = s - U[r, 0] * a0 - U[r, 1] * a1 - U[r, 2] * a2 - U[r, 3] * a3 - U[r, 4] * a4 - U[r, 5] * a5
+                own[0, r] = s
+        else:
+            for r in range(m):
+                s = own[0, r]
+                for c in range(table[p, SIZE]):
+                    s -= U[r, c] * of[0, c]
+                own[0, r] = s
     for r in range(m - 1, -1, -1):
         s = own[0, r]
-        for c in range(w):
-            s -= U[r, c] * sums[c]
-        for c in range(r + 1, m):
+        for c in range(m - 1, r, -1):  # what is found last comes last: the others are not held up by it
             s -= D[r, c] * own[0, c]
         own[0, r] = s * D[r, r]

@@ -103,6 +103,7 @@ def step_of(t1, h, start, model, matrix, work):
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     c_mass = (1.0 - am) / (beta * h * h * (1.0 - af))
     c_rate = gamma / (beta * h)
+    c_step = 1.0 / (beta * h * h)
     scale = c_mass * options.mass
     a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
     if start != AS_IT_IS:
@@ -157,7 +158,7 @@ def step_of(t1, h, start, model, matrix, work):
             dq[i] += d
             y[n_q + i] += c_rate * d
             dv1[i] += c_mass * d
-            a1[i] += d / (beta * h * h)
+            a1[i] += c_step * d
         for k in range(n_j):
             la[k] += scale * x[first + k]
         displace(y0, dq, model, y)

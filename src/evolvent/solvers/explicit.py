@@ -21,6 +21,7 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
+from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array
 
@@ -118,20 +119,36 @@ _I = types.int64
 
 
 @inlined
+def _next_weight(b, i, count):
+    """The first of the stages i, i + 1, ... with a weight; `count` or more for none."""
+    while i < count and b[i] == 0.0:
+        i += 1
+    return i
+
+
+@inlined
 def add_stages(b, count, y, h, K, out):
     """Out = y + h sum of b_i K_i over the first `count` stages."""
-    started = False
-    for i in range(count):
-        if b[i] == 0.0:
-            continue
-        a = h * b[i]
-        if started:
+    i = _next_weight(b, 0, count)
+    j = _next_weight(b, i + 1, count)
+    first, second = h * b[i], h * b[j] if j < count else 0.0
+    if j < count:
+        for n in range(y.size):
+            out[n] = (y[n] + first * K[i, n]) + second * K[j, n]
+    else:
+        for n in range(y.size):
+            out[n] = y[n] + first * K[i, n]
+    while j < count:  # two stages in a pass over memory
+        i = _next_weight(b, j + 1, count)
+        j = _next_weight(b, i + 1, count)
+        if j < count:
+            first, second = h * b[i], h * b[j]
             for n in range(y.size):
-                out[n] += a * K[i, n]
-        else:
-            started = True
+                out[n] = (out[n] + first * K[i, n]) + second * K[j, n]
+        elif i < count:
+            first = h * b[i]
             for n in range(y.size):
-                out[n] = y[n] + a * K[i, n]
+                out[n] += first * K[i, n]
 
 
 @inlined
@@ -146,21 +163,6 @@ def stages(A, c, model, t, y, s, h, first, until, loop):
         add_stages(A[i], i, y, h, K, w)
         rhs(min(t + c[i] * h, latest), w, s, model, K[i])
     loop.tally[RHS] += c.size - first
-
-
-@inlined
-def is_finite(y):
-    """Whether no component is infinite or not a number (four sums, so that they overlap)."""
-    a = b = c = d = 0.0
-    last = y.size - y.size % 4
-    for n in range(0, last, 4):
-        a += y[n]
-        b += y[n + 1]
-        c += y[n + 2]
-        d += y[n + 3]
-    for n in range(last, y.size):
-        a += y[n]
-    return math.isfinite(a + b + c + d)
 
 
 @inlined

@@ -242,7 +242,6 @@ def stored(order: Order, *, spare: int = 0, inner: int = 0) -> SparseBlocks:
         terms=np.zeros(n),
         x=np.zeros(n),
         loose=np.zeros(int(size.max(initial=1))),
-        sums=np.zeros(int(width.max(initial=1))),
         B=np.zeros((n, corner)),
         C=np.zeros((n, corner)),
         E=np.zeros((corner, corner)),

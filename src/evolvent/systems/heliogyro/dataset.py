@@ -271,7 +271,7 @@ def _wraps(case: Case, spool: np.ndarray) -> str:
 
 def _lacks(run: xr.Dataset) -> str:
     """A sentence on an energy balance that does not close; '' if it does."""
-    energy = (run.energy_kinetic + run.energy_elastic).values
+    energy = run["energy_kinetic"].values + run["energy_elastic"].values
     scale = float(run.energy_balance.attrs["scale_J"])
     lacks = scale * float(np.abs(run.energy_balance.values).max()) / (float(energy[0]) or scale)
     if lacks <= LARGEST_DEFECT:

@@ -150,15 +150,14 @@ def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
 
 def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Angles of all spools, rad, (nt, threads)."""
-    from evolvent.kernels.feed import feed
+    from evolvent.kernels.feed import feed_angles
 
     model = assembly.model
-    angles = np.empty((times.size, model.threads.size))
-    for p, row in enumerate(model.threads):
+    angles = np.empty((model.threads.size, times.size))
+    for row, found in zip(model.threads, angles, strict=True):
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
-        for k, time in enumerate(times):
-            angles[k, p] = feed(int(row["feed"]), parameters, int(row["law"]), float(time))[0]
-    return angles
+        feed_angles(int(row["feed"]), parameters, int(row["law"]), times, found)
+    return angles.T
 
 
 def _all_out(case: Case, assembly: Assembly) -> float | None:
