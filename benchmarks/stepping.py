@@ -99,10 +99,10 @@ def _case(name: str) -> Callable[[], tuple[float, int]]:
 
 
 def _tiny() -> Callable[[], tuple[float, int]]:
-    """All of a run but its steps."""
+    """All of a short run but its steps."""
     import evolvent
 
-    overrides = {"blade.nodes": 2}
+    overrides = {"blade.nodes": 2, "solver.duration": 1.0}
 
     def work() -> tuple[float, int]:
         best = float("inf")
