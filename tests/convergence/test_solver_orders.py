@@ -13,7 +13,7 @@ import evolvent
 from book import Book
 from evolvent import parts
 from evolvent.builder import Assembly
-from evolvent.solvers import drive, explicit, solve
+from evolvent.solvers import drive, solve
 from evolvent.system import System
 from helpers import derivative, fitted_order, heliogyro, run
 
@@ -161,10 +161,10 @@ def test_dense_output_order(make: Callable[[], Assembly]) -> None:
 def one_step(assembly: Assembly, inside: float, h: float) -> np.ndarray:
     """The dense sample at `inside` of one step from 0 to h, by the solver's own loop."""
     tableau = drive.METHODS["dopri5"]
-    loop = drive._make_loop(assembly, np.array([0.0, inside, h]), tableau, h)
-    drive._load(assembly.model, tableau, rtol=1e9, atol=1e9)(loop, 10)
-    assert loop.tally[explicit.STEPS] == 1
-    return loop.out_y[1]
+    work = drive._workspace(assembly, np.array([0.0, inside, h]), tableau, h)
+    drive._load(assembly.model, tableau, rtol=1e9, atol=1e9)(work, 10)
+    assert work.loop.steps == 1
+    return work.out_y[1]
 
 
 @pytest.mark.parametrize("case", [name for name, (_, _, releases) in CASES.items() if releases == 0])

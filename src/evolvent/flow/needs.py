@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import families, jit
-from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs
+from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs, sampling
 from evolvent.kernels import constraint_rows, contact, flexible, loads, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
@@ -54,6 +54,8 @@ def explicit(model: Model) -> Iterator[Any]:
     """Functions that explicit methods call."""
     yield from (rhs.rhs, inventory.inventory)
     yield from forces(model)
+    if model.threads.size:  # whose motion is read off afterwards
+        yield sampling.fill_observations
     if model.rows.size:
         yield from preparation(model)
         yield from (constraint_rows.row_velocity_terms, constraint_rows.solve_rows, impulse.impulse)

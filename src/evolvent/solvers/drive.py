@@ -18,6 +18,7 @@ from evolvent.flow import needs
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
+from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
@@ -107,6 +108,7 @@ class Plan:
     step, limit : float, s, step of a fixed-step method (None of dopri5), and the largest stable one
     mode : Mode, the fastest one; None where it was not looked for
     rtol, atol : float, of the adaptive method
+    compile_time : float, s, taken so far
     """
 
     assembly: Assembly
@@ -117,6 +119,7 @@ class Plan:
     mode: Mode | None
     rtol: float
     atol: float
+    compile_time: float
 
     def run(self, progress: Callable[[float], None] | None = None) -> Solution:
         """Integrate; `progress` is called with the time reached, a few times a second.
@@ -162,8 +165,10 @@ def plan(
     families.check(assembly, families.EXPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
-    duration, limit = float(times[-1] - times[0]), math.inf
-    mode = None
+    began, duration, limit, mode = clock.perf_counter(), float(times[-1] - times[0]), math.inf, None
+    if step is None:  # which needs compiled functions: all that the run needs are compiled at once
+        _load(own.model, METHODS[method], rtol=rtol, atol=atol)
+    compile_time = clock.perf_counter() - began
     if method != "dopri5":
         if unsafe_step and step is not None:
             step, (mode, limit) = float(step), stable_step(own, method, duration)
@@ -173,7 +178,7 @@ def plan(
         step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
         if not needs.is_flexible(own.model):  # of beams the fastest mode takes longer to find than a run may take
             stable_step(own, method, duration)
-    return Plan(own, times, method, step, limit, mode, rtol, atol)
+    return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 
 
 def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
@@ -196,8 +201,8 @@ class _Run:
         self.span = float(of.times[-1] - of.times[0])
         began = clock.perf_counter()
         self.advance = _load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
-        self.compile_time = clock.perf_counter() - began
-        self.loop = _make_loop(self.assembly, of.times, self.tableau, of.step)
+        self.compile_time = of.compile_time + clock.perf_counter() - began
+        self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         first = self._balance(float(of.times[0]))
         self.start = eb.defect(first, 0.0)  # energy, less what the accounts of the state hold already
         self.peak, self.worst = float(eb.energy(first)), 0.0
@@ -205,10 +210,10 @@ class _Run:
     @property
     def reached(self) -> float:
         """Time reached, s."""
-        return float(self.loop.clock[ex.TIME])
+        return float(self.work.loop.time)
 
     def _balance(self, t: float) -> Any:
-        y, s = self.loop.y[None], self.loop.s[None]
+        y, s = self.work.y[None], self.work.s[None]
         return balances(self.model, np.array([t]), y, s)[0]
 
     def is_balanced(self) -> bool:
@@ -226,38 +231,38 @@ class _Run:
         try:
             code = self._loop(progress)
             if code < 0 or code == ex.LOG_FULL:
-                status, message = "failed", _reason(code, self.reached, self.loop, self.plan)
+                status, message = "failed", _reason(code, self.reached, self.work, self.plan)
             elif not self.is_balanced():
-                status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.loop)
+                status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.work)
             elif code == ex.STOPPED:
                 status, message = "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
         except KeyboardInterrupt:
             status, message = "interrupted", f"interrupted at t = {self.reached:.6g} s; what was computed is kept"
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-            failure = law_failure(self.assembly, error, _moments(self.loop, self.tableau))
+            failure = law_failure(self.assembly, error, _moments(self.work, self.tableau))
             status, message = "failed", f"{failure}; what was computed is kept"
         wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.plan.method)
-        loop, kept, n_events = self.loop, int(self.loop.tally[ex.SAMPLE]), int(self.loop.tally[ex.EVENTS])
+        work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.events)
         return Solution(
             assembly=self.assembly,
             method=self.plan.method,
-            t=loop.samples[:kept].copy(),
-            y=loop.out_y[:kept],
-            s=loop.out_s[:kept],
+            t=work.samples[:kept].copy(),
+            y=work.out_y[:kept],
+            s=work.out_s[:kept],
             status=status,
             message=message,
             statistics={
-                "steps": int(loop.tally[ex.STEPS]),
-                "rejected_steps": int(loop.tally[ex.REJECTED]),
-                "rhs_evaluations": int(loop.tally[ex.RHS]),
+                "steps": int(work.loop.steps),
+                "rejected_steps": int(work.loop.rejected),
+                "rhs_evaluations": int(work.loop.rhs_evaluations),
                 "events": n_events,
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "stability_limit": self.plan.limit,
                 "energy_defect": self.worst,
             },
-            event_times=loop.log_t[:n_events].copy(),
-            event_kinds=loop.log_k[:n_events].copy(),
+            event_times=work.log_t[:n_events].copy(),
+            event_kinds=work.log_k[:n_events].copy(),
             wall_time=wall_time,
             compile_time=self.compile_time,
         )
@@ -268,14 +273,14 @@ class _Run:
         while True:
             slice_began = clock.perf_counter()
             try:
-                code = self.advance(self.loop, budget)
+                code = self.advance(self.work, budget)
             except Exception:  # of a user's law: up to where it raises, the samples are kept
-                if adaptive and _shorter(self.model, self.loop, 1e-6 * self.span):
+                if adaptive and _shorter(self.model, self.work, 1e-6 * self.span):
                     continue
                 raise
             spent = clock.perf_counter() - slice_began
             if code == ex.LOG_FULL and self.reached - filled > CHATTER * self.span:
-                self.loop, filled = _grow_log(self.loop), self.reached
+                self.work, filled = _grow_log(self.work), self.reached
             elif code != ex.BUDGET:
                 return code
             budget = max(100, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
@@ -285,19 +290,16 @@ class _Run:
                 return code
 
 
-def _make_loop(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.Loop:
+def _workspace(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.ExplicitWorkspace:
+    """The loop's workspace at the start of a run."""
     n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info.ne)
     n_p = assembly.model.threads.size
     log = 1000 + 2 * ex.rounds(n_p) * (n_p + 1)
-    span = times[-1] - times[0]
-    tally = np.zeros(8, dtype=np.int64)
-    tally[ex.FRESH] = 1
-    first = step if step is not None else span * 1e-6
-    return ex.Loop(
+    first = step if step is not None else 1e-6 * (times[-1] - times[0])
+    return ex.ExplicitWorkspace(
         y=assembly.y.copy(),
         s=assembly.s.copy(),
-        clock=np.array([times[0], first, times[0], 1e-4]),
-        tally=tally,
+        loop=zeros_record(ex.LOOP, time=times[0], step=first, origin=times[0], last_error=1e-4, starts=1),
         samples=times.copy(),
         out_y=np.zeros((times.size, n)),
         out_s=np.zeros((times.size, n_s), dtype=np.int64),
@@ -327,47 +329,49 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"
 
 
-def _unbalanced(of: Plan, worst: float, reached: float, loop: ex.Loop) -> str:
+def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspace) -> str:
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = "take a smaller `rtol`"
     if of.step is not None:
-        smaller = f"take a smaller `step` than {float(loop.clock[ex.STEP]):.3g} s, or `method` dopri5"
+        smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` dopri5"
     return (
         f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
         f"the steps do not resolve the motion{what_may_jump(of.assembly)}; {smaller}"
     )
 
 
-def _shorter(model: mdl.Model, loop: ex.Loop, least: float) -> bool:
+def _shorter(model: mdl.Model, work: ex.ExplicitWorkspace, least: float) -> bool:
     """Try the step of the adaptive method again with a fifth of its length, unless that is below `least`."""
-    if not 0.2 * loop.clock[ex.STEP] > least:
+    if not 0.2 * work.loop.step > least:
         return False
-    loop.clock[ex.STEP] *= 0.2
-    rhs(float(loop.clock[ex.TIME]), loop.y, loop.s, model, loop.K[0])
+    work.loop.step *= 0.2
+    rhs(float(work.loop.time), work.y, work.s, model, work.K[0])
     return True
 
 
-def _moments(loop: ex.Loop, tableau: ex.Method) -> list[tuple[float, np.ndarray, np.ndarray]]:
+def _moments(work: ex.ExplicitWorkspace, tableau: ex.Method) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Times and states at which the last step may have called a user's law."""
-    t, h = float(loop.clock[ex.TIME]), float(loop.clock[ex.STEP])
-    later = loop.samples[loop.samples > t]
+    t, h = float(work.loop.time), float(work.loop.step)
+    later = work.samples[work.samples > t]
     lengths = [h] if not later.size else [h, min(h, float(later[0]) - t)]
-    found = [(t, loop.y, loop.s)]
+    found = [(t, work.y, work.s)]
     for length in lengths:
-        found += [(t + float(c) * length, loop.w, loop.s) for c in np.unique(tableau.c)]
-        found.append((t + length, loop.y1, loop.s))
+        found += [(t + float(c) * length, work.w, work.s) for c in np.unique(tableau.c)]
+        found.append((t + length, work.y1, work.s))
     return found
 
 
-def _grow_log(loop: ex.Loop) -> ex.Loop:
-    """The loop with room for twice as many events."""
-    return loop._replace(
-        log_t=np.concatenate([loop.log_t, np.zeros_like(loop.log_t)]),
-        log_k=np.concatenate([loop.log_k, np.zeros_like(loop.log_k)]),
+def _grow_log(work: ex.ExplicitWorkspace) -> ex.ExplicitWorkspace:
+    """The workspace with room for twice as many events."""
+    return work._replace(
+        log_t=np.concatenate([work.log_t, np.zeros_like(work.log_t)]),
+        log_k=np.concatenate([work.log_k, np.zeros_like(work.log_k)]),
     )
 
 
-def _load(model: mdl.Model, tableau: ex.Method, *, rtol: float, atol: float) -> Callable[[ex.Loop, int], int]:
+def _load(
+    model: mdl.Model, tableau: ex.Method, *, rtol: float, atol: float
+) -> Callable[[ex.ExplicitWorkspace, int], int]:
     """The time loop, loaded with all that it calls, as a function of what it carries and its budget."""
     steps: Any = ex.fixed_step if tableau is not ex.DOPRI5 else ex.adaptive
     options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
@@ -375,16 +379,16 @@ def _load(model: mdl.Model, tableau: ex.Method, *, rtol: float, atol: float) -> 
         options += (ex.DOPRI5_ERROR, ex.DOPRI5_DENSE, rtol, atol)
     jit.load((*needs.explicit(model), ex.start_up, ex.fire, steps))
 
-    def advance(loop: ex.Loop, budget: int) -> int:
-        return int(steps(*options, model, loop, budget))
+    def advance(work: ex.ExplicitWorkspace, budget: int) -> int:
+        return int(steps(*options, model, work, budget))
 
     return advance
 
 
-def _reason(code: int, reached: float, loop: ex.Loop, of: Plan) -> str:
+def _reason(code: int, reached: float, work: ex.ExplicitWorkspace, of: Plan) -> str:
     method = of.method
     if code == ex.NOT_FINITE:
-        worst = int(np.argmax(~np.isfinite(loop.y1)))
+        worst = int(np.argmax(~np.isfinite(work.y1)))
         return (
             f"the state stopped being finite at t = {reached:.6g} s (component {worst}) with {method}; "
             "take a smaller `step`, or check loads, laws and constraints there"
@@ -396,4 +400,4 @@ def _reason(code: int, reached: float, loop: ex.Loop, of: Plan) -> str:
         )
     if code == ex.NO_THREAD:
         return reason_of_outrun(reached)
-    return f"{loop.tally[ex.EVENTS]} events by t = {reached:.6g} s: there one fires again and again"
+    return f"{work.loop.events} events by t = {reached:.6g} s: there one fires again and again"

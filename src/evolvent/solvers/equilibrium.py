@@ -25,7 +25,7 @@ from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array
+from evolvent.pointer import Struct, array, record
 from evolvent.solvers.alpha_state import displace
 
 # status codes
@@ -36,14 +36,17 @@ LARGEST_MOVE = 0.5
 ROUGH = 1e-5
 #: Part of the forces that may stay unbalanced where the tangent is singular, and of the largest stiffness times size.
 CONSISTENT, ROUND_OFF = 1e-7, 1e-14
-# places in Balance.tally: unknowns without pivot; iterations and factorizations so far
-LOOSE, ITERATIONS, FACTORED, N_TALLY = 0, 1, 2, 3
-# places in Balance.clock: load factor; unbalance, J, at the first and the last iteration; last correction; worst pivot;
-# largest stiffness, J, of an unknown that moves by its size
-FACTOR, FIRST, LAST, MOVE, QUALITY, STIFF, N_CLOCK = 0, 1, 2, 3, 4, 5, 6
+#: What the iterations count. loose: unknowns without pivot; factor: of the load; first_unbalance, unbalance: J, at the
+#: first and the last iteration; correction: the last; quality: worst pivot; stiffest: largest stiffness, J, of an
+#: unknown that moves by its size.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("loose", "iterations", "factorizations")]
+    + [(name, np.float64) for name in ("factor", "first_unbalance", "unbalance", "correction", "quality", "stiffest")],
+    align=True,
+)
 
 
-class Balance(Struct):
+class StaticWorkspace(Struct):
     """What the iterations work on.
 
     Attributes
@@ -56,6 +59,7 @@ class Balance(Struct):
     powers : (N_POWERS,) float
     spin : (6,) float, rad/s and m, rate and centre of the turn
     parameters : (k,) float, the model's own, whose loads are scaled by the factor
+    loop : record (see `LOOP`)
     """
 
     y: np.ndarray = array(1)
@@ -73,11 +77,10 @@ class Balance(Struct):
     powers: np.ndarray = array(1)
     spin: np.ndarray = array(1)
     parameters: np.ndarray = array(1)
-    tally: np.ndarray = array(1, np.int64)
-    clock: np.ndarray = array(1)
+    loop: np.record = record(LOOP)
 
 
-_BALANCE = Balance._numba_type_
+_WORKSPACE = StaticWorkspace._numba_type_
 _I = types.int64
 
 
@@ -205,7 +208,7 @@ def add_turning_tangent(factor, spin, model, matrix):
 # ---------------------------------------------------------------------------------------------- iterations
 
 
-@indirect(void(REAL, REAL, REAL, REAL, MODEL, _BALANCE, VECTOR))
+@indirect(void(REAL, REAL, REAL, REAL, MODEL, _WORKSPACE, VECTOR))
 def unbalance(t, step, factor, share, model, b, r):
     """Unbalance of the state b.y at a load factor into r : (nu,).
 
@@ -235,22 +238,22 @@ def _work_of(r, b):
     return largest
 
 
-@indirect(_I(REAL, REAL, REAL, MODEL, SPARSE, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, MODEL, SPARSE, _WORKSPACE))
 def _factor(t, shift, factor, model, matrix, b):
     """Tangent of the state and its factors, `shift` (1/s2) times the mass added; returns as `sparse_lu.factor` does."""
     tangent(t, b.y, b.la, shift, 0.0, 1.0, model, matrix)
     add_turning_tangent(factor, b.spin, model, matrix)
-    b.clock[STIFF] = 0.0
+    b.loop.stiffest = 0.0
     for i in range(b.weight.size):
-        b.clock[STIFF] = max(b.clock[STIFF], abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])
+        b.loop.stiffest = max(b.loop.stiffest, abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])
     found = sparse_lu.factor(matrix)
-    b.tally[FACTORED] += 1
-    b.tally[LOOSE] = max(found, 0)
-    b.clock[QUALITY] = matrix.quality[0]
+    b.loop.factorizations += 1
+    b.loop.loose = max(found, 0)
+    b.loop.quality = matrix.quality[0]
     return found
 
 
-@indirect(REAL(REAL, MODEL, _BALANCE))
+@indirect(REAL(REAL, MODEL, _WORKSPACE))
 def _move(cut, model, b):
     """Move the state and the multipliers by `cut` times (b.d, b.x); returns the largest part of its size moved."""
     norm = 0.0
@@ -267,7 +270,7 @@ def _move(cut, model, b):
     return norm
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _WORKSPACE))
 def balance(t, step, factor, share, tolerance, most, model, matrix, b):
     """Newton's method at one load factor; returns the number of iterations, or a status below zero."""
     last, largest = math.inf, 0.0
@@ -279,9 +282,9 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
             return NOT_FINITE
         work = _work_of(b.r, b)
         largest = max(largest, work)
-        b.clock[LAST] = work
+        b.loop.unbalance = work
         if iteration == 0:
-            b.clock[FIRST] = work
+            b.loop.first_unbalance = work
         if _factor(t, 0.0, factor, model, matrix, b) < 0:
             return SINGULAR
         for i in range(b.r.size):
@@ -292,14 +295,14 @@ def balance(t, step, factor, share, tolerance, most, model, matrix, b):
         norm = _move(1.0, model, b)
         if not math.isfinite(norm):
             return NOT_FINITE
-        b.clock[MOVE] = norm
-        b.tally[ITERATIONS] += 1
-        if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.clock[STIFF]):
+        b.loop.correction = norm
+        b.loop.iterations += 1
+        if norm <= tolerance or (norm < ROUGH and norm > 0.5 * last and work <= ROUND_OFF * b.loop.stiffest):
             unbalance(t, step, factor, share, model, b, b.r)
-            b.clock[LAST] = _work_of(b.r, b)
-            if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
+            b.loop.unbalance = _work_of(b.r, b)
+            if b.loop.loose > 0 and b.loop.unbalance > _allowed(largest, model, b):
                 return UNBALANCED
-            b.clock[FACTOR] = factor
+            b.loop.factor = factor
             return iteration + 1
         last = norm
     return NO_CONVERGENCE
@@ -311,10 +314,10 @@ def _allowed(largest, model, b):
     P = model.flexible.P
     for i in range(b.weight.size):
         largest = max(largest, abs(P[i]) * b.weight[i])
-    return CONSISTENT * largest + ROUND_OFF * b.clock[STIFF]
+    return CONSISTENT * largest + ROUND_OFF * b.loop.stiffest
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _WORKSPACE))
 def relax(t, step, factor, shift, goal, most, model, matrix, b):
     """Slide down the energy towards an equilibrium; returns the number of iterations, or a status below zero.
 
@@ -329,10 +332,10 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
             return NOT_FINITE
         work = _work_of(b.r, b)
         if iteration == 0:
-            b.clock[FIRST] = work
-        b.clock[LAST] = work
+            b.loop.first_unbalance = work
+        b.loop.unbalance = work
         if iteration > 0:
-            if work <= goal * b.clock[FIRST]:
+            if work <= goal * b.loop.first_unbalance:
                 return iteration
             shift *= min(max(work / last, 0.2), 1.5)
         last = work
@@ -352,11 +355,11 @@ def relax(t, step, factor, shift, goal, most, model, matrix, b):
             shift *= 4.0
         if not math.isfinite(_move(1.0, model, b)):
             return NOT_FINITE
-        b.tally[ITERATIONS] += 1
+        b.loop.iterations += 1
     return NO_CONVERGENCE
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, _I, MODEL, SPARSE, _WORKSPACE))
 def follow(t, step, length, tolerance, most, model, matrix, b):
     """One step of the given length along the path of equilibria; returns the number of iterations, or a status.
 
@@ -366,7 +369,7 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
     The predictor goes on in the direction of the last step, `before`, or up where there is none.
     """
     n_v, last, largest = b.d.size, math.inf, 0.0
-    factor = b.clock[FACTOR]
+    factor = b.loop.factor
     for i in range(n_v):
         b.total[i] = 0.0
     for iteration in range(most):
@@ -374,10 +377,10 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         unbalance(t, step, factor, 1.0, model, b, b.r)
         if not is_finite(b.r):
             return NOT_FINITE
-        b.clock[LAST] = _work_of(b.r, b)
-        largest = max(largest, b.clock[LAST])
+        b.loop.unbalance = _work_of(b.r, b)
+        largest = max(largest, b.loop.unbalance)
         if iteration == 0:
-            b.clock[FIRST] = b.clock[LAST]
+            b.loop.first_unbalance = b.loop.unbalance
         if _factor(t, 0.0, factor, model, matrix, b) < 0:
             return SINGULAR
         for i in range(b.r.size):
@@ -413,29 +416,29 @@ def follow(t, step, length, tolerance, most, model, matrix, b):
         if not math.isfinite(norm):
             return NOT_FINITE
         factor += change if norm <= LARGEST_MOVE else change * LARGEST_MOVE / norm
-        b.tally[ITERATIONS] += 1
-        b.clock[MOVE] = norm
-        rough = norm < ROUGH and norm > 0.5 * last and b.clock[LAST] <= ROUND_OFF * b.clock[STIFF]
+        b.loop.iterations += 1
+        b.loop.correction = norm
+        rough = norm < ROUGH and norm > 0.5 * last and b.loop.unbalance <= ROUND_OFF * b.loop.stiffest
         if iteration > 0 and (norm <= tolerance or rough):
             unbalance(t, step, factor, 1.0, model, b, b.r)
-            b.clock[LAST] = _work_of(b.r, b)
-            if b.tally[LOOSE] > 0 and b.clock[LAST] > _allowed(largest, model, b):
+            b.loop.unbalance = _work_of(b.r, b)
+            if b.loop.loose > 0 and b.loop.unbalance > _allowed(largest, model, b):
                 return UNBALANCED
-            b.clock[FACTOR] = factor
+            b.loop.factor = factor
             return iteration + 1
         last = norm
     return NO_CONVERGENCE
 
 
-@indirect(_I(REAL, REAL, REAL, REAL, MODEL, SPARSE, _BALANCE))
+@indirect(_I(REAL, REAL, REAL, REAL, MODEL, SPARSE, _WORKSPACE))
 def probe(t, step, factor, shift, model, matrix, b):
     """Unbalance at a factor into b.r, and the factors of the tangent; returns what `sparse_lu.factor` does."""
     unbalance(t, step, factor, 1.0, model, b, b.r)
-    b.clock[LAST] = _work_of(b.r, b)
+    b.loop.unbalance = _work_of(b.r, b)
     return _factor(t, shift, factor, model, matrix, b)
 
 
-@indirect(void(REAL, MODEL, _BALANCE, VECTOR))
+@indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     if model.flexible.cylinders.size > 0:

@@ -23,14 +23,20 @@ from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
-from evolvent.pointer import Struct, array
+from evolvent.pointer import Struct, array, record
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
-# places in Loop.tally
-STEPS, RHS, REJECTED, EVENTS, SAMPLE, GRID, BREAK, FRESH = range(8)
-# places in Loop.clock
-TIME, STEP, ORIGIN, ERROR_OLD = range(4)
+#: Part of a step without an event.
+NO_EVENT = 2.0
+#: A loop's counters and clock. sample, grid, next_break: numbers of the next sample, step of the grid and break;
+#: starts: 1 before the first step; origin: s, of the grid of steps; last_error: of the last step accepted.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
+                                   "starts")]
+    + [(name, np.float64) for name in ("time", "step", "origin", "last_error")],
+    align=True,
+)  # fmt: skip
 
 
 class Method(NamedTuple):
@@ -84,14 +90,13 @@ DOPRI5_DENSE = np.array(
 )
 
 
-class Loop(Struct):
+class ExplicitWorkspace(Struct):
     """What a time loop carries from call to call.
 
     Attributes
     ----------
     y, s : state, overwritten
-    clock : (4,) float, time, step, origin of the step grid, last error
-    tally : (8,) int, counters (see the module's constants)
+    loop : record (see `LOOP`)
     samples : (nt,) float, times to keep the state at
     out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
     log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
@@ -100,8 +105,7 @@ class Loop(Struct):
 
     y: np.ndarray = array(1)
     s: np.ndarray = array(1, np.int64)
-    clock: np.ndarray = array(1)
-    tally: np.ndarray = array(1, np.int64)
+    loop: np.record = record(LOOP)
     samples: np.ndarray = array(1)
     out_y: np.ndarray = array(2)
     out_s: np.ndarray = array(2, np.int64)
@@ -114,7 +118,7 @@ class Loop(Struct):
     g0: np.ndarray = array(1)
 
 
-_LOOP = Loop._numba_type_
+_WORKSPACE = ExplicitWorkspace._numba_type_
 _I = types.int64
 
 
@@ -152,28 +156,28 @@ def add_stages(b, count, y, h, K, out):
 
 
 @inlined
-def stages(A, c, model, t, y, s, h, first, until, loop):
-    """Stages `first` and later of one step into loop.K.
+def stages(A, c, model, t, y, s, h, first, until, work):
+    """Stages `first` and later of one step into work.K.
 
     A stage at the next break `until` sees the time just before it: what jumps there jumps in the step that follows.
     """
     latest = np.nextafter(until, -math.inf)
-    K, w = loop.K, loop.w
+    K, w = work.K, work.w
     for i in range(first, c.size):
         add_stages(A[i], i, y, h, K, w)
         rhs(min(t + c[i] * h, latest), w, s, model, K[i])
-    loop.tally[RHS] += c.size - first
+    work.loop.rhs_evaluations += c.size - first
 
 
 @inlined
-def highest(model, t, y, s, loop):
+def highest(model, t, y, s, work):
     """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
-    event_values(t, y, s, model, loop.g)
+    event_values(t, y, s, model, work.g)
     value = -1.0
     threads = 2 * model.threads.size
-    for k in range(loop.g.size):
-        if (k < threads or loop.g0[k] < 0.0) and loop.g[k] > value:
-            value = loop.g[k]
+    for k in range(work.g.size):
+        if (k < threads or work.g0[k] < 0.0) and work.g[k] > value:
+            value = work.g[k]
     return value
 
 
@@ -185,67 +189,67 @@ def rounds(threads):
 
 
 @inlined
-def log_is_short(model, loop):
+def log_is_short(model, work):
     """Whether the log may not hold all that `fire` could write into it."""
     n = model.threads.size
-    return loop.log_t.size - loop.tally[EVENTS] < rounds(n) * (n + 1)
+    return work.log_t.size - work.loop.events < rounds(n) * (n + 1)
 
 
-@indirect(_I(MODEL, REAL, _LOOP))
-def fire(model, t, loop):
+@indirect(_I(MODEL, REAL, _WORKSPACE))
+def fire(model, t, work):
     """Carry out every event that is due at time t; the releases among them together.
 
     Returns 1 to stop the run, a negative status where it has failed.
     """
-    y, s, g = loop.y, loop.s, loop.g
+    y, s, g = work.y, work.s, work.g
     threads = model.threads
     stop = 0
     for _ in range(rounds(threads.size)):
         event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
-            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and loop.g0[k] < 0.0 and g[k] >= 0.0):
+            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and work.g0[k] < 0.0 and g[k] >= 0.0):
                 due = k
                 break
         if due < 0:
             break
         if due >= 2 * threads.size:
-            loop.g0[due] = g[due]
+            work.g0[due] = g[due]
         for k in range(due, g.size):
             if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
                 continue
-            n = loop.tally[EVENTS]
-            loop.log_t[n] = t
-            loop.log_k[n] = k
-            loop.tally[EVENTS] = n + 1
+            n = work.loop.events
+            work.log_t[n] = t
+            work.log_k[n] = k
+            work.loop.events = n + 1
         answer = apply_event(t, y, s, model, due, g)
         if answer < 0:
             return NO_THREAD
         stop = max(stop, answer)
     event_values(t, y, s, model, g)
     for k in range(g.size):
-        loop.g0[k] = g[k]
+        work.g0[k] = g[k]
     return stop
 
 
 @inlined
-def keep_sample(loop, y):
+def keep_sample(work, y):
     """Keep the state `y` as the next sample."""
-    i = loop.tally[SAMPLE]
+    i = work.loop.sample
     for n in range(y.size):
-        loop.out_y[i, n] = y[n]
-    for n in range(loop.s.size):
-        loop.out_s[i, n] = loop.s[n]
-    loop.tally[SAMPLE] = i + 1
+        work.out_y[i, n] = y[n]
+    for n in range(work.s.size):
+        work.out_s[i, n] = work.s[n]
+    work.loop.sample = i + 1
 
 
 @inlined
-def next_break(model, loop, t):
+def next_break(model, work, t):
     """Time of the next break after t, or infinity."""
-    i = loop.tally[BREAK]
+    i = work.loop.next_break
     while i < model.breaks.size and model.breaks[i] <= t:
         i += 1
-    loop.tally[BREAK] = i
+    work.loop.next_break = i
     if i < model.breaks.size:
         return model.breaks[i]
     return math.inf
@@ -259,122 +263,122 @@ def bracket(low, f_low, high, f_high, bias):
     return min(max(low - f_low * (high - low) / (f_high - f_low), low), high)
 
 
-@indirect(_I(MODEL, _LOOP))
-def start_up(model, loop):
+@indirect(_I(MODEL, _WORKSPACE))
+def start_up(model, work):
     """Events due at the start, first projection and first sample; returns a status or BUDGET."""
-    if loop.tally[FRESH] == 0:
+    if work.loop.starts == 0:
         return BUDGET
-    loop.tally[FRESH] = 0
-    t = loop.clock[TIME]
+    work.loop.starts = 0
+    t = work.loop.time
     if is_corrected(model):
-        project(t, loop.y, loop.s, model)
-    for k in range(loop.g0.size):
-        loop.g0[k] = 0.0
-    stop = fire(model, t, loop) if loop.g.size > 0 else 0
+        project(t, work.y, work.s, model)
+    for k in range(work.g0.size):
+        work.g0[k] = 0.0
+    stop = fire(model, t, work) if work.g.size > 0 else 0
     if stop < 0:
         return stop
-    while loop.tally[SAMPLE] < loop.samples.size and loop.samples[loop.tally[SAMPLE]] <= t:
-        keep_sample(loop, loop.y)
+    while work.loop.sample < work.samples.size and work.samples[work.loop.sample] <= t:
+        keep_sample(work, work.y)
     return STOPPED if stop > 0 else BUDGET
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, _LOOP, _I))
-def fixed_step(A, b, c, model, loop, budget):
+@indirect(_I(MATRIX, VECTOR, VECTOR, MODEL, _WORKSPACE, _I))
+def fixed_step(A, b, c, model, work, budget):
     """Advance with a fixed step until the last sample, an event that stops, a failure or the end of the budget."""
-    y, s, clock, tally, y1 = loop.y, loop.s, loop.clock, loop.tally, loop.y1
-    status = start_up(model, loop)
+    y, s, loop, y1 = work.y, work.s, work.loop, work.y1
+    status = start_up(model, work)
     if status != BUDGET:
         return status
-    watch = loop.g.size > 0
+    watch = work.g.size > 0
     corrected = is_corrected(model)
-    end = loop.samples[loop.samples.size - 1]
-    until = next_break(model, loop, clock[TIME])
+    end = work.samples[work.samples.size - 1]
+    until = next_break(model, work, loop.time)
     for _ in range(budget):
-        if tally[SAMPLE] == loop.samples.size:
+        if loop.sample == work.samples.size:
             return DONE
-        if watch and log_is_short(model, loop):
+        if watch and log_is_short(model, work):
             return LOG_FULL
-        t = clock[TIME]
-        target = clock[ORIGIN] + (tally[GRID] + 1) * clock[STEP]
-        sample = loop.samples[tally[SAMPLE]]
+        t = loop.time
+        target = loop.origin + (loop.grid + 1) * loop.step
+        sample = work.samples[loop.sample]
         on_grid = True
-        if sample <= target + 1e-6 * clock[STEP]:
-            on_grid = target <= sample + 1e-6 * clock[STEP]
+        if sample <= target + 1e-6 * loop.step:
+            on_grid = target <= sample + 1e-6 * loop.step
             target = sample
         if until < target:
             on_grid = False
             target = until
         h = target - t
-        rhs(t, y, s, model, loop.K[0])
-        tally[RHS] += 1
+        rhs(t, y, s, model, work.K[0])
+        loop.rhs_evaluations += 1
         if h > model.info.step:  # a link that has just been released is stiff while it is short
             on_grid = False
             h = model.info.step
             target = t + h
-        stages(A, c, model, t, y, s, h, 1, until, loop)
-        add_stages(b, b.size, y, h, loop.K, y1)
-        tally[STEPS] += 1
+        stages(A, c, model, t, y, s, h, 1, until, work)
+        add_stages(b, b.size, y, h, work.K, y1)
+        loop.steps += 1
         if not is_finite(y1):
             return NOT_FINITE
         at_event = False
         if watch:
-            f_high = highest(model, target, y1, s, loop)
+            f_high = highest(model, target, y1, s, work)
             if f_high >= 0.0 or (target == end and f_high >= DUE):
                 at_event = True
                 low, high = 0.0, h
-                f_low = highest(model, t, y, s, loop)
+                f_low = highest(model, t, y, s, work)
                 for trial in range(80):
                     if f_low >= 0.0 or f_high < 0.0 or high - low <= 4e-16 * max(abs(target), h):
                         break
                     middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
                     if middle <= low or middle >= high:
                         middle = 0.5 * (low + high)
-                    stages(A, c, model, t, y, s, middle, 1, until, loop)
-                    add_stages(b, b.size, y, middle, loop.K, y1)
-                    f = highest(model, t + middle, y1, s, loop)
+                    stages(A, c, model, t, y, s, middle, 1, until, work)
+                    add_stages(b, b.size, y, middle, work.K, y1)
+                    f = highest(model, t + middle, y1, s, work)
                     if f >= 0.0:
                         high, f_high = middle, f
                         if f < 1e-13:
                             break
                     else:
                         low, f_low = middle, f
-                stages(A, c, model, t, y, s, high, 1, until, loop)
-                add_stages(b, b.size, y, high, loop.K, y1)
+                stages(A, c, model, t, y, s, high, 1, until, work)
+                add_stages(b, b.size, y, high, work.K, y1)
                 if high < h:
                     on_grid = False
                     target = t + high
         for n in range(y.size):
             y[n] = y1[n]
-        clock[TIME] = target
+        loop.time = target
         if corrected:
             project(target, y, s, model)
         if on_grid:
-            tally[GRID] += 1
+            loop.grid += 1
         if watch:
             if at_event:
-                stop = fire(model, target, loop)
+                stop = fire(model, target, work)
                 if stop < 0:
                     return stop
                 if stop > 0:
-                    keep_rest(loop, target)
+                    keep_rest(work, target)
                     return STOPPED
             else:
-                for k in range(loop.g.size):
-                    loop.g0[k] = loop.g[k]
+                for k in range(work.g.size):
+                    work.g0[k] = work.g[k]
         if target == sample:
-            keep_sample(loop, y)
+            keep_sample(work, y)
         if target == until:
-            until = next_break(model, loop, target)
+            until = next_break(model, work, target)
     return BUDGET
 
 
 @inlined
-def keep_rest(loop, t):
+def keep_rest(work, t):
     """On a stop, the state there becomes the last sample (its time replaces the next one's)."""
-    i = loop.tally[SAMPLE]
-    if i < loop.samples.size:
-        loop.samples[i] = t
-        keep_sample(loop, loop.y)
+    i = work.loop.sample
+    if i < work.samples.size:
+        work.samples[i] = t
+        keep_sample(work, work.y)
 
 
 @inlined
@@ -416,8 +420,42 @@ def interpolate(P, y, K, h, theta, out):
                 out[n] += a * K[i, n]
 
 
-@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, _LOOP, _I))
-def adaptive(A, b, c, E, P, rtol, atol, model, loop, budget):
+@inlined
+def event_in_step(P, t, h, target, end, model, work):
+    """Part of a step at which its first event falls, by the continuous extension; NO_EVENT where it has none."""
+    f_high = highest(model, target, work.y1, work.s, work)
+    if not (f_high >= 0.0 or (target == end and f_high >= DUE)):
+        return NO_EVENT
+    f_low = highest(model, t, work.y, work.s, work)
+    low, high = 0.0, 1.0
+    for trial in range(80):
+        if f_low >= 0.0 or f_high < 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
+            break
+        middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
+        if middle <= low or middle >= high:
+            middle = 0.5 * (low + high)
+        interpolate(P, work.y, work.K, h, middle, work.w)
+        f = highest(model, t + middle * h, work.w, work.s, work)
+        if f >= 0.0:
+            high, f_high = middle, f
+            if f < 1e-13:
+                break
+        else:
+            low, f_low = middle, f
+    return high
+
+
+@inlined
+def keep_samples_before(P, t, h, time, work):
+    """Keep the samples before a time in a step, by the step's continuous extension."""
+    loop = work.loop
+    while loop.sample < work.samples.size and work.samples[loop.sample] < time:
+        interpolate(P, work.y, work.K, h, (work.samples[loop.sample] - t) / h, work.w)
+        keep_sample(work, work.w)
+
+
+@indirect(_I(MATRIX, VECTOR, VECTOR, VECTOR, MATRIX, REAL, REAL, MODEL, _WORKSPACE, _I))
+def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
     """Dormand-Prince 5(4) with proportional-integral step control, dense output and events.
 
     Notes
@@ -425,124 +463,97 @@ def adaptive(A, b, c, E, P, rtol, atol, model, loop, budget):
     Step factor 0.9 err^-0.17 err_old^0.04 within [0.2, 5] (Hairer, Norsett, Wanner, Solving ODEs I, II.4; Gustafsson's
     controller). The last stage serves as the first of the next step unless an event or a projection changed the state.
     """
-    y, s, clock, tally, y1, K = loop.y, loop.s, loop.clock, loop.tally, loop.y1, loop.K
-    fresh = tally[FRESH] != 0
-    status = start_up(model, loop)
+    y, s, loop, y1, K = work.y, work.s, work.loop, work.y1, work.K
+    fresh = loop.starts != 0
+    status = start_up(model, work)
     if status != BUDGET:
         return status
     n = model.info.nq + model.info.nv
-    watch = loop.g.size > 0
+    watch = work.g.size > 0
     corrected = is_corrected(model)
-    end = loop.samples[loop.samples.size - 1]
-    until = min(next_break(model, loop, clock[TIME]), end)
+    end = work.samples[work.samples.size - 1]
+    until = min(next_break(model, work, loop.time), end)
     if fresh:
-        rhs(clock[TIME], y, s, model, K[0])
-        tally[RHS] += 1
+        rhs(loop.time, y, s, model, K[0])
+        loop.rhs_evaluations += 1
     rejected = False
     for _ in range(budget):
-        if tally[SAMPLE] == loop.samples.size:
+        if loop.sample == work.samples.size:
             return DONE
-        if watch and log_is_short(model, loop):
+        if watch and log_is_short(model, work):
             return LOG_FULL
-        t, h = clock[TIME], clock[STEP]
+        t, h = loop.time, loop.step
         landing = t + h * 1.01 >= until
         if landing:
             h = until - t
         if not h > 1e-14 * max(abs(t), 1e-3):
             if not landing:
                 return TOO_SMALL
-            clock[TIME] = until  # an event fell on it, but for round-off
-            while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] <= until:
-                keep_sample(loop, y)
-            until = min(next_break(model, loop, until), end)
-            rhs(clock[TIME], y, s, model, K[0])
-            tally[RHS] += 1
+            loop.time = until  # an event fell on it, but for round-off
+            while loop.sample < work.samples.size and work.samples[loop.sample] <= until:
+                keep_sample(work, y)
+            until = min(next_break(model, work, until), end)
+            rhs(loop.time, y, s, model, K[0])
+            loop.rhs_evaluations += 1
             continue
-        stages(A, c, model, t, y, s, h, 1, until, loop)
+        stages(A, c, model, t, y, s, h, 1, until, work)
         add_stages(b, b.size, y, h, K, y1)
-        tally[STEPS] += 1
-        error = error_norm(y, y1, K, E, h, n, rtol, atol, loop.w)
+        loop.steps += 1
+        error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
         if not error < 1.0:
-            tally[REJECTED] += 1
+            loop.rejected += 1
             rejected = True
             if not math.isfinite(error):
-                clock[STEP] = 0.1 * h
+                loop.step = 0.1 * h
             else:
-                clock[STEP] = h * max(0.2, 0.9 * error**-0.2)
+                loop.step = h * max(0.2, 0.9 * error**-0.2)
             continue
         error = max(error, 1e-10)
-        factor = min(5.0, max(0.2, 0.9 * error**-0.17 * clock[ERROR_OLD] ** 0.04))
+        factor = min(5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))
         if rejected:
             factor = min(factor, 1.0)
         rejected = False
-        clock[ERROR_OLD] = max(error, 1e-4)
+        loop.last_error = max(error, 1e-4)
         target = until if landing else t + h
         following = h * factor
         if landing:
-            following = max(following, clock[STEP])
-        at_event = False
-        whole = True
-        if watch:
-            f_high = highest(model, target, y1, s, loop)
-            if f_high >= 0.0 or (target == end and f_high >= DUE):
-                at_event = True
-                f_low = highest(model, t, y, s, loop)
-                low, high = 0.0, 1.0
-                for trial in range(80):
-                    if f_low >= 0.0 or f_high < 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
-                        break
-                    middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
-                    if middle <= low or middle >= high:
-                        middle = 0.5 * (low + high)
-                    interpolate(P, y, K, h, middle, loop.w)
-                    f = highest(model, t + middle * h, loop.w, s, loop)
-                    if f >= 0.0:
-                        high, f_high = middle, f
-                        if f < 1e-13:
-                            break
-                    else:
-                        low, f_low = middle, f
-                whole = high == 1.0
-                if not whole:
-                    # samples before the event belong to this step's extension
-                    while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < t + high * h:
-                        interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
-                        keep_sample(loop, loop.w)
-                    target = t + high * h
-                    h = target - t
-                    stages(A, c, model, t, y, s, h, 1, until, loop)
-                    add_stages(b, b.size, y, h, K, y1)
-                    landing = False
-        if whole:
-            while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] < target:
-                interpolate(P, y, K, h, (loop.samples[tally[SAMPLE]] - t) / h, loop.w)
-                keep_sample(loop, loop.w)
+            following = max(following, loop.step)
+        part = event_in_step(P, t, h, target, end, model, work) if watch else NO_EVENT
+        if 0.0 < part < 1.0:
+            keep_samples_before(P, t, h, t + part * h, work)
+            target = t + part * h
+            h = target - t
+            stages(A, c, model, t, y, s, h, 1, until, work)
+            add_stages(b, b.size, y, h, K, y1)
+            landing = False
+        else:
+            keep_samples_before(P, t, h, target, work)
         for i in range(y.size):
             y[i] = y1[i]
-        clock[TIME] = target
+        loop.time = target
         changed = corrected and project(target, y, s, model) != 0
         stop = 0
-        if at_event:
-            stop = fire(model, target, loop)
+        if part != NO_EVENT:
+            stop = fire(model, target, work)
             if stop < 0:
                 return stop
             changed = True
-            following = min(following, max(clock[STEP], h)) * 0.1
+            following = min(following, max(loop.step, h)) * 0.1
         elif watch:
-            for k in range(loop.g.size):
-                loop.g0[k] = loop.g[k]
-        clock[STEP] = following
+            for k in range(work.g.size):
+                work.g0[k] = work.g[k]
+        loop.step = following
         if stop > 0:
-            keep_rest(loop, target)
+            keep_rest(work, target)
             return STOPPED
-        while tally[SAMPLE] < loop.samples.size and loop.samples[tally[SAMPLE]] <= target:
-            keep_sample(loop, y)
+        while loop.sample < work.samples.size and work.samples[loop.sample] <= target:
+            keep_sample(work, y)
         if landing or target >= until:
-            until = min(next_break(model, loop, target), end)
+            until = min(next_break(model, work, target), end)
             changed = True
         if changed:
             rhs(target, y, s, model, K[0])
-            tally[RHS] += 1
+            loop.rhs_evaluations += 1
         else:
             for i in range(y.size):
                 K[0, i] = K[6, i]

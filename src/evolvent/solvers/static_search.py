@@ -65,8 +65,8 @@ class Search:
         b, f = w.balance, w.model.flexible
         energies = np.zeros(5)
         eq.accept(w.time, w.model, b, energies)
-        b.clock[eq.FACTOR] = self.reached = factor
-        self.worst = min(self.worst, float(b.clock[eq.QUALITY]))
+        b.loop.factor = self.reached = factor
+        self.worst = min(self.worst, float(b.loop.quality))
         cylinders = np.zeros((f.cylinders.size, 9))
         for k in range(f.cylinders.size):
             row = f.cylinders[k]
@@ -104,7 +104,7 @@ class Search:
         w, b = self.work, self.work.balance
         w.probe(0.0)
         b.start[:] = b.r
-        balanced = b.clock[eq.LAST] == 0.0
+        balanced = b.loop.unbalance == 0.0
         if not whole:
             if not self._advance(lambda s: (0.0, s), np.ones(1)):
                 return
@@ -194,7 +194,7 @@ class Search:
             sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
             if found < 0 or sharp:
                 self._back(state)
-                b.clock[eq.FACTOR] = factor
+                b.loop.factor = factor
                 self.rejected += 1
                 length *= 0.5 if sharp else 0.25
                 if length < shortest:
@@ -202,7 +202,7 @@ class Search:
                     return
                 continue
             self.steps += 1
-            now = float(b.clock[eq.FACTOR])
+            now = float(b.loop.factor)
             if factor < 1.0 <= now:
                 b.before[:] = b.total
                 if self._balance(1.0) < 0:
@@ -235,7 +235,7 @@ class Search:
                 return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
             return f"the state stopped being finite at load factor {factor:.6g}"
-        if code in (eq.SINGULAR, eq.UNBALANCED) or b.clock[eq.QUALITY] < 1e-11:
+        if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
         return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
 
@@ -293,8 +293,8 @@ class Search:
             statistics={
                 "steps": self.steps,
                 "rejected_steps": self.rejected,
-                "iterations": int(w.balance.tally[eq.ITERATIONS]),
-                "factorizations": int(w.balance.tally[eq.FACTORED]),
+                "iterations": int(w.balance.loop.iterations),
+                "factorizations": int(w.balance.loop.factorizations),
                 "slides": self.slides,
                 "smallest_pivot": self.worst,
             },

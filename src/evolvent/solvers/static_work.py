@@ -18,6 +18,7 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, contact_laws, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
+from evolvent.pointer import zeros_record
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers import ordering
 from evolvent.solvers.implicit_messages import redundant
@@ -115,15 +116,14 @@ class Work:
         self.slopes = np.add.outer(np.array(slopes, dtype=np.int64), np.arange(3))
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
-        self.balance = eq.Balance(
+        self.balance = eq.StaticWorkspace(
             y=start,
             la=np.zeros(self.n_j),
             weight=weight,
             powers=np.zeros(N_POWERS),
             spin=spin,
             parameters=model.parameters.copy(),
-            tally=np.zeros(eq.N_TALLY, dtype=np.int64),
-            clock=np.zeros(eq.N_CLOCK),
+            loop=zeros_record(eq.LOOP),
             **unknowns,
             **moves,
         )
@@ -138,7 +138,7 @@ class Work:
         """Refuse constraints that others imply: the tangent with masses is singular only by them."""
         b = self.balance
         self.probe(0.0, 1e12)
-        if b.tally[eq.LOOSE] > 0:
+        if b.loop.loose > 0:
             raise InputError(redundant(self.assembly, self.matrix))
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
@@ -206,9 +206,9 @@ class Work:
     def free_motions(self, factor: float) -> list[str]:
         """Which parts move without resistance, by the tangent."""
         b = self.balance
-        if self.probe(factor) < 0 or b.tally[eq.LOOSE] == 0:
+        if self.probe(factor) < 0 or b.loop.loose == 0:
             return []
-        count = int(b.tally[eq.LOOSE])
+        count = int(b.loop.loose)
         M = self.mass()
         self.probe(factor)
         K = self.tangent(0.0, 0.0)[: self.n_v, : self.n_v].diagonal()
