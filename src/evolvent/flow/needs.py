@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator
 from typing import Any
 
@@ -114,9 +115,14 @@ def load_weight(model: Model) -> None:
     jit.load([implicit.add_weight, *([flexible.add_gravity] if model.flexible.elements.size else [])])
 
 
-def load_explicit(model: Model) -> None:
-    """Load the functions that explicit methods call."""
-    jit.load(explicit(model))
+#: Models whose functions for explicit methods are loaded; to list them takes as long as a hundred small steps.
+_LOADED: weakref.WeakSet[Model] = weakref.WeakSet()
+
+
+def load_explicit(model: Model, *others: Any) -> None:
+    """Load the functions that explicit methods call, and other ones with them."""
+    jit.load(others if model in _LOADED else (*explicit(model), *others))
+    _LOADED.add(model)
 
 
 def load_implicit(model: Model) -> None:

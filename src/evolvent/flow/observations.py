@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent import jit
 from evolvent.flow import needs
 from evolvent.flow.inventory import inventory
 from evolvent.flow.sampling import fill_observations
@@ -62,7 +61,7 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> Observ
     t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
     """
     out = empty_observations(model, t.size)
-    jit.load((*needs.explicit(model), fill_observations))
+    needs.load_explicit(model, fill_observations)
     fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), model, *out)
     return out
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import codecache, families, jit
+from evolvent import codecache, families
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
@@ -377,7 +377,7 @@ def _load(
     options: tuple[Any, ...] = (tableau.A, tableau.b, tableau.c)
     if steps is ex.adaptive:
         options += (ex.DOPRI5_ERROR, ex.DOPRI5_DENSE, rtol, atol)
-    jit.load((*needs.explicit(model), ex.start_up, ex.fire, steps))
+    needs.load_explicit(model, ex.start_up, ex.fire, steps)
 
     def advance(work: ex.ExplicitWorkspace, budget: int) -> int:
         return int(steps(*options, model, work, budget))

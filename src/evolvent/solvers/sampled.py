@@ -44,18 +44,18 @@ def balances(model: mdl.Model, t: Array, y: Array, s: Array) -> Any:
     -------
     (nt,) records of `evolvent.solvers.balance`
     """
-    found, sums = eb.records(t.size), sums_of(model, t, y, s)
+    found, sums = np.zeros(t.size, dtype=eb.BALANCE), sums_of(model, t, y, s)
     accounts = y[:, int(model.info.nq + model.info.nv) :]
-    found.kinetic, found.elastic = sums[:, mdl.KINETIC], sums[:, mdl.ELASTIC]
-    found.loads, found.drives = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
-    found.spools, found.released = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
-    found.by_springs = accounts[:, mdl.DISSIPATED]
+    found["kinetic"], found["elastic"] = sums[:, mdl.KINETIC], sums[:, mdl.ELASTIC]
+    found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
+    found["spools"], found["released"] = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
+    found["by_springs"] = accounts[:, mdl.DISSIPATED]
     if model.flexible.beams.size:
         causes = accounts[:, mdl.N_ACCOUNTS :]
-        found.by_mass, found.by_stiffness = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
-        found.by_contact, found.by_joints = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
-        found.by_springs -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    return found
+        found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
+        found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
+        found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
+    return found.view(np.recarray)
 
 
 def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
