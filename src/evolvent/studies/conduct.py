@@ -183,11 +183,15 @@ class _Sweep:
             return
         if not solver:
             return
-        from evolvent import codecache
+        from evolvent import codecache, jit
+
+        def show(state: jit.Progress) -> None:
+            if state.done == 0:
+                self.tell(f"compiling {state.needed} functions for this machine, once")
 
         if not codecache.is_warm(solver):
-            self.tell("compiling for this machine, once; this takes 10 to 30 s on two free cores")
-            self._here([self.pending.popleft()])
+            with jit.reporting(show):
+                self._here([self.pending.popleft()])
 
     def _worth(self) -> int:
         """Number of processes that the work is worth, found by computing for a second or two."""
