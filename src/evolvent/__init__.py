@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import xarray
 
     from evolvent import parts
-    from evolvent.jit import event_law, feed_law, force_law, spring_law
+    from evolvent.laws import event_law, feed_law, force_law, spring_law
     from evolvent.results import open  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
     from evolvent.studies import sweep
@@ -40,11 +40,11 @@ __all__ = [
 _LAZY = {
     "Stepper": "evolvent.stepping",
     "System": "evolvent.system",
-    "event_law": "evolvent.jit",
-    "feed_law": "evolvent.jit",
-    "force_law": "evolvent.jit",
+    "event_law": "evolvent.laws",
+    "feed_law": "evolvent.laws",
+    "force_law": "evolvent.laws",
     "open": "evolvent.results",
-    "spring_law": "evolvent.jit",
+    "spring_law": "evolvent.laws",
     "sweep": "evolvent.studies",
 }
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import laws
 from evolvent import model as mdl
 from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
@@ -142,7 +142,7 @@ class Builder:
     def law(self, law: Any, kind: str) -> int:
         """Address of a user's law, which is kept alive with the model."""
         try:
-            address = jit.law_address(law, kind)
+            address = laws.law_address(law, kind)
         except TypeError as error:
             raise InputError(str(error)) from None
         self.laws[address] = law

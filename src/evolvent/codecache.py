@@ -33,7 +33,7 @@ from numba.np import arrayobj
 
 _PACKAGE = pathlib.Path(__file__).parent
 #: Modules and packages that may hold compiled functions or constants that these use.
-COMPILED = ("codecache", "jit", "pointer", "model", "kernels", "flow", "solvers", "batch")
+COMPILED = ("codecache", "jit", "laws", "pointer", "model", "kernels", "flow", "solvers", "batch")
 #: Baselines by machine: LLVM's name of the processor, and the features of a host that has all of it.
 _BASELINES = {"x86_64": ("x86-64-v3", ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"))}
 _BASELINES["AMD64"] = _BASELINES["x86_64"]

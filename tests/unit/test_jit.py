@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from evolvent import codecache, jit, parts
+from evolvent import codecache, jit, laws, parts
 from evolvent.errors import InputError
 from evolvent.solvers import solve
 from evolvent.system import System
@@ -127,26 +127,26 @@ def test_the_first_function_of_a_process_is_loaded(tmp_path):
 # ------------------------------------------------------------------------------------------------ laws
 
 
-@jit.spring_law
+@laws.spring_law
 def hardening(extension, rate, t, p):
     return p[0] * extension + p[1] * extension**3
 
 
-@jit.spring_law
+@laws.spring_law
 def brittle(extension, rate, t, p):
     if extension > p[0]:
         raise ValueError("the spring broke")
     return 0.1
 
 
-@jit.force_law
+@laws.force_law
 def gust(x, v, t, p):
     if t > p[0]:
         raise ValueError("no wind data beyond this time")
     return 0.0, p[1], 0.0
 
 
-@jit.event_law
+@laws.event_law
 def crossing(t, y, p):
     return y[0] - p[0]
 
@@ -174,7 +174,7 @@ def reeled(law, *parameters):
 @pytest.mark.parametrize(("law", "kind"), [(hardening, "spring"), (gust, "force"), (crossing, "event")])
 def test_a_law_is_compiled_to_its_one_signature(law, kind):
     assert [s.args for s in law.nopython_signatures] == [jit.LAWS[kind].args]
-    assert jit.law_address(law, kind) != 0
+    assert laws.law_address(law, kind) != 0
 
 
 def test_a_law_acts_with_its_parameters():
@@ -236,33 +236,33 @@ def test_a_law_that_does_not_compile_is_refused_in_one_sentence(kind, law, said)
     message = str(refused.value)
     assert "\n" not in message
     assert message.startswith(f"the law {law.__name__!r} ({__file__}:{law.__code__.co_firstlineno}) cannot be compiled")
-    assert jit.FORMS[kind] in message
+    assert laws.FORMS[kind] in message
     assert said in message
 
 
 def test_a_law_is_a_function():
     with pytest.raises(InputError, match="stands before a function"):
-        jit.event_law(5)
+        laws.event_law(5)
 
 
-@jit.feed_law
+@laws.feed_law
 def runs_out(t, p):
     if t > p[0]:
         raise ValueError("the table ends")
     return p[1] + t, 1.0, 0.0
 
 
-@jit.event_law
+@laws.event_law
 def undefined(t, y, p):
     return math.nan + 0.0 * y[0]
 
 
-@jit.force_law
+@laws.force_law
 def pole(x, v, t, p):
     return p[0] / t, 0.0, 0.0
 
 
-@jit.spring_law
+@laws.spring_law
 def lost(extension, rate, t, p):
     return p[3] * extension if p.size > 3 else math.nan
 
@@ -299,7 +299,7 @@ def test_a_feed_law_is_tried_at_both_ends():
 
 
 def test_a_law_without_a_source_file_still_works():
-    names = {"spring_law": jit.spring_law}
+    names = {"spring_law": laws.spring_law}
     exec("@spring_law\ndef typed(extension, rate, t, p):\n    return 3.0 * extension\n", names)
     found = solve(on_spring(names["typed"]).assemble(), samples=[0.0, 0.1], method="rk4", step=0.01)
     assert found.success
@@ -479,7 +479,7 @@ def test_indices_can_be_checked(tmp_path):
     assert found["error"] == "index is out of bounds"
 
 
-@jit.spring_law
+@laws.spring_law
 def last_parameter(extension, rate, t, p):
     return p[-1] * extension + p[-2:][0]
 

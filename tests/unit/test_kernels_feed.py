@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from evolvent import jit, parts
+from evolvent import laws, parts
 from evolvent.builder import Builder
 from evolvent.kernels import feed as kernels
 
 H = 1e-4
 
 
-@jit.feed_law
+@laws.feed_law
 def swinging(t, p):
     """phi = p0 t + p1 sin(p2 t)."""
     return (

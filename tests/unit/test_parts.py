@@ -8,19 +8,19 @@ import math
 import numpy as np
 import pytest
 
-from evolvent import jit, parts
+from evolvent import laws, parts
 from evolvent.errors import InputError
 from evolvent.system import System
 
 nan, inf = math.nan, math.inf
 
 
-@jit.force_law
+@laws.force_law
 def drag(x, v, t, p):
     return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
 
 
-@jit.spring_law
+@laws.spring_law
 def linear(extension, rate, t, p):
     return p[0] * extension
 

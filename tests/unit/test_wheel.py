@@ -57,7 +57,7 @@ import numpy as np
 from llvmlite import binding
 from numba.core.registry import cpu_target
 import evolvent
-from evolvent.jit import law_address
+from evolvent.laws import law_address
 
 before = cpu_target.target_context.codegen()
 run = evolvent.run("heliogyro", {"solver.duration": "1 s"})

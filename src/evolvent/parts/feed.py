@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import laws
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import feed as kernels
@@ -159,7 +159,7 @@ class LawFeed:
 
     def at(self, builder: Builder, row: FeedRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration; refused unless finite."""
-        angle, rate, acceleration = jit.try_law(self.law, time, np.array(builder.values[row.first : row.last]))
+        angle, rate, acceleration = laws.try_law(self.law, time, np.array(builder.values[row.first : row.last]))
         return angle, rate, acceleration
 
 

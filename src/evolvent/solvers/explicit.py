@@ -503,10 +503,7 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         if not error < 1.0:
             loop.rejected += 1
             rejected = True
-            if not math.isfinite(error):
-                loop.step = 0.1 * h
-            else:
-                loop.step = h * max(0.2, 0.9 * error**-0.2)
+            loop.step = h * max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.1 * h
             continue
         error = max(error, 1e-10)
         factor = min(5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import laws
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError
 from evolvent.families import owner
@@ -84,7 +84,7 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     for use, arguments, time in _calls(assembly, states):
         law = assembly.laws[int(use.row["law"])]
         try:
-            jit.try_law(law, *arguments)
+            laws.try_law(law, *arguments)
         except InputError as found:
             if isinstance(found.__cause__, type(error)):
                 return f"at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
@@ -93,11 +93,11 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     for law in {id(law): law for law in assembly.laws.values()}.values():
         code = getattr(law, "py_func", law).__code__
         if (code.co_filename, code.co_name) in frames:
-            return f"{when}{jit.describe_law(law)} of {_users(assembly, law)} raises {type(error).__name__}: {error}"
+            return f"{when}{laws.describe_law(law)} of {_users(assembly, law)} raises {type(error).__name__}: {error}"
         suspects.append(law)
     if not suspects or not isinstance(error, IndexError):
         raise error
-    named = " or ".join(f"{jit.describe_law(law)} of {_users(assembly, law)}" for law in suspects)
+    named = " or ".join(f"{laws.describe_law(law)} of {_users(assembly, law)}" for law in suspects)
     return f"{when}{named} raises {type(error).__name__}: {error}"
 
 
@@ -179,6 +179,6 @@ def _parameters(assembly: Assembly, use: _Use) -> Array:
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:
     """Evaluate the law of one row."""
     try:
-        jit.try_law(assembly.laws[int(use.row["law"])], *arguments, _parameters(assembly, use))
+        laws.try_law(assembly.laws[int(use.row["law"])], *arguments, _parameters(assembly, use))
     except InputError as error:
         raise InputError(f"{owner(assembly, use.family, use.number)!r} at t = {time:g} s: {error}") from error

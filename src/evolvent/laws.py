@@ -1,0 +1,158 @@
+"""Users' laws: functions for forces, springs, feeds and events, compiled and called through pointers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+from numba import config, njit
+from numba.core.errors import NumbaError
+
+from evolvent.codecache import CACHE_DIR
+from evolvent.errors import InputError
+from evolvent.jit import LAWS, PLAIN, pointer_of
+
+#: How a law of each kind is called, and what it returns.
+FORMS = {
+    "force": "(x, v, t, parameters) -> (fx, fy, fz)",
+    "spring": "(extension, rate, t, parameters) -> tension",
+    "feed": "(t, parameters) -> (angle, rate, acceleration)",
+    "event": "(t, y, parameters) -> value",
+}
+
+
+def _compile_law(signature: Any, function: Callable) -> Any:
+    """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
+    options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
+    previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
+    try:
+        return njit(signature, cache=True, **options)(function)
+    except (RuntimeError, ImportError) as error:
+        # no source file to key the cache by (an interactive prompt), or a law kept under another name of its module
+        if isinstance(error, RuntimeError) and "cannot cache" not in str(error):
+            raise
+        return njit(signature, **options)(function)
+    finally:
+        config.CACHE_DIR = previous
+
+
+def _law(kind: str, function: Callable) -> Any:
+    if not isinstance(function, FunctionType):
+        raise InputError(f"@evolvent.{kind}_law stands before a function, not before {function!r}")
+    if config.DISABLE_JIT:
+        return function
+    try:
+        # its indices are checked: beyond its parameters stand those of others, and then foreign memory
+        compiled = _compile_law(LAWS[kind], function)
+    except (NumbaError, TypeError) as error:
+        raise InputError(
+            f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
+        ) from error
+    if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
+        raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
+    return compiled
+
+
+def describe_law(law: Any) -> str:
+    """Name of a user's law and where it stands."""
+    code = getattr(law, "py_func", law).__code__
+    return f"the law {law.__name__!r} ({code.co_filename}:{code.co_firstlineno})"
+
+
+def _one_line(message: str) -> str:
+    """What numba says first, without its account of what it was doing."""
+    lines = [line.strip(" >") for line in message.splitlines()]
+    said = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
+    return " ".join(said[: 2 if said[0].endswith(":") else 1])
+
+
+def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
+    """What a user's law returns, as a tuple of finite numbers.
+
+    Raises
+    ------
+    InputError
+        If it raises an exception, or returns anything else.
+    """
+    count = len(arguments[-1])
+    given = "1 parameter is" if count == 1 else f"{count} parameters are"
+    try:
+        result = law(*arguments)
+        values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
+    except Exception as error:  # whatever a user's code may raise
+        raise InputError(
+            f"{describe_law(law)} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
+        ) from error
+    if not all(math.isfinite(x) for x in values):
+        shown = values if isinstance(result, tuple) else values[0]
+        raise InputError(f"{describe_law(law)} returns {shown}; it must return finite numbers")
+    return values
+
+
+def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
+    """What an exception of a law says; of an index out of bounds, which one it is, by the law as plain Python."""
+    if isinstance(error, IndexError):
+        try:
+            getattr(law, "py_func", law)(*arguments)
+        except IndexError as plain:
+            error = plain
+        except Exception:  # noqa: BLE001  (another one: what it said when compiled stands)
+            pass
+    return " ".join(str(error).split())
+
+
+def force_law(function: Callable) -> Any:
+    """Turn ``f(x, v, t, parameters) -> (fx, fy, fz)`` into a distributed load law.
+
+    Parameters
+    ----------
+    function : callable
+        Receives position `x` : (3,) m and velocity `v` : (3,) m/s in the inertial frame, time `t` : s and the
+        `parameters` : (k,) given with the load; returns force per length, N/m, inertial frame.
+
+    Returns
+    -------
+    compiled function
+        Its address goes into the model; editing the law recompiles the law alone. Its indices are checked, and a run
+        in which it raises an exception fails with a message that names it.
+
+    Notes
+    -----
+    Keep helpers of a law in the same file: a change in another user file is not noticed by the cache.
+    """
+    return _law("force", function)
+
+
+def spring_law(function: Callable) -> Any:
+    """Turn ``f(extension, rate, t, parameters) -> tension`` (m, m/s, s -> N) into the law of a spring."""
+    return _law("spring", function)
+
+
+def feed_law(function: Callable) -> Any:
+    """Turn ``f(t, parameters) -> (angle, rate, acceleration)`` (rad, rad/s, rad/s2) into the law of a spool."""
+    return _law("feed", function)
+
+
+def event_law(function: Callable) -> Any:
+    """Turn ``f(t, y, parameters) -> value`` into an event that fires where the value rises through zero."""
+    return _law("event", function)
+
+
+def law_address(law: Any, kind: str) -> int:
+    """Address of a compiled law of the given `kind`; the caller keeps the law alive as long as the address.
+
+    Raises
+    ------
+    TypeError
+        If `law` was not made by the decorator of that kind.
+    """
+    if config.DISABLE_JIT:
+        PLAIN.append(law)
+        return len(PLAIN) - 1
+    signature = LAWS[kind]
+    signatures = getattr(law, "nopython_signatures", None)
+    if signatures is None or [s.args for s in signatures] != [signature.args]:
+        raise TypeError(f"the law {getattr(law, '__name__', law)!r} must be decorated with @evolvent.{kind}_law")
+    return pointer_of(law, signature)
