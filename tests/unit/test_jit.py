@@ -232,7 +232,7 @@ def unknown_attribute(extension, rate, t, p):
 )
 def test_a_law_that_does_not_compile_is_refused_in_one_sentence(kind, law, said):
     with pytest.raises(InputError) as refused:
-        getattr(jit, f"{kind}_law")(law)
+        getattr(laws, f"{kind}_law")(law)
     message = str(refused.value)
     assert "\n" not in message
     assert message.startswith(f"the law {law.__name__!r} ({__file__}:{law.__code__.co_firstlineno}) cannot be compiled")
