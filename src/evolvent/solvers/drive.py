@@ -181,15 +181,37 @@ def plan(
     return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 
 
-def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
-    """Integrate an assembled model over time: `plan` with these options, and run it.
+def solve(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    method: str = "rk4",
+    step: float | None = None,
+    rtol: float = 1e-8,
+    atol: float = 1e-10,
+    unsafe_step: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Integrate an assembled model over time by an explicit method: `plan` and run.
+
+    Parameters
+    ----------
+    assembly, samples, method, step, rtol, atol, unsafe_step : as of `plan`
+    progress : called with the time reached (s), a few times a second
+
+    Returns
+    -------
+    Solution
+        A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
 
     Raises
     ------
     InputError
         As of `plan`.
     """
-    return plan(assembly, **options).run(progress)
+    return plan(assembly, samples=samples, method=method, step=step, rtol=rtol, atol=atol, unsafe_step=unsafe_step).run(
+        progress
+    )
 
 
 class _Run:
