@@ -24,7 +24,8 @@ from evolvent.solvers.implicit_messages import reason, redundant, stalled
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, options_of, sizes, workspace
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
-from evolvent.solvers.solution import Sampled, Solution
+from evolvent.solvers.sampled import Sampled
+from evolvent.solvers.solution import Solution
 
 #: Name of the method.
 NAME = "generalized-alpha"
@@ -133,15 +134,46 @@ def plan(
     return Plan(own, times, step, matrix_of(model), weight, options)
 
 
-def solve_implicit(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
-    """Integrate an assembled model with generalized-alpha: `plan` with these options, and run it.
+def solve_implicit(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    step: float | None = None,
+    tolerance: float = 1e-4,
+    spectral_radius: float = 0.3,
+    newton: float | None = None,
+    largest_gain: float = LARGEST_GAIN,
+    longest_step: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Integrate an assembled model with generalized-alpha: `plan` and run.
+
+    Parameters
+    ----------
+    assembly, samples, step, tolerance, spectral_radius, newton, largest_gain, longest_step : as of `plan`
+    progress : called with the time reached (s), a few times a second
+
+    Returns
+    -------
+    Solution
+        A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
 
     Raises
     ------
     InputError
         As of `plan` and `Plan.run`.
     """
-    return plan(assembly, **options).run(progress)
+    prepared = plan(
+        assembly,
+        samples=samples,
+        step=step,
+        tolerance=tolerance,
+        spectral_radius=spectral_radius,
+        newton=newton,
+        largest_gain=largest_gain,
+        longest_step=longest_step,
+    )
+    return prepared.run(progress)
 
 
 class Run:

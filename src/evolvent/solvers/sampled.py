@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +14,56 @@ from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge
 from evolvent.kernels.flexible import beam_energies
 from evolvent.solvers import balance as eb
-from evolvent.solvers.solution import Momentum, Sampled
 
 Array = np.ndarray
 #: Numbers of a cylinder at a sample (see `Sampled`).
 N_CYLINDER = 9
+
+
+class Sampled(NamedTuple):
+    """What follows from the states at the samples: kept by implicit and static solvers, evaluated of explicit runs.
+
+    Attributes
+    ----------
+    acceleration : (nt, nv) float
+    la : (nt, nj) float, multipliers of the joints, in the order of `names`; NaN of constraints under explicit methods
+    balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
+    cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
+        sum of normal forces (N), its impulse (N s), points that touch
+    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
+        bodies less the gyroscopic w x J w
+    """
+
+    acceleration: Array
+    la: Array
+    balance: Any
+    cylinders: Array
+    wrenches: Array
+
+
+class Momentum(NamedTuple):
+    """Momentum balance.
+
+    Attributes
+    ----------
+    linear, angular : (nt, 3) float, kg m/s and kg m2/s about the inertial origin, of all that the model moves
+    jumps_linear, jumps_angular : (nt, 3) float, what events brought in since the start (nodes that leave a spool)
+    """
+
+    linear: Array
+    angular: Array
+    jumps_linear: Array
+    jumps_angular: Array
+
+    @property
+    def drift_linear(self) -> Array:
+        """(nt, 3) linear momentum less that at the start and less the jumps: zero where nothing acts from outside."""
+        return (self.linear - self.linear[0]) - (self.jumps_linear - self.jumps_linear[0])
+
+    @property
+    def drift_angular(self) -> Array:
+        """(nt, 3) angular momentum less that at the start and less the jumps: zero where nothing acts from outside."""
+        return (self.angular - self.angular[0]) - (self.jumps_angular - self.jumps_angular[0])
 
 
 def empty(model: mdl.Model, size: int) -> Sampled:
@@ -98,7 +143,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
     return found
 
 
-def momentum(assembly: Assembly, t: Array, y: Array, s: Array) -> Momentum:
+def momentum_of(assembly: Assembly, t: Array, y: Array, s: Array) -> Momentum:
     """Momenta of the states of any run, and what its events brought in."""
     model = assembly.model
     sums, accounts = sums_of(model, t, y, s), y[:, int(model.info.nq + model.info.nv) :]

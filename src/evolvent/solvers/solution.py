@@ -9,57 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent.solvers import balance as eb
+from evolvent.solvers.sampled import Momentum, Sampled, balances, evaluate, momentum_of
 
 if TYPE_CHECKING:
     from evolvent.builder import Assembly
 
 Array = np.ndarray
-
-
-class Sampled(NamedTuple):
-    """What follows from the states at the samples: kept by implicit and static solvers, evaluated of explicit runs.
-
-    Attributes
-    ----------
-    acceleration : (nt, nv) float
-    la : (nt, nj) float, multipliers of the joints, in the order of `names`; NaN of constraints under explicit methods
-    balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
-        sum of normal forces (N), its impulse (N s), points that touch
-    wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
-        bodies less the gyroscopic w x J w
-    """
-
-    acceleration: Array
-    la: Array
-    balance: Any
-    cylinders: Array
-    wrenches: Array
-
-
-class Momentum(NamedTuple):
-    """Momentum balance.
-
-    Attributes
-    ----------
-    linear, angular : (nt, 3) float, kg m/s and kg m2/s about the inertial origin, of all that the model moves
-    jumps_linear, jumps_angular : (nt, 3) float, what events brought in since the start (nodes that leave a spool)
-    """
-
-    linear: Array
-    angular: Array
-    jumps_linear: Array
-    jumps_angular: Array
-
-    @property
-    def drift_linear(self) -> Array:
-        """(nt, 3) linear momentum less that at the start and less the jumps: zero where nothing acts from outside."""
-        return (self.linear - self.linear[0]) - (self.jumps_linear - self.jumps_linear[0])
-
-    @property
-    def drift_angular(self) -> Array:
-        """(nt, 3) angular momentum less that at the start and less the jumps: zero where nothing acts from outside."""
-        return (self.angular - self.angular[0]) - (self.jumps_angular - self.jumps_angular[0])
 
 
 class Path(NamedTuple):
@@ -126,8 +81,6 @@ class Solution:
         """Accelerations, multipliers, energy balance, contact forces and wrenches at the samples."""
         if self.kept is not None:
             return self.kept
-        from evolvent.solvers.sampled import evaluate
-
         return evaluate(self.assembly, self.t, self.y, self.s)
 
     @property
@@ -143,8 +96,6 @@ class Solution:
     @functools.cached_property
     def balance(self) -> Any:
         """See `Sampled`."""
-        from evolvent.solvers.sampled import balances
-
         return self.sampled.balance if self._is_split else balances(self.assembly.model, self.t, self.y, self.s)
 
     @property
@@ -178,9 +129,7 @@ class Solution:
     @functools.cached_property
     def momentum(self) -> Momentum:
         """Linear and angular momentum at the samples, and what events brought in."""
-        from evolvent.solvers.sampled import momentum
-
-        return momentum(self.assembly, self.t, self.y, self.s)
+        return momentum_of(self.assembly, self.t, self.y, self.s)
 
     def chosen(self, samples: Any) -> Solution:
         """The solution at some of its samples: (nt,) bool, or indices."""
