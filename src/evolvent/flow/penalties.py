@@ -5,8 +5,8 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, flexible, hinge, joint, rigid
+from evolvent.jit import REAL, VECTOR, indirect
+from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, rigid
 from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.model import (
     BY_CONTACT,
@@ -50,7 +50,7 @@ def add_flexible_forces(t, y, model, dy):
             for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
                 P[i] = f.G[i]
         if f.beam_loads.size > 0:
-            flexible.add_beam_loads(t, y, 1.0, model, P)
+            beam_loads.add_beam_loads(t, y, 1.0, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
         if f.cylinders.size > 0:
@@ -61,12 +61,8 @@ def add_flexible_forces(t, y, model, dy):
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(y, model, F)
     for k in range(f.joints.size):
-        if is_held(t, f.joints, k):
-            joint.joint_geometry(t, y, k, model)
-            gap, rate = f.joints[k].gap, f.joints[k].rate
-            stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
-            joint.add_joint_force(k, stiffness * gap + damping * rate, model, F)
-            by_joints += damping * rate * rate
+        if joint.is_penalty(t, f.joints, k):
+            by_joints += joint.add_penalty(t, y, k, model, F)
     if f.joints.size > 0:
         for i in range(points.size):
             for c in range(3):
@@ -77,12 +73,6 @@ def add_flexible_forces(t, y, model, dy):
         dy[account + BY_CONTACT] = by_contact
         dy[account + BY_JOINTS] = by_joints
     return by_mass + by_stiffness + by_contact + by_joints, given
-
-
-@inlined
-def is_held(t, joints, k):
-    """Whether joint k is a penalty that acts; a step that starts when it is released does without it."""
-    return joints[k].stiffness > 0.0 and t < joints[k].until
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))
@@ -127,9 +117,9 @@ def add_flexible_inventory(t, y, model, out):
         energy, _ = hinge.add_hinges(y, model, F)
         out[ELASTIC] += energy
     for k in range(f.joints.size):
-        if is_held(t, f.joints, k):
+        if joint.is_penalty(t, f.joints, k):
             joint.joint_geometry(t, y, k, model)
-            out[ELASTIC] += 0.5 * f.joints[k].stiffness * f.joints[k].gap * f.joints[k].gap
+            out[ELASTIC] += joint.penalty_energy(f.joints, k)
 
 
 @indirect(void(REAL, VECTOR, MODEL))
@@ -140,4 +130,4 @@ def release_penalties(t, y, model):
         if t == joints[k].until:
             rigid.kinematics(t, y, model)
             joint.joint_geometry(t, y, k, model)
-            y[account] -= 0.5 * joints[k].stiffness * joints[k].gap * joints[k].gap
+            y[account] -= joint.penalty_energy(joints, k)
