@@ -3,6 +3,11 @@
 One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
 that it supports, so that a family which the table does not name is refused, never left out in silence. `functions`
 lists what the families of a model need to be compiled.
+
+A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
+`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `flexible`
+(beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`, and for threads the package `thread`. The
+functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
@@ -45,7 +50,8 @@ class Family:
     solvers : frozenset of str, those that support it
     advice : str, what to take instead
     which : function of the records to a mask of those that belong to the family; None for all
-    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call
+    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call;
+        only what is called by its address (`evolvent.jit.indirect`), the rest is compiled into its callers
     """
 
     name: str

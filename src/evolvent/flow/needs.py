@@ -59,7 +59,7 @@ def explicit(model: Model) -> Iterator[Any]:
         yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
         yield from (thread.kick_chain, events.start_links)
     if is_flexible(model):
-        yield from (penalties.add_flexible_forces, penalties.flexible_rates, penalties.add_flexible_inventory)
+        yield from (penalties.add_flexible_forces, flexible.beam_rates, penalties.add_flexible_inventory)
         yield penalties.release_penalties
     if projection.is_corrected(model):
         yield projection.project

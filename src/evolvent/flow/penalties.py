@@ -1,4 +1,4 @@
-"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, accelerations, energies.
+"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
@@ -6,8 +6,7 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect
-from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, rigid
-from evolvent.kernels.linalg import banded_solve_vectors
+from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, points, rigid
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -36,7 +35,7 @@ def add_flexible_forces(t, y, model, dy):
     -------
     dissipated, given : float, W, powers taken by damping and given by loads
     """
-    n_q, n_v, f, points = model.info.nq, model.info.nv, model.flexible, model.points
+    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
     F, P = f.F, f.P
     for i in range(n_v):
         F[i] = 0.0
@@ -45,10 +44,7 @@ def add_flexible_forces(t, y, model, dy):
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
-        for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
-            at = f.beams[k].iv - n_q
-            for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
-                P[i] = f.G[i]
+        flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
         for i in range(n_v):
@@ -64,35 +60,13 @@ def add_flexible_forces(t, y, model, dy):
         if joint.is_penalty(t, f.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
     if f.joints.size > 0:
-        for i in range(points.size):
-            for c in range(3):
-                points[i].f[c] -= F[points[i].iv - n_q + c]
+        points.take_forces(n_q, model.points, F)
     if f.beams.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
         dy[account + BY_JOINTS] = by_joints
     return by_mass + by_stiffness + by_contact + by_joints, given
-
-
-@indirect(void(VECTOR, MODEL, VECTOR))
-def flexible_rates(y, model, dy):
-    """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
-    n_q, f = model.info.nq, model.flexible
-    row = 0
-    for k in range(f.beams.size):
-        iq, iv = f.beams[k].iq, f.beams[k].iv
-        vectors = flexible.NODE_VECTORS[f.beams[k].kind]
-        n = vectors * f.beams[k].nodes
-        for i in range(3 * n):
-            dy[iq + i] = y[iv + i]
-            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
-        # of a constant width the loops of the solution are unrolled
-        if vectors == 2:
-            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
-        else:
-            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
-        row += n
 
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))

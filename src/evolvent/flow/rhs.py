@@ -4,9 +4,9 @@ import math
 
 from numba import void
 
-from evolvent.flow.penalties import add_flexible_forces, flexible_rates
+from evolvent.flow.penalties import add_flexible_forces
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, loads, points, rigid, springs, thread
+from evolvent.kernels import constraint_rows, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -17,14 +17,14 @@ def rhs(t, y, s, model, dy):
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
-    flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
-    if flexible:
+    is_flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
+    if is_flexible:
         lost, given = add_flexible_forces(t, y, model, dy)
         dissipated += lost
         load_power += given
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
-    if flexible:
-        flexible_rates(y, model, dy)
+    if is_flexible:
+        flexible.beam_rates(y, model, dy)
 
 
 @inlined

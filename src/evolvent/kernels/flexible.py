@@ -1,4 +1,4 @@
-"""All beams of a model: their forces, tangents, energies, momenta and weight, element by element.
+"""All beams of a model: their forces, tangents, energies, momenta, weight and accelerations.
 
 Generalised forces F stand by velocity (`iv` less the number of coordinates). They are those that the equations of
 motion have on their left: M a + F = 0, so a force that acts on them is subtracted.
@@ -18,6 +18,7 @@ from evolvent.jit import (
     inlined,
 )
 from evolvent.kernels import ancf
+from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
@@ -154,6 +155,36 @@ def beam_momenta(y, model, P, H):
                 P[0] += px
                 P[1] += py
                 P[2] += pz
+
+
+@indirect(void(VECTOR, MODEL, VECTOR))
+def beam_rates(y, model, dy):
+    """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
+    n_q, f = model.info.nq, model.flexible
+    row = 0
+    for k in range(f.beams.size):
+        iq, iv = f.beams[k].iq, f.beams[k].iv
+        vectors = NODE_VECTORS[f.beams[k].kind]
+        n = vectors * f.beams[k].nodes
+        for i in range(3 * n):
+            dy[iq + i] = y[iv + i]
+            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
+        # of a constant width the loops of the solution are unrolled
+        if vectors == 2:
+            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
+        else:
+            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
+        row += n
+
+
+@inlined
+def copy_weight(model, P):
+    """Weight of all beams, as it stands in `Flexible.G`, into the loads P."""
+    f, n_q = model.flexible, model.info.nq
+    for k in range(f.beams.size):
+        at = f.beams[k].iv - n_q
+        for i in range(at, at + 3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
+            P[i] = f.G[i]
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

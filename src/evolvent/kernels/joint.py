@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
@@ -186,6 +187,18 @@ def add_penalty(t, y, k, model, F):
     force = joints[k].stiffness * joints[k].gap + joints[k].damping * joints[k].rate
     add_joint_force(k, force, model, F)
     return penalty_loss(joints, k)
+
+
+def penalty_values(t, joints):
+    """Multipliers (not a number of constraints) and the energy (J) of all penalties at a state, after `rhs`.
+
+    Not compiled.
+    """
+    penalty = joints["stiffness"] > 0.0
+    held = penalty & (t < joints["until"])
+    gap, rate = np.where(held, joints["gap"], 0.0), np.where(held, joints["rate"], 0.0)
+    la = np.where(penalty, joints["stiffness"] * gap + joints["damping"] * rate, np.nan)
+    return la, float(0.5 * joints["stiffness"] @ gap**2)
 
 
 @inlined

@@ -23,6 +23,14 @@ def clear_forces(points):
 
 
 @inlined
+def take_forces(n_q, points, F):
+    """Forces of points from generalised forces F, which stand on the left of the equations."""
+    for i in range(points.size):
+        for c in range(3):
+            points[i].f[c] -= F[points[i].iv - n_q + c]
+
+
+@inlined
 def write_point_rates(y, points, dy):
     """State derivatives of all points from their forces f."""
     for i in range(points.size):
