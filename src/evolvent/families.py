@@ -3,6 +3,11 @@
 One row a family. A solver asks the table by `check`: it runs a model only where every record of it belongs to families
 that it supports, so that a family which the table does not name is refused, never left out in silence. `functions`
 lists what the families of a model need to be compiled.
+
+A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
+`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `flexible`
+(beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`, and for threads the package `thread`. The
+functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
@@ -15,7 +20,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.errors import InputError
-from evolvent.kernels import contact, flexible, hinge, joint, layers, loads, rigid, sides, springs, thread
+from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, layers, loads, rigid, sides, springs, thread
 from evolvent.kernels.feed import FREE
 from evolvent.model import Model
 
@@ -45,7 +50,8 @@ class Family:
     solvers : frozenset of str, those that support it
     advice : str, what to take instead
     which : function of the records to a mask of those that belong to the family; None for all
-    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call
+    forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call;
+        only what is called by its address (`evolvent.jit.indirect`), the rest is compiled into its callers
     """
 
     name: str
@@ -78,8 +84,16 @@ _NOT_EXPLICIT = EVERY - {EXPLICIT}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
-_JOINT_TANGENT = (joint.add_joint_tangent, *_MATRIX)
+_JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
+_THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
+_THREAD_TANGENT = (
+    thread.add_thread_residual,
+    thread.add_thread_tangent,
+    thread.add_segment_tangent,
+    thread.add_thread_energies,
+    *_MATRIX,
+)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
@@ -97,16 +111,17 @@ FAMILIES = (
     Family(
         "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["feed"] != FREE),
-        forces=(thread.spring_thread,), tangents=_MATRIX,
+        forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
         "take segments 'springs', or dopri5", which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["feed"] != FREE),
+        forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", frozenset({EXPLICIT}),
         "take a feed that prescribes the spool's angle, or rk4, heun or dopri5", which=_is("feed", FREE),
-        forces=(thread.spring_thread,),
+        forces=(thread.spring_thread, *_THREAD),
     ),
     Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
     Family(
@@ -117,7 +132,7 @@ FAMILIES = (
         "a beam", "beams", EVERY, forces=(flexible.add_elements, flexible.beam_energies, flexible.beam_momenta),
         tangents=(flexible.add_element_tangents,),
     ),
-    Family("a load on a beam", "beam_loads", EVERY, forces=(flexible.add_beam_loads,)),
+    Family("a load on a beam", "beam_loads", EVERY, forces=(beam_loads.add_beam_loads,)),
     Family(
         "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
         tangents=_JOINT_TANGENT,

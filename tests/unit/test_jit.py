@@ -430,6 +430,17 @@ def test_the_package_without_compilation_gives_the_same_numbers(tmp_path):
             np.testing.assert_allclose(a[what], b[what], rtol=1e-9, atol=1e-11, err_msg=f"{method}: {what}")
 
 
+@compiled_only
+def test_every_function_called_by_address_has_a_place_of_its_own():
+    """Places are counted module by module: a module that has none of its own would share those of the first."""
+    found = [function for function in jit.functions() if isinstance(function, jit.Indirect)]
+    assert {"reels", "add_thread_residual", "kinematics"} <= {function.py_func.__name__ for function in found}
+    named = [function for function in found if function.__module__.startswith("evolvent.")]
+    assert {function.__module__ for function in named} <= set(jit._MODULES)
+    for function in named:
+        assert function.slot // jit._SLOTS == jit._MODULES.index(function.__module__)
+
+
 # ---------------------------------------------------------------------------------------------- indices
 
 DECORATORS = {"kernel", "inlined", "indirect", "entry"}

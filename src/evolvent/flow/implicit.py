@@ -8,8 +8,6 @@ import math
 
 from numba import types, void
 
-from evolvent.flow.implicit_thread import add_thread_energies, add_thread_residual, add_thread_tangent
-from evolvent.flow.inventory import add_momentum
 from evolvent.flow.powers import (
     COUPLED_ENERGY,
     DRIVEN,
@@ -17,14 +15,15 @@ from evolvent.flow.powers import (
     MARKER_LOADS,
     MASS_DAMPING,
     N_POWERS,
+    SPOOLS,
     SPRINGS,
     STIFFNESS_DAMPING,
 )
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import contact, flexible, hinge, joint, loads, rigid, sparse, springs
+from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, loads, points, rigid, sparse, springs, thread
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY
-from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 
@@ -40,23 +39,19 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
-    info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
-    n_q, n_v = info.nq, info.nv
-    F, P, weight, joints = f.F, f.P, f.G, f.joints
-    first = n_v
+    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
+    F, P, weight = f.F, f.P, f.G
     for i in range(n_v):
         F[i] = 0.0
         P[i] = factor * weight[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
     rigid.kinematics(t, y, model)
-    for i in range(points.size):
-        for c in range(3):
-            points[i].f[c] = 0.0
+    points.clear_forces(model.points)
     if f.elements.size > 0:
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, model, F)
         if f.beam_loads.size > 0:
-            flexible.add_beam_loads(t, y, factor, model, P)
+            beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.cylinders.size > 0:
             contact.add_contacts(y, step, model, F)
     if model.springs.size > 0:
@@ -69,58 +64,28 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         energy, lost = hinge.add_hinges(y, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
-    for k in range(joints.size):
-        joint.joint_geometry(t, y, k, model)
-        if not joint.holds(t, joints, k):
-            r[first + k] = la[k]
-        elif joints[k].stiffness > 0.0:
-            gap, rate = joints[k].gap, joints[k].rate
-            joint.add_joint_force(k, la[k], model, F)
-            powers[COUPLED_ENERGY] += 0.5 * joints[k].stiffness * gap * gap
-            powers[JOINTS] += joints[k].damping * rate * rate
-            r[first + k] = gap + (joints[k].damping * rate - la[k]) / joints[k].stiffness
-        else:
-            joint.add_joint_force(k, la[k], model, F)
-            r[first + k] = joints[k].gap
-    for i in range(points.size):
-        at = points[i].iv - n_q
-        for c in range(3):
-            F[at + c] += points[i].mass * a[at + c] - points[i].f[c]
-    for b in range(bodies.size):
-        at, G, w = bodies[b].iv - n_q, bodies[b].F, bodies[b].w
-        if bodies[b].motion == rigid.DRIVEN and bodies[b].rate != 0.0:
-            powers[DRIVEN] -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5]
-        elif bodies[b].motion == rigid.SPIN:
-            n = bodies[b].axis
-            x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
-            F[at] += bodies[b].spin_inertia * a[at] - (n[0] * x + n[1] * yy + n[2] * z)
-        elif bodies[b].motion == rigid.FREE:
-            x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
-            torque, J = (x, yy, z), bodies[b].inertia
-            for c in range(3):
-                F[at + c] += bodies[b].mass * a[at + c] - G[c]
-                F[at + 3 + c] -= torque[c]
-                for d in range(3):
-                    F[at + 3 + c] += J[c, d] * a[at + 3 + d]
+    for k in range(f.joints.size):
+        energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)
+        powers[COUPLED_ENERGY] += energy
+        powers[JOINTS] += lost
+    points.add_point_residual(a, n_q, model.points, F)
+    powers[DRIVEN] += rigid.add_body_residual(a, n_q, model.bodies, F)
     for i in range(n_v):
         r[i] = F[i] - P[i]
     if model.threads.size > 0:
-        add_thread_residual(t, y, a, step, model, r, powers)
+        lost, given, spools = thread.add_thread_residual(t, y, a, step, model, r)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+        powers[SPOOLS] += spools
 
 
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))
 def add_weight(gravity, n_q, model, P):
     """Weight of everything that moves into the loads P."""
-    bodies, points = model.bodies, model.points
     if model.flexible.elements.size > 0:
         flexible.add_gravity(gravity, model, P)
-    for i in range(points.size):
-        for c in range(3):
-            P[points[i].iv - n_q + c] += points[i].mass * gravity[c]
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            for c in range(3):
-                P[bodies[b].iv - n_q + c] += bodies[b].mass * gravity[c]
+    points.add_point_weight(gravity, n_q, model.points, P)
+    rigid.add_body_weight(gravity, n_q, model.bodies, P)
 
 
 @indirect(void(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE))
@@ -133,9 +98,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     force h^2/length), how the direction of friction follows that of the normal (beside the
     bristle's stiffness: slip by radius), and that turns within a step do not commute (half the angle turned in a step).
     """
-    info, bodies, points, f = model.info, model.bodies, model.points, model.flexible
-    n_q = info.nq
-    joints, K = f.joints, f.K12
+    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
     sparse.clear(matrix)
     if f.elements.size > 0:
         flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
@@ -145,47 +108,12 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
         hinge.add_hinge_tangents(y, c_rate, model, matrix)
-    for k in range(joints.size):
-        row = info.nv + k
-        if not joint.holds(t, joints, k):
-            add_entry(matrix, row, row, scale * scale)
-            continue
-        stiffness, damped = joints[k].stiffness, 1.0
-        if stiffness > 0.0:
-            add_entry(matrix, row, row, -scale * scale / stiffness)
-            damped = 1.0 + c_rate * joints[k].damping / stiffness
-        joint.add_joint_tangent(k, la[k], row, scale, damped, model, matrix)
-    for i in range(points.size):
-        at = points[i].iv - n_q
-        for c in range(3):
-            add_entry(matrix, at + c, at + c, c_mass * points[i].mass)
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.SPIN:
-            at = bodies[b].iv - n_q
-            add_entry(matrix, at, at, c_mass * bodies[b].spin_inertia)
-        elif bodies[b].motion == rigid.FREE:
-            at = bodies[b].iv - n_q
-            J, v = bodies[b].inertia, bodies[b].iv + 3
-            w = y[v], y[v + 1], y[v + 2]
-            h = (
-                J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
-                J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
-                J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
-            )
-            for r in range(6):
-                for c in range(6):
-                    K[r, c] = 0.0
-            for c in range(3):
-                K[c, c] = c_mass * bodies[b].mass
-                x, yy, z = cross(w[0], w[1], w[2], J[0, c], J[1, c], J[2, c])
-                ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
-                hx, hy, hz = cross(ex, ey, ez, h[0], h[1], h[2])
-                K[3, 3 + c] = c_mass * J[0, c] + c_rate * (x + hx)
-                K[4, 3 + c] = c_mass * J[1, c] + c_rate * (yy + hy)
-                K[5, 3 + c] = c_mass * J[2, c] + c_rate * (z + hz)
-            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+    for k in range(f.joints.size):
+        joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
+    points.add_point_tangent(c_mass, n_q, model.points, matrix)
+    rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, f.K12, matrix)
     if model.threads.size > 0:
-        add_thread_tangent(y, c_mass, c_rate, model, matrix)
+        thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
 
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
@@ -194,62 +122,31 @@ def energies(t, y, model, out):
 
     Contacts, hinges and penalties are those of the last `residual`.
     """
-    bodies, points, f = model.bodies, model.points, model.flexible
+    f = model.flexible
     for i in range(3):
         out[i] = 0.0
     if f.elements.size > 0:
         flexible.beam_energies(y, model, out)
-    for b in range(bodies.size):
-        v = bodies[b].iv
-        if bodies[b].motion == rigid.SPIN:
-            out[0] += 0.5 * bodies[b].spin_inertia * y[v] * y[v]
-        elif bodies[b].motion == rigid.FREE:
-            J = bodies[b].inertia
-            for c in range(3):
-                out[0] += 0.5 * bodies[b].mass * y[v + c] * y[v + c]
-                for d in range(3):
-                    out[0] += 0.5 * y[v + 3 + c] * J[c, d] * y[v + 3 + d]
-    for i in range(points.size):
-        v = points[i].iv
-        out[0] += 0.5 * points[i].mass * (y[v] * y[v] + y[v + 1] * y[v + 1] + y[v + 2] * y[v + 2])
+    rigid.add_body_energy(y, model.bodies, out, 0)
+    points.add_point_energy(y, model.points, out, 0)
     if model.springs.size > 0:
         out[1] += springs.springs_energy(y, model)
     for k in range(f.cylinders.size):
         out[1] += f.cylinders[k].energy
     if model.threads.size > 0:
-        add_thread_energies(y, model, out)
+        thread.add_thread_energies(y, model, out)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))
 def momenta(y, model, out):
     """out : (6,) = linear momentum (kg m/s) and angular momentum about the inertial origin (kg m2/s)."""
-    bodies, points = model.bodies, model.points
     for i in range(6):
         out[i] = 0.0
     P, H = out[:3], out[3:]
     if model.flexible.elements.size > 0:
         flexible.beam_momenta(y, model, P, H)
-    for i in range(points.size):
-        q, v, m = points[i].iq, points[i].iv, points[i].mass
-        add_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
-        for c in range(3):
-            P[c] += m * y[v + c]
-    for b in range(bodies.size):
-        R, v = bodies[b].R, bodies[b].iv
-        if bodies[b].motion == rigid.FREE:
-            q, m, J = bodies[b].iq, bodies[b].mass, bodies[b].inertia
-            add_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
-            for c in range(3):
-                P[c] += m * y[v + c]
-                h = 0.0
-                for d in range(3):
-                    h += J[c, d] * y[v + 3 + d]
-                for d in range(3):
-                    H[d] += R[d, c] * h
-        elif bodies[b].motion == rigid.SPIN:
-            n, h = bodies[b].axis, bodies[b].spin_inertia * y[v]
-            for d in range(3):
-                H[d] += h * (R[d, 0] * n[0] + R[d, 1] * n[1] + R[d, 2] * n[2])
+    points.add_point_momenta(y, model.points, P, H)
+    rigid.add_body_momenta(y, model.bodies, P, H)
 
 
 @kernel

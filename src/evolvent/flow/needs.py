@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import families, jit
-from evolvent.flow import events, implicit, implicit_thread, impulse, inventory, penalties, projection, rhs, sampling
+from evolvent.flow import events, implicit, impulse, inventory, penalties, projection, rhs, sampling
 from evolvent.kernels import constraint_rows, contact, flexible, loads, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
@@ -26,10 +26,8 @@ def forces(model: Model) -> Iterator[Any]:
     yield from families.functions(model)
     if model.loads.size:
         yield loads.concentrated_loads
-    if model.threads.size:
-        yield from (thread.reels, thread.carry_wound, thread.carry_power, inventory.thread_inventory)
-        if model.loads.size or np.any(model.info.gravity):
-            yield thread.node_loads
+    if model.threads.size and (model.loads.size or np.any(model.info.gravity)):
+        yield thread.node_loads
     yield from (*jit.at_slots(f.elements["force"]), *jit.at_slots(f.elements["energy"]))
 
 
@@ -62,9 +60,9 @@ def explicit(model: Model) -> Iterator[Any]:
         yield from (constraint_rows.row_velocity_terms, constraint_rows.solve_rows, impulse.impulse)
     if has_chains(model):
         yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
-        yield from (impulse.kick_chain, events.start_links)
+        yield from (thread.kick_chain, events.start_links)
     if is_flexible(model):
-        yield from (penalties.add_flexible_forces, penalties.flexible_rates, penalties.add_flexible_inventory)
+        yield from (penalties.add_flexible_forces, flexible.beam_rates, penalties.add_flexible_inventory)
         yield penalties.release_penalties
     if projection.is_corrected(model):
         yield projection.project
@@ -90,9 +88,6 @@ def balance(model: Model) -> Iterator[Any]:
     yield from (*sparse.functions(), *sparse_lu.functions())
     yield from families.functions(model, tangents=True)
     yield from jit.at_slots(f.elements["tangent"])
-    if model.threads.size:
-        yield from (implicit_thread.add_thread_residual, implicit_thread.add_thread_tangent)
-        yield from (implicit_thread.add_thread_energies, implicit_thread._add_segment)
 
 
 def implicit_steps(model: Model) -> Iterator[Any]:

@@ -1,13 +1,12 @@
-"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, accelerations, energies.
+"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, flexible, hinge, joint, rigid
-from evolvent.kernels.linalg import banded_solve_vectors
+from evolvent.jit import REAL, VECTOR, indirect
+from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, points, rigid
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -36,7 +35,7 @@ def add_flexible_forces(t, y, model, dy):
     -------
     dissipated, given : float, W, powers taken by damping and given by loads
     """
-    n_q, n_v, f, points = model.info.nq, model.info.nv, model.flexible, model.points
+    n_q, n_v, f = model.info.nq, model.info.nv, model.flexible
     F, P = f.F, f.P
     for i in range(n_v):
         F[i] = 0.0
@@ -45,12 +44,9 @@ def add_flexible_forces(t, y, model, dy):
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
-        for k in range(f.beams.size):  # bodies and points are weighed by `rhs`
-            at = f.beams[k].iv - n_q
-            for i in range(at, at + 3 * flexible.NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
-                P[i] = f.G[i]
+        flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
-            flexible.add_beam_loads(t, y, 1.0, model, P)
+            beam_loads.add_beam_loads(t, y, 1.0, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
         if f.cylinders.size > 0:
@@ -61,48 +57,16 @@ def add_flexible_forces(t, y, model, dy):
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(y, model, F)
     for k in range(f.joints.size):
-        if is_held(t, f.joints, k):
-            joint.joint_geometry(t, y, k, model)
-            gap, rate = f.joints[k].gap, f.joints[k].rate
-            stiffness, damping = f.joints[k].stiffness, f.joints[k].damping
-            joint.add_joint_force(k, stiffness * gap + damping * rate, model, F)
-            by_joints += damping * rate * rate
+        if joint.is_penalty(t, f.joints, k):
+            by_joints += joint.add_penalty(t, y, k, model, F)
     if f.joints.size > 0:
-        for i in range(points.size):
-            for c in range(3):
-                points[i].f[c] -= F[points[i].iv - n_q + c]
+        points.take_forces(n_q, model.points, F)
     if f.beams.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
         dy[account + BY_JOINTS] = by_joints
     return by_mass + by_stiffness + by_contact + by_joints, given
-
-
-@inlined
-def is_held(t, joints, k):
-    """Whether joint k is a penalty that acts; a step that starts when it is released does without it."""
-    return joints[k].stiffness > 0.0 and t < joints[k].until
-
-
-@indirect(void(VECTOR, MODEL, VECTOR))
-def flexible_rates(y, model, dy):
-    """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
-    n_q, f = model.info.nq, model.flexible
-    row = 0
-    for k in range(f.beams.size):
-        iq, iv = f.beams[k].iq, f.beams[k].iv
-        vectors = flexible.NODE_VECTORS[f.beams[k].kind]
-        n = vectors * f.beams[k].nodes
-        for i in range(3 * n):
-            dy[iq + i] = y[iv + i]
-            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
-        # of a constant width the loops of the solution are unrolled
-        if vectors == 2:
-            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
-        else:
-            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
-        row += n
 
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
@@ -127,9 +91,9 @@ def add_flexible_inventory(t, y, model, out):
         energy, _ = hinge.add_hinges(y, model, F)
         out[ELASTIC] += energy
     for k in range(f.joints.size):
-        if is_held(t, f.joints, k):
+        if joint.is_penalty(t, f.joints, k):
             joint.joint_geometry(t, y, k, model)
-            out[ELASTIC] += 0.5 * f.joints[k].stiffness * f.joints[k].gap * f.joints[k].gap
+            out[ELASTIC] += joint.penalty_energy(f.joints, k)
 
 
 @indirect(void(REAL, VECTOR, MODEL))
@@ -140,4 +104,4 @@ def release_penalties(t, y, model):
         if t == joints[k].until:
             rigid.kinematics(t, y, model)
             joint.joint_geometry(t, y, k, model)
-            y[account] -= 0.5 * joints[k].stiffness * joints[k].gap * joints[k].gap
+            y[account] -= joint.penalty_energy(joints, k)

@@ -5,10 +5,9 @@ from numba import types, void
 
 from evolvent.flow.impulse import impulse, prepare
 from evolvent.flow.penalties import release_penalties
-from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
+from evolvent.jit import INTEGERS, REAL, VECTOR, entry, indirect, kernel
 from evolvent.kernels import constraint_rows, rigid, thread
 from evolvent.kernels.linalg import banded_ldl_solve
-from evolvent.kernels.rotations import quaternion_rate, turn, turn_back
 from evolvent.model import MODEL
 
 
@@ -36,23 +35,10 @@ def project(t, y, s, model):
     threads, bodies = model.threads, model.bodies
     for b in range(bodies.size):
         if bodies[b].motion == rigid.FREE:
-            q = bodies[b].iq + 3
-            scale = 1.0 / np.sqrt(y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2] + y[q + 3] * y[q + 3])
-            for c in range(4):
-                y[q + c] *= scale
+            rigid.normalise_quaternion(y, bodies[b].iq + 3)
     for p in range(threads.size):
-        if threads[p].kind != thread.INEXTENSIBLE:
-            continue
-        links, bound = thread.chain_links(s, threads, p)
-        if bound:
-            links += 1
-        for i in range(links):
-            q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
-            scale = 1.0 / np.sqrt(y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2])
-            along = (y[q] * y[v] + y[q + 1] * y[v + 1] + y[q + 2] * y[v + 2]) * scale * scale
-            for c in range(3):
-                y[v + c] -= along * y[q + c]
-                y[q + c] *= scale
+        if threads[p].kind == thread.INEXTENSIBLE:
+            thread.project_chain(y, s, threads, p)
     changed = 0
     if model.links.size > 0 or model.guides.size > 0:
         project_links(t, y, s, model)
@@ -91,7 +77,7 @@ def project_links(t, y, s, model):
                     for c in range(3):
                         y[points[i].iq + c] += sign * rows[r].e[c] / points[i].mass
         for b in range(bodies.size):
-            shift_body(y, bodies, b)
+            rigid.shift_body(y, bodies, b)
     prepare(t, y, s, model)
     for r in range(n):
         if rows[r].kind == constraint_rows.LINK:
@@ -100,25 +86,3 @@ def project_links(t, y, s, model):
         elif rows[r].kind == constraint_rows.GUIDE:
             rows[r].rx = -constraint_rows.guide_geometry(model.guides, bodies, rows[r].index)[1]
     impulse(y, s, model)
-
-
-@inlined
-def shift_body(y, bodies, b):
-    """Move body b by the small displacement twist bodies[b].a."""
-    q, a = bodies[b].iq, bodies[b].a
-    if bodies[b].motion == rigid.SPIN:
-        n = bodies[b].axis
-        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
-        y[q] += nx * a[3] + ny * a[4] + nz * a[5]
-    elif bodies[b].motion == rigid.FREE:
-        for c in range(3):
-            y[q + c] += a[c]
-        k = q + 3
-        x, z, u = turn_back(bodies[b].R, a[3], a[4], a[5])
-        d = quaternion_rate(y[k], y[k + 1], y[k + 2], y[k + 3], x, z, u)
-        scale = 0.0
-        for c in range(4):
-            y[k + c] += d[c]
-            scale += y[k + c] * y[k + c]
-        for c in range(4):
-            y[k + c] /= np.sqrt(scale)

@@ -4,9 +4,9 @@ import math
 
 from numba import void
 
-from evolvent.flow.penalties import add_flexible_forces, flexible_rates
+from evolvent.flow.penalties import add_flexible_forces
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, loads, rigid, springs, thread
+from evolvent.kernels import constraint_rows, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -17,14 +17,14 @@ def rhs(t, y, s, model, dy):
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
-    flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
-    if flexible:
+    is_flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
+    if is_flexible:
         lost, given = add_flexible_forces(t, y, model, dy)
         dissipated += lost
         load_power += given
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
-    if flexible:
-        flexible_rates(y, model, dy)
+    if is_flexible:
+        flexible.beam_rates(y, model, dy)
 
 
 @inlined
@@ -33,20 +33,17 @@ def apply_forces(t, y, s, model, dy):
 
     Returns the powers dissipated, of loads and of spools (W), and whether threads' nodes carry loads.
     """
-    bodies, points, threads = model.bodies, model.points, model.threads
-    info = model.info
+    bodies, threads, info = model.bodies, model.threads, model.info
     info.step = math.inf
     for i in range(y.size):
         dy[i] = 0.0
     rigid.kinematics(t, y, model)
-    for i in range(points.size):
-        for c in range(3):
-            points[i].f[c] = 0.0
+    points.clear_forces(model.points)
     gravity = info.gravity
     falls = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0
     load_power = 0.0
     if falls:
-        load_power += loads.weight(y, bodies, points, gravity)
+        load_power += loads.weight(y, bodies, model.points, gravity)
     dissipated = spool_power = 0.0
     if model.springs.size > 0:
         dissipated, law_power = springs.spring_forces(t, y, model)
@@ -74,7 +71,7 @@ def apply_forces(t, y, s, model, dy):
 @inlined
 def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     """Accelerations of bodies, points and threads of fixed segments under what has been applied, and the accounts."""
-    bodies, points, threads, nodes = model.bodies, model.points, model.threads, model.nodes
+    bodies, threads, nodes = model.bodies, model.threads, model.nodes
     info = model.info
     n_v = info.nq + info.nv
     rigid.factorise(bodies)
@@ -96,10 +93,7 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     drive_power = 0.0
     for b in range(bodies.size):
         drive_power += rigid.write_rates(y, bodies, b, dy)
-    for i in range(points.size):
-        q, v, f, compliance = points[i].iq, points[i].iv, points[i].f, points[i].compliance
-        dy[q], dy[q + 1], dy[q + 2] = y[v], y[v + 1], y[v + 2]
-        dy[v], dy[v + 1], dy[v + 2] = f[0] * compliance, f[1] * compliance, f[2] * compliance
+    points.write_point_rates(y, model.points, dy)
     dy[n_v + DISSIPATED] = dissipated
     dy[n_v + SPOOL] = spool_power
     dy[n_v + LOAD] = load_power

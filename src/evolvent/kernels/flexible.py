@@ -1,4 +1,4 @@
-"""All beams of a model: their forces, tangents, energies and loads, element by element.
+"""All beams of a model: their forces, tangents, energies, momenta, weight and accelerations.
 
 Generalised forces F stand by velocity (`iv` less the number of coordinates). They are those that the equations of
 motion have on their left: M a + F = 0, so a force that acts on them is subtracted.
@@ -16,9 +16,9 @@ from evolvent.jit import (
     element_tangent_at,
     indirect,
     inlined,
-    kernel,
 )
 from evolvent.kernels import ancf
+from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
@@ -26,8 +26,6 @@ from evolvent.model import MODEL
 CABLE, BEAM = 0, 1
 #: Vectors of a node: position and slope; position and three slopes.
 NODE_VECTORS = (2, 4)
-# kinds of beam loads
-FIELD, LINE, POINT = 0, 1, 2
 
 
 @inlined
@@ -159,18 +157,34 @@ def beam_momenta(y, model, P, H):
                 P[2] += pz
 
 
-# ---------------------------------------------------------------------------------------------- loads
+@indirect(void(VECTOR, MODEL, VECTOR))
+def beam_rates(y, model, dy):
+    """Rates of the beams' coordinates and M^-1 (P - F), into dy."""
+    n_q, f = model.info.nq, model.flexible
+    row = 0
+    for k in range(f.beams.size):
+        iq, iv = f.beams[k].iq, f.beams[k].iv
+        vectors = NODE_VECTORS[f.beams[k].kind]
+        n = vectors * f.beams[k].nodes
+        for i in range(3 * n):
+            dy[iq + i] = y[iv + i]
+            dy[iv + i] = f.P[iv - n_q + i] - f.F[iv - n_q + i]
+        # of a constant width the loops of the solution are unrolled
+        if vectors == 2:
+            banded_solve_vectors(f.masses, row, n, 3, dy, iv)
+        else:
+            banded_solve_vectors(f.masses, row, n, 7, dy, iv)
+        row += n
 
 
 @inlined
-def strength(push, t):
-    """Value of a push at time t: from its start it grows over `ramp`, smoothly, and ends at its end."""
-    if t < push.start or t >= push.end:
-        return 0.0
-    if push.ramp > 0.0 and t < push.start + push.ramp:
-        s = (t - push.start) / push.ramp
-        return push.value * s * s * (3.0 - 2.0 * s)
-    return push.value
+def copy_weight(model, P):
+    """Weight of all beams, as it stands in `Flexible.G`, into the loads P."""
+    f, n_q = model.flexible, model.info.nq
+    for k in range(f.beams.size):
+        at = f.beams[k].iv - n_q
+        for i in range(at, at + 3 * NODE_VECTORS[f.beams[k].kind] * f.beams[k].nodes):
+            P[i] = f.G[i]
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))
@@ -186,73 +200,6 @@ def add_gravity(gravity, model, P):
             m = M[i, 0] + M[i, n // 2]
             for c in range(3):
                 P[at + 3 * i + c] += m * gravity[c]
-
-
-@indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
-def add_beam_loads(t, y, factor, model, P):
-    """All beam loads at time t, times `factor`, into the loads P.
-
-    Notes
-    -----
-    FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
-    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
-    """
-    flexible, n_q = model.flexible, model.info.nq
-    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
-    for k in range(beam_loads.size):
-        value = factor * strength(beam_loads[k], t)
-        if value == 0.0:
-            continue
-        z, centre = beam_loads[k].axis, beam_loads[k].centre
-        if beam_loads[k].kind == POINT:
-            at = beam_loads[k].iv - n_q
-            for c in range(3):
-                P[at + c] += value * z[c]
-            continue
-        beam = beam_loads[k].beam
-        first, last = beams[beam].first_element, beams[beam].first_element + beams[beam].elements
-        n = 2 * NODE_VECTORS[beams[beam].kind]
-        if beam_loads[k].kind == LINE:
-            for element in range(first, last):
-                at, length = elements[element].iv - n_q, elements[element].length
-                weights = 0.5 * length, length * length / 12.0
-                for c in range(3):
-                    P[at + c] += value * z[c] * weights[0]
-                    P[at + 3 + c] += value * z[c] * weights[1]
-                    P[at + 3 * (n // 2) + c] += value * z[c] * weights[0]
-                    P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
-            continue
-        inertia = 0.0
-        for element in range(first, last):
-            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, P)
-        for element in range(first, last):
-            _field(y, n_q, flexible, element, n, z, centre, value / inertia, P)
-
-
-@kernel
-def _field(y, n_q, flexible, k, n, z, centre, scale, P):
-    """Forces scale M z x (e - c) of one element into P; returns its moment of inertia about the axis."""
-    iq, at, mass = flexible.elements[k].iq, flexible.elements[k].iv - n_q, flexible.elements[k].mass
-    M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
-    half = n // 2
-    e = flexible.e
-    for j in range(n):
-        x, y0, z0 = y[iq + 3 * j], y[iq + 3 * j + 1], y[iq + 3 * j + 2]
-        if j == 0 or j == half:
-            x, y0, z0 = x - centre[0], y0 - centre[1], z0 - centre[2]
-        e[1, 3 * j], e[1, 3 * j + 1], e[1, 3 * j + 2] = cross(z[0], z[1], z[2], x, y0, z0)
-    inertia = 0.0
-    for i in range(n):
-        fx = fy = fz = 0.0
-        for j in range(n):
-            fx += M[i, j] * e[1, 3 * j]
-            fy += M[i, j] * e[1, 3 * j + 1]
-            fz += M[i, j] * e[1, 3 * j + 2]
-        inertia += fx * e[1, 3 * i] + fy * e[1, 3 * i + 1] + fz * e[1, 3 * i + 2]
-        P[at + 3 * i] += scale * fx
-        P[at + 3 * i + 1] += scale * fy
-        P[at + 3 * i + 2] += scale * fz
-    return inertia
 
 
 @inlined

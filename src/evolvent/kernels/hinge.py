@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
@@ -123,3 +124,8 @@ def add_hinge_tangents(y, c_rate, model, matrix):
             f = (torque * g[0], torque * g[1], torque * g[2])
             add_relative(matrix, model, body, flexible.J[1], K, f, at, 1.0)
             add_relative_body(matrix, model, body, False, flexible.J[1], K, f)
+
+
+def hinge_bound(hinges):
+    """Stiffness of all hinges with every stop reached, N m/rad. Not compiled."""
+    return hinges["stiffness"] + np.maximum(hinges["stop"], 0.0)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
@@ -155,6 +156,74 @@ def add_joint_force(k, la, model, F):
     return 0.0
 
 
+@inlined
+def is_penalty(t, joints, k):
+    """Whether joint k is a penalty that acts under explicit methods.
+
+    A step that starts when it is released does without it.
+    """
+    return joints[k].stiffness > 0.0 and t < joints[k].until
+
+
+@inlined
+def penalty_energy(joints, k):
+    """stiffness gap^2 / 2, J, of the last `joint_geometry`; the force is its derivative, stiffness gap."""
+    gap = joints[k].gap
+    return 0.5 * joints[k].stiffness * gap * gap
+
+
+@inlined
+def penalty_loss(joints, k):
+    """damping rate^2, W, the power that the penalty takes."""
+    rate = joints[k].rate
+    return joints[k].damping * rate * rate
+
+
+@inlined
+def add_penalty(t, y, k, model, F):
+    """Add penalty k to the generalised forces of an explicit method; returns the power that it dissipates, W."""
+    joints = model.flexible.joints
+    joint_geometry(t, y, k, model)
+    force = joints[k].stiffness * joints[k].gap + joints[k].damping * joints[k].rate
+    add_joint_force(k, force, model, F)
+    return penalty_loss(joints, k)
+
+
+def penalty_values(t, joints):
+    """Multipliers (not a number of constraints) and the energy (J) of all penalties at a state, after `rhs`.
+
+    Not compiled.
+    """
+    penalty = joints["stiffness"] > 0.0
+    held = penalty & (t < joints["until"])
+    gap, rate = np.where(held, joints["gap"], 0.0), np.where(held, joints["rate"], 0.0)
+    la = np.where(penalty, joints["stiffness"] * gap + joints["damping"] * rate, np.nan)
+    return la, float(0.5 * joints["stiffness"] @ gap**2)
+
+
+@inlined
+def add_joint_residual(t, y, la, k, row, model, F, r):
+    """Add joint k with the multiplier la to the forces F and its constraint to the residual, in place `row`.
+
+    A penalty is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
+
+    Returns
+    -------
+    energy, dissipated : float, of a penalty, J and W
+    """
+    joints = model.flexible.joints
+    joint_geometry(t, y, k, model)
+    if not holds(t, joints, k):
+        r[row] = la
+        return 0.0, 0.0
+    add_joint_force(k, la, model, F)
+    r[row] = joints[k].gap
+    if joints[k].stiffness <= 0.0:
+        return 0.0, 0.0
+    r[row] = joints[k].gap + (joints[k].damping * joints[k].rate - la) / joints[k].stiffness
+    return penalty_energy(joints, k), penalty_loss(joints, k)
+
+
 @kernel
 def _add_gradient(matrix, row, at, n, g, J, scale, damped):
     """Add scale J^T g as column `row`, and as row `row` times `damped`; of n unknowns from `at` on."""
@@ -172,7 +241,7 @@ def _add_gradient(matrix, row, at, n, g, J, scale, damped):
 
 
 @indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
-def add_joint_tangent(k, la, row, scale, damped, model, matrix):
+def add_held_joint(k, la, row, scale, damped, model, matrix):
     """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
     flexible, n_q = model.flexible, model.info.nq
     joints = flexible.joints
@@ -210,3 +279,17 @@ def add_joint_tangent(k, la, row, scale, damped, model, matrix):
         add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, s)
         add_product(matrix, a, n, Ja, p[0], p[1], p[2], p[3], p[4], p[5], b, m, Jb, -s)
         add_product(matrix, b, m, Jb, p[0], p[1], p[2], p[3], p[4], p[5], a, n, Ja, -s)
+
+
+@inlined
+def add_joint_tangent(t, la, k, row, scale, c_rate, model, matrix):
+    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`."""
+    joints = model.flexible.joints
+    if not holds(t, joints, k):
+        add_entry(matrix, row, row, scale * scale)
+        return
+    stiffness, damped = joints[k].stiffness, 1.0
+    if stiffness > 0.0:
+        add_entry(matrix, row, row, -scale * scale / stiffness)
+        damped = 1.0 + c_rate * joints[k].damping / stiffness
+    add_held_joint(k, la, row, scale, damped, model, matrix)

@@ -4,10 +4,14 @@ A body's wrench and twist are taken at its origin, which is its centre of mass, 
 (acceleration, angular acceleration). Wound thread adds to its 6 x 6 mass.
 """
 
+import math
+
+import numpy as np
 from numba import void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.linalg import cholesky, cholesky_solve
+from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import (
     cross,
     quaternion_rate,
@@ -16,6 +20,7 @@ from evolvent.kernels.rotations import (
     turn,
     turn_back,
 )
+from evolvent.kernels.sparse import add_block, add_entry
 from evolvent.model import MODEL
 
 DRIVEN, SPIN, FREE = 0, 1, 2
@@ -244,3 +249,158 @@ def kick(y, bodies, b, a):
         y[v + 3] += x
         y[v + 4] += yy
         y[v + 5] += z
+
+
+@inlined
+def shift_body(y, bodies, b):
+    """Move body b by the small displacement twist bodies[b].a."""
+    q, a = bodies[b].iq, bodies[b].a
+    if bodies[b].motion == SPIN:
+        n = bodies[b].axis
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        y[q] += nx * a[3] + ny * a[4] + nz * a[5]
+    elif bodies[b].motion == FREE:
+        for c in range(3):
+            y[q + c] += a[c]
+        k = q + 3
+        x, z, u = turn_back(bodies[b].R, a[3], a[4], a[5])
+        d = quaternion_rate(y[k], y[k + 1], y[k + 2], y[k + 3], x, z, u)
+        scale = 0.0
+        for c in range(4):
+            y[k + c] += d[c]
+            scale += y[k + c] * y[k + c]
+        for c in range(4):
+            y[k + c] /= math.sqrt(scale)
+
+
+@inlined
+def normalise_quaternion(y, q):
+    """The quaternion at y[q : q + 4] to unit length."""
+    scale = 1.0 / math.sqrt(y[q] * y[q] + y[q + 1] * y[q + 1] + y[q + 2] * y[q + 2] + y[q + 3] * y[q + 3])
+    for c in range(4):
+        y[q + c] *= scale
+
+
+# ---------------------------------------------------------------------------------------------- implicit methods
+
+
+@inlined
+def add_body_weight(gravity, n_q, bodies, P):
+    """Weight of all free bodies into the loads P."""
+    for b in range(bodies.size):
+        if bodies[b].motion == FREE:
+            for c in range(3):
+                P[bodies[b].iv - n_q + c] += bodies[b].mass * gravity[c]
+
+
+@inlined
+def add_body_residual(a, n_q, bodies, F):
+    """F += M a less the wrenches of all bodies, in their coordinates; returns the power of what drives bodies, W.
+
+    Parameters
+    ----------
+    a : (nv,) float, accelerations; the gyroscopic torque is among the wrenches (see `kinematics`)
+    """
+    power = 0.0
+    for b in range(bodies.size):
+        at, G, w = bodies[b].iv - n_q, bodies[b].F, bodies[b].w
+        if bodies[b].motion == DRIVEN and bodies[b].rate != 0.0:
+            power -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5]
+        elif bodies[b].motion == SPIN:
+            n = bodies[b].axis
+            x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
+            F[at] += bodies[b].spin_inertia * a[at] - (n[0] * x + n[1] * yy + n[2] * z)
+        elif bodies[b].motion == FREE:
+            x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])
+            torque, J = (x, yy, z), bodies[b].inertia
+            for c in range(3):
+                F[at + c] += bodies[b].mass * a[at + c] - G[c]
+                F[at + 3 + c] -= torque[c]
+                for d in range(3):
+                    F[at + 3 + c] += J[c, d] * a[at + 3 + d]
+    return power
+
+
+@inlined
+def add_body_tangent(y, c_mass, c_rate, n_q, bodies, K, matrix):
+    """c_mass M, and c_rate times the derivative of w x J w, of all bodies into a matrix; K : (12, 12), scratch."""
+    for b in range(bodies.size):
+        if bodies[b].motion == SPIN:
+            at = bodies[b].iv - n_q
+            add_entry(matrix, at, at, c_mass * bodies[b].spin_inertia)
+        elif bodies[b].motion == FREE:
+            at = bodies[b].iv - n_q
+            J, v = bodies[b].inertia, bodies[b].iv + 3
+            w = y[v], y[v + 1], y[v + 2]
+            h = (
+                J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2],
+                J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2],
+                J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2],
+            )
+            for r in range(6):
+                for c in range(6):
+                    K[r, c] = 0.0
+            for c in range(3):
+                K[c, c] = c_mass * bodies[b].mass
+                x, yy, z = cross(w[0], w[1], w[2], J[0, c], J[1, c], J[2, c])
+                ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
+                hx, hy, hz = cross(ex, ey, ez, h[0], h[1], h[2])
+                K[3, 3 + c] = c_mass * J[0, c] + c_rate * (x + hx)
+                K[4, 3 + c] = c_mass * J[1, c] + c_rate * (yy + hy)
+                K[5, 3 + c] = c_mass * J[2, c] + c_rate * (z + hz)
+            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+
+
+# ---------------------------------------------------------------------------------------------- energy, momentum, bound
+
+
+@inlined
+def add_body_energy(y, bodies, out, at):
+    """Add the kinetic energy of all bodies to out[at], J; that of driven ones is left out."""
+    for b in range(bodies.size):
+        v = bodies[b].iv
+        if bodies[b].motion == SPIN:
+            out[at] += 0.5 * bodies[b].spin_inertia * y[v] * y[v]
+        elif bodies[b].motion == FREE:
+            J = bodies[b].inertia
+            for c in range(3):
+                out[at] += 0.5 * bodies[b].mass * y[v + c] * y[v + c]
+                for d in range(3):
+                    out[at] += 0.5 * y[v + 3 + c] * J[c, d] * y[v + 3 + d]
+
+
+@inlined
+def add_body_momenta(y, bodies, P, H):
+    """Add linear momentum and angular momentum about the inertial origin of all bodies to P, H : (3,) float.
+
+    Those of driven bodies are left out. Orientations are those of the last `kinematics`.
+    """
+    for b in range(bodies.size):
+        R, v = bodies[b].R, bodies[b].iv
+        if bodies[b].motion == FREE:
+            q, m, J = bodies[b].iq, bodies[b].mass, bodies[b].inertia
+            add_angular_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
+            for c in range(3):
+                P[c] += m * y[v + c]
+                h = 0.0
+                for d in range(3):
+                    h += J[c, d] * y[v + 3 + d]
+                for d in range(3):
+                    H[d] += R[d, c] * h
+        elif bodies[b].motion == SPIN:
+            n, h = bodies[b].axis, bodies[b].spin_inertia * y[v]
+            for d in range(3):
+                H[d] += h * (R[d, 0] * n[0] + R[d, 1] * n[1] + R[d, 2] * n[2])
+
+
+def body_bound(bodies, b, blocks):
+    """M^-1 K and M^-1 C of body b, that of a spinning one about its axis. Not compiled.
+
+    Parameters
+    ----------
+    blocks : (2, 6, 6) float, K and C of its displacement and rotation, inertial axes
+    """
+    if bodies["motion"][b] == SPIN:
+        n = bodies["R"][b] @ bodies["axis"][b]
+        return np.array([[[n @ block[3:, 3:] @ n]] for block in blocks]) / bodies["J"][b]
+    return np.linalg.solve(bodies["M"][b], blocks)

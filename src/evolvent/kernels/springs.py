@@ -2,10 +2,11 @@
 
 import math
 
+import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel, spring_law_at
-from evolvent.kernels.rigid import add_wrench, point_kinematics
+from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, family_type
@@ -196,3 +197,62 @@ def _marker_columns(model, marker, J):
     if model.markers[marker].kind == ON_POINT:
         return side_columns(model, ON_COORDINATES, -1, model.points[index].iv, local, True, J)
     return side_columns(model, ON_BODY, index, -1, local, True, J)
+
+
+# ---------------------------------------------------------------------------------------------- bound; not compiled
+
+
+def add_spring_bound(y, model, body, point):
+    """Add diagonal blocks of stiffness and damping of all springs, tightened ones stiff across their line as well.
+
+    Parameters
+    ----------
+    body, point : (2, nb, 6, 6), (2, np, 3, 3) float, stiffness and damping felt by bodies and points
+
+    Notes
+    -----
+    k (x_a - x_b)^2 <= 2 k (x_a^2 + x_b^2): blocks count twice where both ends move. After `kinematics`.
+    """
+    markers, moves = model.markers, model.bodies["motion"] != DRIVEN
+    for number, spring in enumerate(model.springs):
+        ends = [int(spring["a"]), int(spring["b"])]
+        x = [np.array(marker_kinematics(y, markers, model.points, model.bodies, k)[:3]) for k in ends]
+        free = [markers["kind"][k] == ON_POINT or moves[markers["index"][k]] for k in ends]
+        e = x[1] - x[0]
+        length = float(np.linalg.norm(e))
+        e = e / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
+        along = np.outer(e, e)
+        tight = max(1.0 - float(spring["length"]) / length, 0.0) if length > 0.0 else 0.0
+        stiffness, damping = float(spring["stiffness"]), float(spring["damping"])
+        if spring["law"] != 0:
+            stiffness, damping = law_slopes(model, number, length - float(spring["length"]), max(length, 1e-3))
+        across = np.eye(3) - np.outer(spring["axis"], spring["axis"])
+        blocks = [
+            stiffness * (along + tight * (np.eye(3) - along)) + float(spring["lateral_stiffness"]) * across,
+            damping * along + float(spring["lateral_damping"]) * across,
+        ]
+        for k, position, moving in zip(ends, x, free, strict=True):
+            index = markers["index"][k]
+            for what in range(2):
+                block = blocks[what] * (2.0 if all(free) else 1.0)
+                if not moving:
+                    continue
+                if markers["kind"][k] == ON_POINT:
+                    point[what, index] += block
+                else:
+                    d = position - model.bodies["x"][index]
+                    arm = np.array([[0.0, -d[2], d[1]], [d[2], 0.0, -d[0]], [-d[1], d[0], 0.0]])
+                    J = np.hstack([np.eye(3), -arm])
+                    body[what, index] += J.T @ block @ J
+
+
+def law_slopes(model, k, extension, scale):
+    """Stiffness and damping of a spring with a law at the start, by central differences; never below zero."""
+
+    def tension(e, rate):
+        return float(spring_tension(model.springs, k, e, rate, 0.0, model.parameters)[0])
+
+    d = 1e-6 * scale
+    stiffness = (tension(extension + d, 0.0) - tension(extension - d, 0.0)) / (2.0 * d)
+    damping = (tension(extension, d) - tension(extension, -d)) / (2.0 * d)
+    return max(stiffness, 0.0), max(damping, 0.0)

@@ -11,7 +11,8 @@ import numpy as np
 
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import flexible as kernels
+from evolvent.kernels import beam_loads as kernels
+from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.beam import node_of
 from evolvent.parts.checks import not_negative, number, unit_vector, vector
 
@@ -106,8 +107,8 @@ class PointLoad:
     def write(self, builder: Builder, name: str) -> None:
         """Write the load."""
         beam, kind, iq, iv = node_of(builder, self.node)
-        if self.on not in range(kernels.NODE_VECTORS[kind]):
-            raise InputError(f"{name}.on is {self.on!r}; it must be 0 to {kernels.NODE_VECTORS[kind] - 1}")
+        if self.on not in range(NODE_VECTORS[kind]):
+            raise InputError(f"{name}.on is {self.on!r}; it must be 0 to {NODE_VECTORS[kind] - 1}")
         _add(
             builder, name, kernels.POINT, beam, 1.0, (self.start, self.end, self.ramp),
             axis=vector(f"{name}.force", self.force), iq=iq + 3 * self.on, iv=iv + 3 * self.on,

@@ -11,17 +11,14 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.needs import load_explicit
-from evolvent.flow.penalties import flexible_rates
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact_laws, rigid
-from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels import contact, hinge, rigid
+from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
 #: Displacement (m, or 1 of slopes and turns) of the central differences of forces.
 _STEP = 1e-6
-#: Depth of a contact, of the cylinder's radius, at which a law with an exponent above 1 counts.
-_DEPTH = 1e-3
 
 
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
@@ -57,7 +54,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
 
     try:
         f.cylinders["stiffness"] = 0.0
-        f.hinges["stiffness"] += np.where(f.hinges["stop"] > 0.0, f.hinges["stop"], 0.0)
+        f.hinges["stiffness"] = hinge.hinge_bound(f.hinges)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
@@ -134,13 +131,7 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
     G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * contacts.size, n_v))
     along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
-    values = np.zeros((2, contacts.size))
-    for row in f.cylinders:
-        inside = slice(row["first"], row["last"])
-        slope = row["exponent"] * row["stiffness"] * (_DEPTH * row["radius"]) ** (row["exponent"] - 1.0)
-        values[0, inside] += slope
-        if row["law"] == contact_laws.PAPER:
-            values[1, inside] += row["damping"]
+    values = contact.contact_bound(f)
     dy = np.zeros_like(y)
 
     def product(what: int, x: np.ndarray) -> np.ndarray:
@@ -149,7 +140,7 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
         f.F[:] = -(G.T @ s.ravel())
         f.P[:] = 0.0
         dy[:] = 0.0
-        flexible_rates(y, model, dy)
+        beam_rates(y, model, dy)
         return dy[n_q : n_q + n_v].copy()
 
     return product

@@ -16,7 +16,8 @@ from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import joint, loads, rigid, springs
-from evolvent.kernels.flexible import FIELD, NODE_VECTORS
+from evolvent.kernels.beam_loads import FIELD
+from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.laws import law_failure

@@ -11,7 +11,7 @@ from evolvent.builder import Assembly
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.observations import sums_of
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import hinge
+from evolvent.kernels import hinge, joint
 from evolvent.kernels.flexible import beam_energies
 from evolvent.solvers import balance as eb
 
@@ -117,15 +117,11 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
     found.balance[:] = balances(model, t, y, s)
     load_explicit(model)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
-    penalty = f.joints["stiffness"] > 0.0
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
         found.wrenches[k] = model.bodies["F"]
-        held = penalty & (t[k] < f.joints["until"])
-        gap, rate = np.where(held, f.joints["gap"], 0.0), np.where(held, f.joints["rate"], 0.0)
-        found.la[k] = np.where(penalty, f.joints["stiffness"] * gap + f.joints["damping"] * rate, np.nan)
-        coupled = float(0.5 * f.joints["stiffness"] @ gap**2)
+        found.la[k], coupled = joint.penalty_values(t[k], f.joints)
         if f.beams.size:
             own[:] = 0.0
             beam_energies(y[k], model, own)

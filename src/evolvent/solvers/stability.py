@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import is_flexible, load_preparation
-from evolvent.kernels import feed, rigid, springs, thread
+from evolvent.kernels import points, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
 
@@ -36,26 +35,19 @@ def fastest_mode(assembly: Assembly) -> Mode:
     M_a^-1 K_aa. A uniform chain reaches this bound, 4 c / m. Damping is bounded in the same way.
     """
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    bodies, points = model.bodies, model.points
     load_preparation(model)
     prepare(0.0, y, s, model)
-    body = np.zeros((2, bodies.size, 6, 6))
-    point = np.zeros((2, points.size, 3, 3))
-    moves = bodies["motion"] != rigid.DRIVEN
-    _add_springs(model, y, moves, body, point)
+    body = np.zeros((2, model.bodies.size, 6, 6))
+    point = np.zeros((2, model.points.size, 3, 3))
+    springs.add_spring_bound(y, model, body, point)
     names = {found: name for name, found in assembly.names.items()}
     best = [(0.0, 0.0, "nothing")]
-    for i in range(points.size):
-        best.append(_largest(point[:, i] / points["mass"][i], names["points", i]))
+    for i in range(model.points.size):
+        best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for p in range(model.threads.size):
-        best += _thread_modes(model, p, names["threads", p], body)
-    for i in (int(k) for k in np.flatnonzero(moves)):
-        if bodies["motion"][i] == rigid.SPIN:
-            n = bodies["R"][i] @ bodies["axis"][i]
-            about = np.array([[[n @ body[a, i, 3:, 3:] @ n]] for a in range(2)])
-            best.append(_largest(about / bodies["J"][i], names["bodies", i]))
-        else:
-            best.append(_largest(np.linalg.solve(bodies["M"][i], body[:, i]), names["bodies", i]))
+        best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body)]
+    for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
+        best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), names["bodies", i]))
     largest = 0.0
     if is_flexible(model):
         from evolvent.solvers.flexible import fastest_flexible_mode  # SciPy's sparse matrices take a moment to load
@@ -66,82 +58,9 @@ def fastest_mode(assembly: Assembly) -> Mode:
     return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))
 
 
-def _add_springs(model: mdl.Model, y: np.ndarray, moves: np.ndarray, body: np.ndarray, point: np.ndarray) -> None:
-    """Diagonal blocks of stiffness and damping of all springs, tightened ones stiff across their line as well."""
-    markers = model.markers
-    for number, spring in enumerate(model.springs):
-        ends = [int(spring["a"]), int(spring["b"])]
-        x = [np.array(springs.marker_kinematics(y, markers, model.points, model.bodies, k)[:3]) for k in ends]
-        free = [markers["kind"][k] == springs.ON_POINT or moves[markers["index"][k]] for k in ends]
-        e = x[1] - x[0]
-        length = float(np.linalg.norm(e))
-        e = e / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-        along = np.outer(e, e)
-        tight = max(1.0 - float(spring["length"]) / length, 0.0) if length > 0.0 else 0.0
-        stiffness, damping = float(spring["stiffness"]), float(spring["damping"])
-        if spring["law"] != 0:
-            stiffness, damping = _law_slopes(model, number, length - float(spring["length"]), max(length, 1e-3))
-        across = np.eye(3) - np.outer(spring["axis"], spring["axis"])
-        blocks = [
-            stiffness * (along + tight * (np.eye(3) - along)) + float(spring["lateral_stiffness"]) * across,
-            damping * along + float(spring["lateral_damping"]) * across,
-        ]
-        for k, position, moving in zip(ends, x, free, strict=True):
-            index = markers["index"][k]
-            for what in range(2):
-                block = blocks[what] * (2.0 if all(free) else 1.0)
-                if not moving:
-                    continue
-                if markers["kind"][k] == springs.ON_POINT:
-                    point[what, index] += block
-                else:
-                    d = position - model.bodies["x"][index]
-                    arm = np.array([[0.0, -d[2], d[1]], [d[2], 0.0, -d[0]], [-d[1], d[0], 0.0]])
-                    J = np.hstack([np.eye(3), -arm])
-                    body[what, index] += J.T @ block @ J
-
-
-def _law_slopes(model: mdl.Model, k: int, extension: float, scale: float) -> tuple[float, float]:
-    """Stiffness and damping of a spring with a law at the start, by central differences; never below zero."""
-
-    def tension(e: float, rate: float) -> float:
-        return float(springs.spring_tension(model.springs, k, e, rate, 0.0, model.parameters)[0])
-
-    d = 1e-6 * scale
-    stiffness = (tension(extension + d, 0.0) - tension(extension - d, 0.0)) / (2.0 * d)
-    damping = (tension(extension, d) - tension(extension, -d)) / (2.0 * d)
-    return max(stiffness, 0.0), max(damping, 0.0)
-
-
 def _largest(blocks: np.ndarray, where: str) -> tuple[float, float, str]:
     values = [float(np.abs(np.linalg.eigvals(block)).max()) for block in blocks]
     return values[0], values[1], where
-
-
-def _thread_modes(model: mdl.Model, p: int, name: str, body: np.ndarray) -> list[tuple[float, float, str]]:
-    """Bounds of the nodes of thread p; its pull on the body is added to `body`."""
-    row = model.threads[p]
-    first, n, b = int(row["node"]), int(row["n"]), int(row["body"])
-    masses = model.nodes["mass"][first : first + n]
-    if row["kind"] == thread.SPRINGS:
-        ends = np.where(np.arange(n) > 0, 4.0, 2.0)
-        J = np.concatenate([row["X"], np.cross(row["d"], row["X"])])
-        for what, value in enumerate((row["stiffness"], row["damping"])):
-            body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)
-        squared, damping = ends * row["stiffness"] / masses, ends * row["damping"] / masses
-        if row["feed"] == feed.FREE:
-            compliance = 2.0 * float(row["radius"]) ** 2 / float(row["spool_inertia"])
-            squared, damping = (
-                np.append(squared, compliance * row["stiffness"]),
-                np.append(damping, compliance * row["damping"]),
-            )
-        return [(float(k), float(d), name) for k, d in zip(squared, damping, strict=True)]
-    # links of fixed length: transverse only, by the tension of the whole thread straight at the present rate
-    rate2 = float(np.sum(model.bodies["w"][b] ** 2))
-    distance = float(np.linalg.norm(row["d"])) + row["segment"] * (n - np.arange(n))
-    tension = np.cumsum(masses * (rate2 * distance + float(np.linalg.norm(model.info.gravity))))
-    lighter = np.minimum(masses, np.roll(masses, -1))
-    return [(4.0 * float(np.max(tension / lighter)) / float(row["segment"]), 0.0, name)]
 
 
 def stability_polynomial(method: Method) -> list[float]:

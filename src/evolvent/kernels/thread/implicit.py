@@ -1,26 +1,34 @@
-"""The implicit equations of models with threads on springs, beside those of `evolvent.flow.implicit`.
+"""Residual and tangent of threads with segments of springs, as implicit methods need them.
 
 The switches of the state (nodes and whole threads released) stand in `Flexible.switches`. Wound nodes keep their
-places; what wound thread adds to a body's mass and forces is as in `evolvent.flow.rhs`.
+places; what wound thread adds to a body's mass and forces is as under explicit methods (see `wound`).
 """
 
 import math
 
 from numba import types, void
 
-from evolvent.flow.inventory import thread_inventory
-from evolvent.flow.powers import MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import rigid, thread
+from evolvent.kernels import rigid
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
-from evolvent.model import ELASTIC, KINETIC, MODEL
+from evolvent.kernels.thread.loads import node_loads
+from evolvent.kernels.thread.springs import spring_points, spring_thread
+from evolvent.kernels.thread.wound import TINY, carry_power, carry_wound, reels
+from evolvent.model import MODEL
+
+_I = types.int64
 
 
-@indirect(void(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR, VECTOR))
-def add_thread_residual(t, y, a, step, model, r, powers):
-    """Add threads to a residual (`implicit.residual`) that has everything else."""
+@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
+def add_thread_residual(t, y, a, step, model, r):
+    """Add threads to a residual (`evolvent.flow.implicit.residual`) that has everything else.
+
+    Returns
+    -------
+    dissipated, given, spools : float, W, powers taken by damping, given by loads on threads and by the spools
+    """
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
     n_q, s, gravity = model.info.nq, f.switches, model.info.gravity
     for b in range(bodies.size):  # forces and masses of threads alone
@@ -30,17 +38,17 @@ def add_thread_residual(t, y, a, step, model, r, powers):
             bodies[b].F[i] = 0.0
             for j in range(6):
                 bodies[b].M[i, j] = 0.0
-    thread.reels(t, y, s, model)
-    powers[MARKER_LOADS] += thread.carry_wound(s, model)
+    reels(t, y, s, model)
+    dissipated, given, spools = 0.0, carry_wound(s, model), 0.0
     loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
     dy = model.dy[0]
     for p in range(threads.size):
         if loaded:
-            thread.spring_points(y, s, threads, nodes, p)
-            powers[MARKER_LOADS] += thread.node_loads(t, s, model, p)
-        lost, given = thread.spring_thread(y, s, model, p, loaded, dy)
-        powers[SPRINGS] += lost
-        powers[SPOOLS] += given
+            spring_points(y, s, threads, nodes, p)
+            given += node_loads(t, s, model, p)
+        lost, driven = spring_thread(y, s, model, p, loaded, dy)
+        dissipated += lost
+        spools += driven
         v = threads[p].iv
         _note_segments(t, y, step, model, p)
         for i in range(threads[p].n):
@@ -51,13 +59,11 @@ def add_thread_residual(t, y, a, step, model, r, powers):
         f.strands[nodes.size, 0] = t
     for b in range(bodies.size):
         _add_body_rows(a, n_q, bodies, b, r)
-    powers[SPOOLS] += thread.carry_power(s, model)
+    spools += carry_power(s, model)
     for b in range(bodies.size):
         for i in range(6):
             bodies[b].F[i] += bodies[b].L[0, i]
-
-
-_I = types.int64
+    return dissipated, given, spools
 
 
 @inlined
@@ -90,7 +96,7 @@ def _note_segments(t, y, step, model, p):
             along = row[3] * (dx - row[0]) + row[4] * (dy - row[1]) + row[5] * (dz - row[2])
             row[7] = row[6] + threads[p].stiffness * along
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        scale = 1.0 / length if length > thread.TINY else 0.0
+        scale = 1.0 / length if length > TINY else 0.0
         row[0], row[1], row[2] = dx, dy, dz
         row[3], row[4], row[5] = scale * dx, scale * dy, scale * dz
         row[6] = T
@@ -136,14 +142,14 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
         along = threads[p].stiffness + c_rate * threads[p].damping
         for i in range(s[p] - 1):
             a = q + 3 * i
-            _add_segment(
+            add_segment_tangent(
                 y[a] - y[a + 3], y[a + 1] - y[a + 4], y[a + 2] - y[a + 5], along, f.strands[threads[p].node + i, 7],
                 threads[p].body, v + 3 * i, v + 3 * i + 3, 1.0, p, n_q, model, matrix,
             )  # fmt: skip
         if s[p] > 0 and s[threads.size + p] == 0:
             i, Q = s[p] - 1, threads[p].Q
             a = q + 3 * i
-            _add_segment(
+            add_segment_tangent(
                 y[a] - Q[0], y[a + 1] - Q[1], y[a + 2] - Q[2], along, f.strands[threads[p].node + i, 7],
                 threads[p].body, v + 3 * i, -1, float(threads[p].copies), p, n_q, model, matrix,
             )  # fmt: skip
@@ -167,7 +173,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
 
 
 @indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, SPARSE))
-def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
+def add_segment_tangent(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q, model, matrix):
     """Tangent of the segment (dx, dy, dz) from what is inwards to the node at velocity `outer`.
 
     Inwards is the node at velocity `inner`, or where that is -1 the departure point, whose body bears all copies.
@@ -175,7 +181,7 @@ def _add_segment(dx, dy, dz, along, tension, body, outer, inner, copies, p, n_q,
     threads, f = model.threads, model.flexible
     Ja, Jb = f.J[0], f.J[1]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    if length > thread.TINY:
+    if length > TINY:
         ex, ey, ez = dx / length, dy / length, dz / length
         across = tension / length
     else:
@@ -207,15 +213,3 @@ def _add_link(matrix, outer, inner, e, k, across, K):
     for p in (outer, inner):
         for q in (outer, inner):
             add_block(matrix, p, q, K, 0, 0, 3, 3, 1.0 if p == q else -1.0)
-
-
-@indirect(void(VECTOR, MODEL, VECTOR))
-def add_thread_energies(y, model, out):
-    """Add threads to energies (`implicit.energies`), after a residual of the same state."""
-    sums = model.sums[0]
-    for i in range(sums.size):
-        sums[i] = 0.0
-    for p in range(model.threads.size):
-        thread_inventory(y, model.flexible.switches, model, p, sums)
-    out[0] += sums[KINETIC]
-    out[1] += sums[ELASTIC]

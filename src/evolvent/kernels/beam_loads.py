@@ -1,0 +1,89 @@
+"""Loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector of a node."""
+
+from numba import void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
+
+# kinds of beam loads
+FIELD, LINE, POINT = 0, 1, 2
+
+
+@inlined
+def strength(push, t):
+    """Value of a push at time t: from its start it grows over `ramp`, smoothly, and ends at its end."""
+    if t < push.start or t >= push.end:
+        return 0.0
+    if push.ramp > 0.0 and t < push.start + push.ramp:
+        s = (t - push.start) / push.ramp
+        return push.value * s * s * (3.0 - 2.0 * s)
+    return push.value
+
+
+@indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
+def add_beam_loads(t, y, factor, model, P):
+    """All beam loads at time t, times `factor`, into the loads P.
+
+    Notes
+    -----
+    FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
+    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
+    """
+    flexible, n_q = model.flexible, model.info.nq
+    beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
+    for k in range(beam_loads.size):
+        value = factor * strength(beam_loads[k], t)
+        if value == 0.0:
+            continue
+        z, centre = beam_loads[k].axis, beam_loads[k].centre
+        if beam_loads[k].kind == POINT:
+            at = beam_loads[k].iv - n_q
+            for c in range(3):
+                P[at + c] += value * z[c]
+            continue
+        beam = beam_loads[k].beam
+        first, last = beams[beam].first_element, beams[beam].first_element + beams[beam].elements
+        n = 2 * NODE_VECTORS[beams[beam].kind]
+        if beam_loads[k].kind == LINE:
+            for element in range(first, last):
+                at, length = elements[element].iv - n_q, elements[element].length
+                weights = 0.5 * length, length * length / 12.0
+                for c in range(3):
+                    P[at + c] += value * z[c] * weights[0]
+                    P[at + 3 + c] += value * z[c] * weights[1]
+                    P[at + 3 * (n // 2) + c] += value * z[c] * weights[0]
+                    P[at + 3 * (n // 2) + 3 + c] -= value * z[c] * weights[1]
+            continue
+        inertia = 0.0
+        for element in range(first, last):
+            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, P)
+        for element in range(first, last):
+            _field(y, n_q, flexible, element, n, z, centre, value / inertia, P)
+
+
+@kernel
+def _field(y, n_q, flexible, k, n, z, centre, scale, P):
+    """Forces scale M z x (e - c) of one element into P; returns its moment of inertia about the axis."""
+    iq, at, mass = flexible.elements[k].iq, flexible.elements[k].iv - n_q, flexible.elements[k].mass
+    M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
+    half = n // 2
+    e = flexible.e
+    for j in range(n):
+        x, y0, z0 = y[iq + 3 * j], y[iq + 3 * j + 1], y[iq + 3 * j + 2]
+        if j == 0 or j == half:
+            x, y0, z0 = x - centre[0], y0 - centre[1], z0 - centre[2]
+        e[1, 3 * j], e[1, 3 * j + 1], e[1, 3 * j + 2] = cross(z[0], z[1], z[2], x, y0, z0)
+    inertia = 0.0
+    for i in range(n):
+        fx = fy = fz = 0.0
+        for j in range(n):
+            fx += M[i, j] * e[1, 3 * j]
+            fy += M[i, j] * e[1, 3 * j + 1]
+            fz += M[i, j] * e[1, 3 * j + 2]
+        inertia += fx * e[1, 3 * i] + fy * e[1, 3 * i + 1] + fz * e[1, 3 * i + 2]
+        P[at + 3 * i] += scale * fx
+        P[at + 3 * i + 1] += scale * fy
+        P[at + 3 * i + 2] += scale * fz
+    return inertia

@@ -1,0 +1,96 @@
+"""Point masses: inertia, energy, momentum, and the bound of the explicit step."""
+
+from evolvent.jit import inlined
+from evolvent.kernels.rotations import cross
+from evolvent.kernels.sparse import add_entry
+
+
+@inlined
+def add_angular_momentum(out, at, mass, x, y, z, vx, vy, vz):
+    """Angular momentum of a point mass about the inertial origin into out[at : at + 3]."""
+    hx, hy, hz = cross(x, y, z, mass * vx, mass * vy, mass * vz)
+    out[at] += hx
+    out[at + 1] += hy
+    out[at + 2] += hz
+
+
+@inlined
+def clear_forces(points):
+    """Forces on all points to zero."""
+    for i in range(points.size):
+        for c in range(3):
+            points[i].f[c] = 0.0
+
+
+@inlined
+def take_forces(n_q, points, F):
+    """Forces of points from generalised forces F, which stand on the left of the equations."""
+    for i in range(points.size):
+        for c in range(3):
+            points[i].f[c] -= F[points[i].iv - n_q + c]
+
+
+@inlined
+def write_point_rates(y, points, dy):
+    """State derivatives of all points from their forces f."""
+    for i in range(points.size):
+        q, v, f, compliance = points[i].iq, points[i].iv, points[i].f, points[i].compliance
+        dy[q], dy[q + 1], dy[q + 2] = y[v], y[v + 1], y[v + 2]
+        dy[v], dy[v + 1], dy[v + 2] = f[0] * compliance, f[1] * compliance, f[2] * compliance
+
+
+@inlined
+def kick_points(y, points):
+    """Jumps of the velocities of all points by the impulses that their f hold."""
+    for i in range(points.size):
+        for c in range(3):
+            y[points[i].iv + c] += points[i].f[c] * points[i].compliance
+
+
+@inlined
+def add_point_weight(gravity, n_q, points, P):
+    """Weight of all points into the loads P."""
+    for i in range(points.size):
+        for c in range(3):
+            P[points[i].iv - n_q + c] += points[i].mass * gravity[c]
+
+
+@inlined
+def add_point_residual(a, n_q, points, F):
+    """F += m a - f of all points; a : (nv,) float, accelerations."""
+    for i in range(points.size):
+        at = points[i].iv - n_q
+        for c in range(3):
+            F[at + c] += points[i].mass * a[at + c] - points[i].f[c]
+
+
+@inlined
+def add_point_tangent(c_mass, n_q, points, matrix):
+    """c_mass M of all points into a matrix."""
+    for i in range(points.size):
+        at = points[i].iv - n_q
+        for c in range(3):
+            add_entry(matrix, at + c, at + c, c_mass * points[i].mass)
+
+
+@inlined
+def add_point_energy(y, points, out, at):
+    """Add the kinetic energy of all points to out[at], J."""
+    for i in range(points.size):
+        v = points[i].iv
+        out[at] += 0.5 * points[i].mass * (y[v] * y[v] + y[v + 1] * y[v + 1] + y[v + 2] * y[v + 2])
+
+
+@inlined
+def add_point_momenta(y, points, P, H):
+    """Add linear momentum and angular momentum about the inertial origin of all points to P, H : (3,) float."""
+    for i in range(points.size):
+        q, v, m = points[i].iq, points[i].iv, points[i].mass
+        add_angular_momentum(H, 0, m, y[q], y[q + 1], y[q + 2], y[v], y[v + 1], y[v + 2])
+        for c in range(3):
+            P[c] += m * y[v + c]
+
+
+def point_bound(points, i, blocks):
+    """M^-1 K and M^-1 C of point i; blocks : (2, 3, 3) float, K and C. Not compiled."""
+    return blocks / points["mass"][i]

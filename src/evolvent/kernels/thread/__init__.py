@@ -1,0 +1,86 @@
+"""Lumped thread on a reel: spring segments or segments of fixed length, boundary segment, wound thread.
+
+Node 0 is the tip, it leaves first; node i is released when the spool's angle reaches i l0 / r. Of the s released
+nodes the last, s - 1, is the boundary node: its segment ends at the departure point Q and has the rest length
+b = r (phi - (s - 1) l0 / r). Tangents e point outwards, from node i + 1 (or Q) to node i.
+
+Spring segments hold positions and velocities of the nodes in the state (inertial axes). Segments of fixed length hold
+the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are exact; once the whole thread is released
+the slot of the last node holds that node's position and velocity.
+
+Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
+
+`wound` : the feed, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
+of its segments; `loads` : on released nodes; `energy` : energies and momenta; `implicit` : residual and tangent;
+`bound` : of the explicit step.
+"""
+
+from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.thread.bound import add_thread_bound
+from evolvent.kernels.thread.chain import (
+    SHORT,
+    boundary_step,
+    chain_links,
+    chain_matrix,
+    chain_points,
+    chain_rates,
+    chain_rhs,
+    chain_solve,
+    departure_acceleration,
+    kick_chain,
+    project_chain,
+    regular_rate,
+)
+from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
+from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
+from evolvent.kernels.thread.loads import node_loads
+from evolvent.kernels.thread.springs import spring_points, spring_thread
+from evolvent.kernels.thread.wound import (
+    INEXTENSIBLE,
+    SPRINGS,
+    TINY,
+    carry_power,
+    carry_wound,
+    leave_spool,
+    reels,
+    spool,
+    spool_axis,
+    wound_mass,
+    wound_node,
+)
+
+__all__ = [
+    "FREE_SPOOL",
+    "INEXTENSIBLE",
+    "SHORT",
+    "SPRINGS",
+    "TINY",
+    "add_segment_tangent",
+    "add_thread_bound",
+    "add_thread_energies",
+    "add_thread_residual",
+    "add_thread_tangent",
+    "boundary_step",
+    "carry_power",
+    "carry_wound",
+    "chain_links",
+    "chain_matrix",
+    "chain_points",
+    "chain_rates",
+    "chain_rhs",
+    "chain_solve",
+    "departure_acceleration",
+    "kick_chain",
+    "leave_spool",
+    "node_loads",
+    "project_chain",
+    "reels",
+    "regular_rate",
+    "spool",
+    "spool_axis",
+    "spring_points",
+    "spring_thread",
+    "thread_inventory",
+    "wound_mass",
+    "wound_node",
+]

@@ -1,0 +1,43 @@
+"""What threads add to the bound of the explicit step. Not compiled: it is evaluated once, before a run."""
+
+import numpy as np
+
+from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.thread.wound import SPRINGS
+
+
+def add_thread_bound(model, p, body):
+    """Bounds of the fastest modes of thread p, all its nodes taken as released.
+
+    Parameters
+    ----------
+    body : (2, nb, 6, 6) float, stiffness and damping felt by bodies; the thread's pull on its body is added
+
+    Returns
+    -------
+    list of (square of a frequency, rad2/s2; damping rate, 1/s), one a node at most
+
+    Notes
+    -----
+    Springs: omega^2 <= 4 c/m of a node between two of them, 2 c/m of the tip. Segments of fixed length move across
+    themselves only: omega^2 <= 4 T/(m l0), T the tension of the whole thread straight at the body's present rate.
+    """
+    row = model.threads[p]
+    first, n, b = int(row["node"]), int(row["n"]), int(row["body"])
+    masses = model.nodes["mass"][first : first + n]
+    if row["kind"] == SPRINGS:
+        ends = np.where(np.arange(n) > 0, 4.0, 2.0)
+        J = np.concatenate([row["X"], np.cross(row["d"], row["X"])])
+        for what, value in enumerate((row["stiffness"], row["damping"])):
+            body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)
+        squared, damping = ends * row["stiffness"] / masses, ends * row["damping"] / masses
+        if row["feed"] == FREE_SPOOL:
+            compliance = 2.0 * float(row["radius"]) ** 2 / float(row["spool_inertia"])
+            squared = np.append(squared, compliance * row["stiffness"])
+            damping = np.append(damping, compliance * row["damping"])
+        return [(float(k), float(d)) for k, d in zip(squared, damping, strict=True)]
+    rate2 = float(np.sum(model.bodies["w"][b] ** 2))
+    distance = float(np.linalg.norm(row["d"])) + row["segment"] * (n - np.arange(n))
+    tension = np.cumsum(masses * (rate2 * distance + float(np.linalg.norm(model.info.gravity))))
+    lighter = np.minimum(masses, np.roll(masses, -1))
+    return [(4.0 * float(np.max(tension / lighter)) / float(row["segment"]), 0.0)]

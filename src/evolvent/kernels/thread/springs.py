@@ -1,0 +1,114 @@
+"""Released thread with segments of springs: right-hand side, its pull on the body."""
+
+import math
+
+from numba import types
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.rigid import add_wrench
+from evolvent.kernels.thread.wound import TINY
+from evolvent.model import MODEL
+
+
+@inlined
+def spring_points(y, s, threads, nodes, p):
+    """Positions and velocities of the released nodes of a spring thread into x, v."""
+    first, q, v = threads[p].node, threads[p].iq, threads[p].iv
+    for i in range(s[p]):
+        for c in range(3):
+            nodes[first + i].x[c] = y[q + 3 * i + c]
+            nodes[first + i].v[c] = y[v + 3 * i + c]
+
+
+@indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))
+def spring_thread(y, s, model, p, loaded, dy):
+    """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
+
+    Tensions go to the nodes. Returns (power dissipated, power of the spool), W.
+    """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    j = s[p]
+    if j == 0:
+        return 0.0, 0.0
+    first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
+    stiffness, damping = threads[p].stiffness, threads[p].damping
+    dissipated = 0.0
+    px = py = pz = 0.0  # pull of the outer segment on the node
+    x, yy, z = y[q], y[q + 1], y[q + 2]
+    vx, vy, vz = y[v], y[v + 1], y[v + 2]
+    for i in range(j - 1):
+        a, c = q + 3 * i, v + 3 * i
+        x1, y1, z1 = y[a + 3], y[a + 4], y[a + 5]
+        vx1, vy1, vz1 = y[c + 3], y[c + 4], y[c + 5]
+        ex, ey, ez = x - x1, yy - y1, z - z1
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        scale = 1.0 / length
+        rate = ((vx - vx1) * ex + (vy - vy1) * ey + (vz - vz1) * ez) * scale
+        T = stiffness * (length - l0) + damping * rate
+        dissipated += damping * rate * rate
+        nodes[first + i].tension = T
+        scale *= T
+        ex *= scale
+        ey *= scale
+        ez *= scale
+        m = nodes[first + i].compliance
+        dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+        dy[c] = (px - ex) * m
+        dy[c + 1] = (py - ey) * m
+        dy[c + 2] = (pz - ez) * m
+        px, py, pz = ex, ey, ez
+        x, yy, z, vx, vy, vz = x1, y1, z1, vx1, vy1, vz1
+    ex, ey, ez = x - threads[p].Q[0], yy - threads[p].Q[1], z - threads[p].Q[2]
+    length = math.sqrt(ex * ex + ey * ey + ez * ez)
+    if length > TINY:
+        scale = 1.0 / length
+        ex *= scale
+        ey *= scale
+        ez *= scale
+    else:  # along the velocity with which the node leaves: the feed's (eq. 11), or that turned along the thread
+        ex, ey, ez = vx - threads[p].Q[3], vy - threads[p].Q[4], vz - threads[p].Q[5]
+        length = math.sqrt(ex * ex + ey * ey + ez * ez)
+        if length > 0.0:
+            scale = 1.0 / length
+            ex *= scale
+            ey *= scale
+            ez *= scale
+        else:
+            ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+        length = 0.0
+    stretch_rate = (vx - threads[p].Q[3]) * ex + (vy - threads[p].Q[4]) * ey + (vz - threads[p].Q[5]) * ez
+    b1 = threads[p].b[1]
+    rate = stretch_rate - b1 * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
+    elastic = stiffness * (length - threads[p].b[0])
+    if s[threads.size + p] != 0:  # released whole
+        elastic = rate = 0.0
+    T = elastic + damping * rate
+    nodes[first + j - 1].tension = T
+    a, c = q + 3 * (j - 1), v + 3 * (j - 1)
+    m = nodes[first + j - 1].compliance
+    dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+    dy[c] = (px - T * ex) * m
+    dy[c + 1] = (py - T * ey) * m
+    dy[c + 2] = (pz - T * ez) * m
+    if loaded:
+        for i in range(j):
+            for k in range(3):
+                dy[v + 3 * i + k] += nodes[first + i].af[k]
+    copies = threads[p].copies
+    pull = copies * T
+    add_wrench(
+        bodies[threads[p].body].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], pull * ex, pull * ey, pull * ez
+    )
+    if threads[p].feed == FREE_SPOOL:
+        k = threads[p].spool_v
+        dy[threads[p].spool_q] = y[k]
+        dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
+        threads[p].b[2] = threads[p].radius * dy[k]
+        dissipated += damping * rate * (stretch_rate - b1)
+        power = threads[p].spool_torque * y[k]
+    else:
+        # what is left of the boundary's power once strain energy and dissipation are taken out
+        dissipated += damping * rate * rate
+        power = -elastic * b1 - damping * rate * (stretch_rate - rate)
+    return copies * dissipated, copies * power

@@ -1,0 +1,176 @@
+"""Thread on its spool: the feed, the departure point, and the inertia of what is wound."""
+
+import math
+
+from numba import void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
+from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.feed import feed
+from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
+from evolvent.kernels.rotations import cross, turn
+from evolvent.model import MODEL
+
+#: Kinds of threads, by their segments.
+SPRINGS, INEXTENSIBLE = 0, 1
+#: Below this distance from Q (m) a segment's direction is the feed direction (eq. 11).
+TINY = 1e-9
+
+
+@inlined
+def spool(t, y, threads, parameters, p):
+    """(angle, rate, acceleration) of spool p; a free spool's acceleration is zero until its tension is known."""
+    if threads[p].feed == FREE_SPOOL:
+        return y[threads[p].spool_q], y[threads[p].spool_v], 0.0
+    return feed(threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def reels(t, y, s, model):
+    """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
+    threads, bodies, parameters = model.threads, model.bodies, model.parameters
+    for p in range(threads.size):
+        b, r = threads[p].body, threads[p].radius
+        phi, rate, acceleration = spool(t, y, threads, parameters, p)
+        threads[p].phi = phi
+        threads[p].b[0] = max(r * phi - (s[p] - 1) * threads[p].segment, 0.0)
+        threads[p].b[1] = r * rate
+        threads[p].b[2] = r * acceleration
+        Q = threads[p].departure
+        dx, dy, dz, vx, vy, vz = point_kinematics(bodies, b, Q[0], Q[1], Q[2])
+        threads[p].d[0], threads[p].d[1], threads[p].d[2] = dx, dy, dz
+        threads[p].Q[0], threads[p].Q[1], threads[p].Q[2] = (
+            bodies[b].x[0] + dx,
+            bodies[b].x[1] + dy,
+            bodies[b].x[2] + dz,
+        )
+        threads[p].Q[3], threads[p].Q[4], threads[p].Q[5] = vx, vy, vz
+        X = threads[p].feed_axis
+        threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
+
+
+@inlined
+def wound_node(threads, bodies, p, i):
+    """Node i on spool p (eq. 2): arm from the body's origin and velocity relative to the body, inertial axes.
+
+    That is where it is shown; what it weighs is evenly wound (see `carry_wound`).
+    """
+    r, b = threads[p].radius, threads[p].body
+    angle = threads[p].phi - i * threads[p].segment / r
+    c, n = math.cos(angle), math.sin(angle)
+    Z = threads[p].normal
+    zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
+    xx, xy, xz = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    v = threads[p].b[1]
+    sx, sz = r * n, r * (c - 1.0)
+    ux, uz = v * c, -v * n
+    return (
+        threads[p].d[0] + sx * xx + sz * zx,
+        threads[p].d[1] + sx * xy + sz * zy,
+        threads[p].d[2] + sx * xz + sz * zz,
+        ux * xx + uz * zx,
+        ux * xy + uz * zy,
+        ux * xz + uz * zz,
+    )
+
+
+@inlined
+def spool_axis(threads, bodies, p):
+    """Arm of spool p's centre from the body's origin, and its axis, inertial axes: six floats."""
+    b, r, Y, Z = threads[p].body, threads[p].radius, threads[p].chord, threads[p].normal
+    nx, ny, nz = turn(bodies[b].R, Y[0], Y[1], Y[2])
+    zx, zy, zz = turn(bodies[b].R, Z[0], Z[1], Z[2])
+    return threads[p].d[0] - r * zx, threads[p].d[1] - r * zy, threads[p].d[2] - r * zz, nx, ny, nz
+
+
+@inlined
+def wound_mass(s, threads, nodes, p):
+    """Mass of the wound part of thread p, kg."""
+    mass = 0.0
+    for i in range(s[p], threads[p].n):
+        mass += nodes[threads[p].node + i].mass
+    return mass
+
+
+@indirect(REAL(INTEGERS, MODEL))
+def carry_wound(s, model):
+    """Mass and inertial forces of wound thread onto its bodies (where carried); `spool` gets its inertia.
+
+    Wound thread is a thin ring about the spool's axis, evenly wound: of the nodes on the spool (eq. 2), l0 / r apart,
+    any few would lie to one side and swing round. Returns the power of its weight, W.
+    """
+    threads, nodes, bodies, gravity = model.threads, model.nodes, model.bodies, model.info.gravity
+    gx, gy, gz = gravity[0], gravity[1], gravity[2]
+    power = 0.0
+    for p in range(threads.size):
+        threads[p].spool = threads[p].spool_inertia
+        if not threads[p].carried:
+            continue
+        b, r = threads[p].body, threads[p].radius
+        wound = wound_mass(s, threads, nodes, p)
+        threads[p].spool += wound * r * r
+        # a node that is leaving (during an impulse) is at Q already
+        m = threads[p].copies * (wound - threads[p].leaving)
+        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+        add_ring(bodies, b, m, r, cx, cy, cz, nx, ny, nz, threads[p].b[1] / r, threads[p].b[2] / r)
+        if gx != 0.0 or gy != 0.0 or gz != 0.0:
+            add_wrench(bodies[b].F, cx, cy, cz, m * gx, m * gy, m * gz)
+            vx, vy, vz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], cx, cy, cz)
+            power += m * (gx * (bodies[b].v[0] + vx) + gy * (bodies[b].v[1] + vy) + gz * (bodies[b].v[2] + vz))
+    return power
+
+
+@indirect(REAL(INTEGERS, MODEL))
+def carry_power(s, model):
+    """Power of the spools on wound thread that bodies carry, from the bodies' accelerations a, W.
+
+    Notes
+    -----
+    m r^2 (phi'' + n . omega') phi', n the spool's axis. A free spool's phi'' is known only now; its reaction on a
+    driven body joins the body's wrench (a body that spins has its axis across the spool's).
+    """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    power = 0.0
+    for p in range(threads.size):
+        if not threads[p].carried:
+            continue
+        r, b1, b2 = threads[p].radius, threads[p].b[1], threads[p].b[2]
+        m = threads[p].copies * wound_mass(s, threads, nodes, p)
+        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+        a, F = bodies[threads[p].body].a, bodies[threads[p].body].F
+        if threads[p].feed == FREE_SPOOL:
+            F[3] -= m * r * b2 * nx
+            F[4] -= m * r * b2 * ny
+            F[5] -= m * r * b2 * nz
+        else:
+            power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5]))
+    return power
+
+
+@kernel
+def leave_spool(threads, nodes, bodies, p, k, couple):
+    """Momentum of node k (its x, v) less its share of evenly wound thread on spool p: what it takes when it leaves.
+
+    Parameters
+    ----------
+    couple : (3,) float, output, N m s
+
+    Returns
+    -------
+    force impulse at Q, N s : three floats; `couple` goes with it
+    """
+    b, r, m = threads[p].body, threads[p].radius, nodes[k].mass
+    w, Q, x, u = bodies[b].w, threads[p].Q, nodes[k].x, nodes[k].v
+    cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+    vx, vy, vz = cross(w[0], w[1], w[2], cx, cy, cz)
+    vx, vy, vz = m * (bodies[b].v[0] + vx), m * (bodies[b].v[1] + vy), m * (bodies[b].v[2] + vz)
+    px, py, pz = m * u[0], m * u[1], m * u[2]
+    # about Q: of the node, of the share's centre, of its turning
+    hx, hy, hz = cross(x[0] - Q[0], x[1] - Q[1], x[2] - Q[2], px, py, pz)
+    gx, gy, gz = cross(cx - threads[p].d[0], cy - threads[p].d[1], cz - threads[p].d[2], vx, vy, vz)
+    k2 = 0.5 * m * r * r
+    turning = k2 * (w[0] * nx + w[1] * ny + w[2] * nz) + m * r * threads[p].b[1]
+    couple[0] = hx - gx - k2 * w[0] - turning * nx
+    couple[1] = hy - gy - k2 * w[1] - turning * ny
+    couple[2] = hz - gz - k2 * w[2] - turning * nz
+    return px - vx, py - vy, pz - vz
