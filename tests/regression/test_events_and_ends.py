@@ -148,8 +148,8 @@ def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drive, "_grow_log", lambda loop: grown.append(loop) or grow(loop))
         found = solve(assembly, samples=samples, method=method, **options)
-        make = drive._make_loop
-        patch.setattr(drive, "_make_loop", lambda *given: grow(grow(make(*given))))
+        make = drive._workspace
+        patch.setattr(drive, "_workspace", lambda *given: grow(grow(make(*given))))
         once = solve(assembly, samples=samples, method=method, **options)
     assert found.success
     assert len(grown) == 2

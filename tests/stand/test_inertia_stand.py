@@ -312,7 +312,7 @@ def test_a_batch_gives_the_bits_of_single_runs():
     varied = [cases.load(base, {"body.offset_x": 0.1 * k, "sensors.seed": k}) for k in range(4)]
     batch = inertia_stand.run_batch(varied)
     for case, found in zip(varied, batch, strict=True):
-        alone = inertia_stand.run(case)
+        alone = inertia_stand.plan(case).run()
         for name in ("sensor_displacement", "mode_frequency", "inertia_identified"):
             assert np.array_equal(alone[name], found[name], equal_nan=True), name
 

@@ -1,6 +1,8 @@
 """A study that takes a moment: short deployments of blades of few nodes."""
 
 import copy
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -18,3 +20,21 @@ STUDY = {
 def study():
     """A copy of the study that may be changed."""
     return copy.deepcopy(STUDY)
+
+
+@pytest.fixture
+def replace_run(monkeypatch) -> Callable[[Any, Callable[[Any, Callable[[], Any]], Any]], None]:
+    """Replace what the plans of a system run: by a function of the case and of the run that it replaces."""
+
+    originals: dict[str, Any] = {}
+
+    def replace(module: Any, run: Callable[[Any, Callable[[], Any]], Any]) -> None:
+        plan = originals.setdefault(module.__name__, module.plan)
+
+        def planned(case: Any, **options: Any) -> Any:
+            found = plan(case, **options)
+            return found._replace(run=lambda progress=None: run(case, lambda: found.run(progress)))
+
+        monkeypatch.setattr(module, "plan", planned)
+
+    return replace

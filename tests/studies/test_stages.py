@@ -43,21 +43,21 @@ def reference(tmp_path_factory):
 
 
 @pytest.fixture
-def calls(monkeypatch):
+def calls(replace_run):
     """Stages that are computed, in order; set `stop` on it to end the process at the n-th."""
 
     class Calls(list):
         stop = -1
 
-    found, run = Calls(), wrapped_rib.run
+    found = Calls()
 
-    def counted(case, **options):
+    def counted(case, go_on):
         found.append(case.phase)
         if len(found) == found.stop:
             raise KeyboardInterrupt
-        return run(case, **options)
+        return go_on()
 
-    monkeypatch.setattr(wrapped_rib, "run", counted)
+    replace_run(wrapped_rib, counted)
     return found
 
 
@@ -110,16 +110,14 @@ def test_a_damaged_run_is_computed_again(chain, calls, tmp_path):
     assert calls == ["wind", "deploy", "wind", "deploy", "wind", "deploy"]
 
 
-def test_a_stage_that_fails_ends_its_case(chain, monkeypatch, tmp_path):
-    run = wrapped_rib.run
-
-    def failing(case, **options):
-        found = run(case, **options)
+def test_a_stage_that_fails_ends_its_case(chain, replace_run, tmp_path):
+    def failing(case, go_on):
+        found = go_on()
         if case.phase == "wind" and case.damping.alpha == 0.0:
             found.attrs |= {"status": "failed", "message": "it tore"}
         return found
 
-    monkeypatch.setattr(wrapped_rib, "run", failing)
+    replace_run(wrapped_rib, failing)
     chain["over"] = {"damping.alpha": [0, "0.2 1/s"]}
     found = studies.sweep(chain, output=tmp_path / "out")
     assert found.status.values.tolist() == ["failed", "success"]
@@ -129,12 +127,12 @@ def test_a_stage_that_fails_ends_its_case(chain, monkeypatch, tmp_path):
     names = ["000000-wind.nc", "000001-deploy.nc", "000001-wind.nc"]
     assert sorted(os.listdir(tmp_path / "out" / "stages")) == names
 
-    def refused(case, **options):
+    def refused(case, go_on):
         if case.phase == "deploy":
             raise InputError("no such rib")
-        return run(case, **options)
+        return go_on()
 
-    monkeypatch.setattr(wrapped_rib, "run", refused)
+    replace_run(wrapped_rib, refused)
     found = studies.sweep(chain)
     assert found.reason.values.tolist() == ["stage 'deploy': no such rib"] * 2
     assert np.isfinite(found.wind_tip_radius.values).all()  # what was reached is kept

@@ -102,7 +102,7 @@ def test_a_system_may_run_batches(study, reference, monkeypatch):
 
     def run_batch(batch):
         sizes.append(len(batch))
-        return [heliogyro.run(case) for case in batch]
+        return [heliogyro.plan(case).run() for case in batch]
 
     monkeypatch.setattr(heliogyro, "run_batch", run_batch, raising=False)
     found = studies.sweep(study | {"batch": 4})
@@ -118,13 +118,13 @@ def test_a_batch_that_raises_is_taken_apart(study, reference, monkeypatch):
     xr.testing.assert_equal(studies.sweep(study), reference)
 
 
-def test_whatever_a_case_raises_is_its_reason(study, monkeypatch):
-    def run(case):
+def test_whatever_a_case_raises_is_its_reason(study, replace_run):
+    def run(case, go_on):
         if case.blade.nodes == 3:
             raise ZeroDivisionError("in the middle")
-        return heliogyro.simulate.run(case)
+        return go_on()
 
-    monkeypatch.setattr(heliogyro, "run", run)
+    replace_run(heliogyro, run)
     found = studies.sweep(study)
     assert set(found.reason.values[:, 0]) == {"ZeroDivisionError: in the middle"}
     assert (found.status[:, 1] == "success").all()
@@ -391,9 +391,9 @@ def test_the_command(study, tmp_path, monkeypatch):
     assert isinstance(CliRunner().invoke(command, ["s.yml"]).exception, InputError)
 
 
-def test_a_sweep_of_failures_fails(study, tmp_path, monkeypatch):
+def test_a_sweep_of_failures_fails(study, tmp_path, monkeypatch, replace_run):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(heliogyro, "run", lambda case: 1 / 0)
+    replace_run(heliogyro, lambda case, go_on: 1 / 0)
     pathlib.Path("s.yaml").write_text(dump(study))
     done = CliRunner().invoke(command, ["s.yaml", "--workers", "1"])
     assert isinstance(done.exception, evolvent.RunFailed)

@@ -25,7 +25,7 @@ def test_elastica_at_three_loads(book: Book) -> None:
     found = solved(solve_static(a, load_steps=[0.1, 0.3]))
     wanted = {1.0: (0.0564332363, 0.3017207738), 3.0: (0.2544201846, 0.6032534411), 10.0: (0.5549955978, 0.8106090249)}
     for load, (back, up) in wanted.items():
-        k = int(np.argmin(np.abs(found.factor - 0.1 * load)))
+        k = int(np.argmin(np.abs(found.path.factor - 0.1 * load)))
         assert found.path.factor[k] == pytest.approx(0.1 * load, rel=1e-9)
         tip = nodes(a, found.y[k])[-1, 0]
         book(
