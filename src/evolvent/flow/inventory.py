@@ -2,7 +2,7 @@
 
 from numba import void
 
-from evolvent.flow.penalties import add_flexible_inventory
+from evolvent.flow.explicit_flexible import add_flexible_inventory
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.kernels import points, rigid, springs, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import families, jit
-from evolvent.flow import events, implicit, impulse, inventory, penalties, projection, rhs, sampling
+from evolvent.flow import events, explicit_flexible, implicit, impulse, inventory, projection, rhs, sampling
 from evolvent.kernels import constraint_rows, contact, flexible, loads, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
@@ -62,8 +62,8 @@ def explicit(model: Model) -> Iterator[Any]:
         yield from (thread.chain_rhs, thread.chain_solve, thread.chain_rates, thread.chain_points)
         yield from (thread.kick_chain, events.start_links)
     if is_flexible(model):
-        yield from (penalties.add_flexible_forces, flexible.beam_rates, penalties.add_flexible_inventory)
-        yield penalties.release_penalties
+        yield from (explicit_flexible.add_flexible_forces, flexible.beam_rates)
+        yield from (explicit_flexible.add_flexible_inventory, explicit_flexible.release_penalties)
     if projection.is_corrected(model):
         yield projection.project
     if model.links.size or model.guides.size:

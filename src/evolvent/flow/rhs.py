@@ -4,7 +4,7 @@ import math
 
 from numba import void
 
-from evolvent.flow.penalties import add_flexible_forces
+from evolvent.flow.explicit_flexible import add_flexible_forces
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import constraint_rows, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
