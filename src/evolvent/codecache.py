@@ -28,8 +28,6 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from numba.core.compiler import compile_result
 from numba.core.registry import cpu_target
 from numba.core.targetconfig import TargetConfig
-from numba.cpython import slicing
-from numba.np import arrayobj
 
 _PACKAGE = pathlib.Path(__file__).parent
 #: Modules and packages that may hold compiled functions or constants that these use.
@@ -266,7 +264,7 @@ class _Compiling:
         self._depth = 0
         self._codegen: Any = None
         self._outer: tuple[Any, ...] = ()
-        self._indices: tuple[Any, ...] = ()
+        self._indices: list[tuple[Any, str, Any]] = []
         self._defaults: dict[Any, dict[str, Any]] = {}
         self._hashes: dict[Any, int] = {}
         hash_slowly = TargetConfig.__hash__
@@ -292,8 +290,6 @@ class _Compiling:
         context = cpu_target.target_context
         self._outer = TargetConfig.values, TargetConfig.__hash__, context._internal_codegen
         TargetConfig.values, TargetConfig.__hash__ = self._fast
-        self._indices = arrayobj.fix_integer_index, slicing.fix_slice
-        arrayobj.fix_integer_index, slicing.fix_slice = _index, _fix_slice
         if BASELINE is not None:
             if self._codegen is None:
                 self._codegen = _BaselineCodegen("evolvent")
@@ -303,7 +299,19 @@ class _Compiling:
         self._depth -= 1
         if self._depth == 0:
             TargetConfig.values, TargetConfig.__hash__, cpu_target.target_context._internal_codegen = self._outer
-            arrayobj.fix_integer_index, slicing.fix_slice = self._indices
+            for module, name, function in self._indices:
+                setattr(module, name, function)
+            self._indices.clear()
+
+    def take_indices(self) -> None:
+        """Have indices taken as they are in what is compiled in this context; loading alone need not set numba up."""
+        if not self._indices:
+            from numba.cpython import slicing  # a tenth of a second
+            from numba.np import arrayobj
+
+            for module, name, function in ((arrayobj, "fix_integer_index", _index), (slicing, "fix_slice", _fix_slice)):
+                self._indices.append((module, name, getattr(module, name)))
+                setattr(module, name, function)
 
 
 compiling = _Compiling()

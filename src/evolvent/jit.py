@@ -44,6 +44,7 @@ def _njit(function: Callable, *, cache: bool = True, **options: Any) -> Any:
     caller, and a kernel that tried to allocate one would not compile.
     """
     found = njit(error_model="numpy", _nrt=False, no_cfunc_wrapper=True, **options)(without_path(function))
+    _set_compiler(found, _Compiler)
     if cache:
         found._cache = Cache(function)
     return found
@@ -55,7 +56,15 @@ def _check_followed(function: Callable) -> None:
         raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
 
 
-class _IntoCallers(_FunctionCompiler):
+class _Compiler(_FunctionCompiler):
+    """Compiler of this package's functions."""
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        compiling.take_indices()
+        return super()._compile_core(args, return_type)
+
+
+class _IntoCallers(_Compiler):
     """Compiler of functions that are linked into their callers: typed and lowered, without code of their own."""
 
     def _customize_flags(self, flags: Any) -> Any:
@@ -70,7 +79,7 @@ class _IntoCallers(_FunctionCompiler):
         return found._replace(entry_point=key)
 
 
-class _Disjoint(_FunctionCompiler):
+class _Disjoint(_Compiler):
     """Compiler of functions whose arguments do not overlap."""
 
     def _customize_flags(self, flags: Any) -> Any:
