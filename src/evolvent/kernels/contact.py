@@ -241,7 +241,7 @@ def end_contact_step(y, model):
     -----
     Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
     of both ends as of the work of all else, and of the law CONSERVATIVE the step's own: with the force of the
-    end alone the account would gain in proportion to the step.
+    end alone the energy balance would gain in proportion to the step.
     """
     flexible, bodies = model.flexible, model.bodies
     cylinders, contacts = flexible.cylinders, flexible.contact_points

@@ -146,7 +146,7 @@ def normal_force(law, gap, rate, gap_before, stiffness, exponent, damping):
     -----
     With delta = -gap:
 
-    - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it lets go.
+    - PAPER, K delta^n + c delta' (Yi et al., 2017): jumps by c delta' at the first touch, and pulls before it parts.
     - HUNT_CROSSLEY, K delta^n (1 + d delta') (Hunt & Crossley, 1975), not below zero.
     - CONSERVATIVE, (V1 - V0) / (delta1 - delta0) + K delta1^n d delta1', not below zero: the mean of the elastic force
       between the step's two ends, inside or outside, so that its work over the step is the change of V. The damping

@@ -21,7 +21,7 @@ from evolvent.model import MODEL
 _I = types.int64
 #: Steps of the search for the nearest place, and the change (of an element) at which it ends.
 MOST_STEPS, NEAR = 12, 1e-9
-#: What `checks.carrier` is before the first search; -1 where there is nothing below.
+#: What `contact_points.carrier` is before the first search; -1 where there is nothing below.
 UNKNOWN = -2
 #: Points farther than this from the layer below, in its elements' lengths, do not touch it.
 FAR = 2.0

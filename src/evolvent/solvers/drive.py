@@ -171,6 +171,7 @@ def plan(
     compile_time = clock.perf_counter() - began
     if method != "dopri5":
         if unsafe_step and step is not None:
+            step = positive("step", step, allowed=STEP_ALLOWED)
             step, (mode, limit) = float(step), stable_step(own, method, duration)
         else:
             step, limit, mode = choose_step(own, method, step, duration)

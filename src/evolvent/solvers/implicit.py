@@ -105,7 +105,9 @@ def plan(
         raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 0 to 1")
     if step is not None:
         step = positive("step", step, allowed=STEP_ALLOWED)
-    tolerance = positive("tolerance", tolerance)
+    tolerance, largest_gain = positive("tolerance", tolerance), positive("largest_gain", largest_gain)
+    newton = None if newton is None else positive("newton", newton)
+    longest = span if longest_step is None else positive("longest_step", longest_step)
     families.check(assembly, families.IMPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     model = own.model
@@ -125,7 +127,7 @@ def plan(
         newton=newton,
         tolerance=0.0 if step is not None else tolerance,
         smallest=1e-13 * span,
-        longest=span if longest_step is None else float(longest_step),
+        longest=longest,
         gain=largest_gain,
         mass=mass,
         floor=energy_floor(own, mass, weight),
@@ -270,9 +272,10 @@ class Run:
             if progress is not None:
                 progress(self.reached)
         if self.releases is not None and not failure:  # what is due at the very end still happens
-            if self.releases.fire(self.plan.times[-1], work.y) < 0:
+            if self.releases.resume(work) < 0:
                 failure = reason_of_outrun(self.reached)
-            work.out_y[-1], self.kept_s[-1] = work.y, self.model.flexible.switches
+            alpha_loop.keep_sample(work.samples.size - 1, self.model, work)
+            self.kept_s[-1] = self.model.flexible.switches
         return failure
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:

@@ -149,10 +149,11 @@ def modes(
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
     families.check(assembly, families.MODES)
+    assembly = dataclasses.replace(assembly, model=assembly.model.copy())
     if equilibrium is None:
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
-    elif y is not None or rotating is not None:
-        raise InputError("give an equilibrium, or y and rotating to find one, not both")
+    elif y is not None or rotating is not None or centre is not None or time != 0.0:
+        raise InputError("give an equilibrium, or y, time, rotating and centre to find one, not both")
     if equilibrium.path is None:
         raise InputError(f"equilibrium is a motion by {equilibrium.method}; it must be a solution of solve_static")
     if not equilibrium.success:

@@ -58,12 +58,12 @@ class Momentum(NamedTuple):
     @property
     def drift_linear(self) -> Array:
         """(nt, 3) linear momentum less that at the start and less the jumps: zero where nothing acts from outside."""
-        return (self.linear - self.linear[0]) - (self.jumps_linear - self.jumps_linear[0])
+        return (self.linear - self.linear[:1]) - (self.jumps_linear - self.jumps_linear[:1])
 
     @property
     def drift_angular(self) -> Array:
         """(nt, 3) angular momentum less that at the start and less the jumps: zero where nothing acts from outside."""
-        return (self.angular - self.angular[0]) - (self.jumps_angular - self.jumps_angular[0])
+        return (self.angular - self.angular[:1]) - (self.jumps_angular - self.jumps_angular[:1])
 
 
 def empty(model: mdl.Model, size: int) -> Sampled:

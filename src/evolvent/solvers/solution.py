@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent.solvers import balance as eb
-from evolvent.solvers.sampled import Momentum, Sampled, balances, evaluate, momentum_of
+from evolvent.solvers.sampled import Momentum, Sampled, balances, empty, evaluate, momentum_of
 
 if TYPE_CHECKING:
     from evolvent.builder import Assembly
@@ -122,7 +122,10 @@ class Solution:
 
     @property
     def energy_defect(self) -> Array:
-        """(nt,) energy less that at the first sample and less work, plus losses, J; below zero: numerical damping."""
+        """(nt,) energy less that at the first sample, less work since, plus losses, J; below zero: numerical damping.
+
+        NaN of a static solution, which has no work over time.
+        """
         found = np.asarray(eb.defect(self.balance, 0.0))
         return found - found[:1]
 
@@ -132,6 +135,23 @@ class Solution:
         return momentum_of(self.assembly, self.t, self.y, self.s)
 
     def chosen(self, samples: Any) -> Solution:
-        """The solution at some of its samples: (nt,) bool, or indices."""
+        """The solution at some of its samples: (nt,) bool, or indices; `energy_defect` counts from the first one."""
         kept = None if self.kept is None else Sampled(*(values[samples] for values in self.kept))
-        return dataclasses.replace(self, t=self.t[samples], y=self.y[samples], s=self.s[samples], kept=kept)
+        path = self.path
+        if path is not None:
+            path = path._replace(factor=path.factor[samples], loads=path.loads[samples])
+        return dataclasses.replace(self, t=self.t[samples], y=self.y[samples], s=self.s[samples], kept=kept, path=path)
+
+    def or_start(self, t: float) -> Solution:
+        """The solution; where it has no sample, its start at time t (s), and NaN for what was not computed there."""
+        if self.t.size:
+            return self
+        kept = None
+        if self.kept is not None:
+            kept = empty(self.assembly.model, 1)
+            for values in (kept.acceleration, kept.la, kept.cylinders, kept.wrenches):
+                values[:] = np.nan
+            for name in eb.BALANCE.names or ():
+                kept.balance[name] = np.nan
+        y, s = self.assembly.y[None].copy(), self.assembly.s[None].copy()
+        return dataclasses.replace(self, t=np.array([t]), y=y, s=s, kept=kept)

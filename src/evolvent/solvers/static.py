@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time as clock
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -77,7 +78,10 @@ def solve_static(
     targets = _targets(load_steps)
     tolerance = positive("tolerance", tolerance)
     time = number("time", time, allowed="a finite time, s")
+    if isinstance(most_steps, bool) or not isinstance(most_steps, int) or most_steps < 1:
+        raise InputError(f"most_steps is {most_steps!r}; it must be a whole number from 1")
     families.check(assembly, families.STATIC)
+    assembly = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(assembly, time, time)
     began = clock.perf_counter()
     with refusing_laws(assembly):
@@ -93,10 +97,12 @@ def solve_static(
         else:
             search.by_steps(targets, whole=load_steps is None)
     except KeyboardInterrupt:
+        search.keep_start()
         search.status, search.message = "interrupted", f"interrupted at load factor {search.reached:.6g}; {_KEPT}"
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+        search.keep_start()
         failure = law_failure(assembly, error, [(work.time, work.balance.y, assembly.s)])
         search.status, search.message = "failed", f"beyond load factor {search.reached:.6g}, {failure}; {_KEPT}"
     wall_time = clock.perf_counter() - began

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from typing import Any
@@ -37,6 +36,7 @@ class Search:
         self.worst = 1.0
         self.free: list[str] = []
         self.unstable = -1
+        self._start = work.balance.y.copy()
 
     # ------------------------------------------------------------------------------------------ one step
 
@@ -76,6 +76,14 @@ class Search:
         self.kept.append((factor, y, b.la.copy(), energies, f.P.copy(), cylinders, w.model.bodies["F"].copy()))
         if self.progress is not None:
             self.progress(factor)
+
+    def keep_start(self) -> None:
+        """Keep the state that the search began with, where nothing was kept; what was not computed is NaN."""
+        if not self.kept:
+            w = self.work
+            rows = np.full((w.model.flexible.cylinders.size, 9), np.nan), np.full((w.model.bodies.size, 6), np.nan)
+            unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
+            self.kept.append((0.0, self._start, *unknown, *rows))
 
     def _slide(self, factor: float) -> bool:
         """Slide to an equilibrium at a factor, then balance."""
@@ -179,8 +187,11 @@ class Search:
             return
         length = 1e3 * math.sqrt(float(np.mean((b.total / b.weight) ** 2)))
         if length == 0.0:
-            self._balance(1.0)
+            if self._balance(1.0) < 0:
+                self._fail(0.0, self._why(eq.NO_CONVERGENCE, 1.0))
+                return
             self._keep(1.0)
+            self._end(1.0)
             return
         self._back(state)
         longest, shortest = 4.0 * length, 1e-6 * length
@@ -246,9 +257,9 @@ class Search:
         found = []
         for name, (family, index) in names.items():
             if family == "beam_loads":
-                push = model.flexible.beam_loads[index]
-                acts = push["value"] != 0.0 and push["start"] <= w.time < push["end"]
-                target = ("beams", int(push["beam"]))
+                row = model.flexible.beam_loads[index]
+                acts = row["value"] != 0.0 and row["start"] <= w.time < row["end"]
+                target = ("beams", int(row["beam"]))
             elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
                 row = model.loads[index]
                 p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
@@ -283,7 +294,7 @@ class Search:
         for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time
             out.balance[name] = np.nan
         return Solution(
-            assembly=dataclasses.replace(w.assembly, model=w.model),
+            assembly=w.assembly,
             method="static",
             t=np.full(n, w.time),
             y=y,
@@ -296,6 +307,9 @@ class Search:
                 "iterations": int(w.balance.loop.iterations),
                 "factorizations": int(w.balance.loop.factorizations),
                 "slides": self.slides,
+                "events": 0,
+                "step": math.nan,
+                "energy_defect": math.nan,
                 "smallest_pivot": self.worst,
             },
             event_times=np.zeros(0),

@@ -53,7 +53,7 @@ def reels(t, y, s, model):
 def wound_node(threads, bodies, p, i):
     """Node i on spool p (eq. 2): arm from the body's origin and velocity relative to the body, inertial axes.
 
-    That is where it is shown; what it weighs is evenly wound (see `carry_wound`).
+    That is where it is shown; its mass is evenly wound (see `carry_wound`).
     """
     r, b = threads[p].radius, threads[p].body
     angle = threads[p].phi - i * threads[p].segment / r

@@ -43,7 +43,7 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
     Raises
     ------
     InputError
-        If the case cannot be run, or a law raises.
+        If the case cannot be run; `run` raises it where a law raises at the start.
     """
     if not isinstance(laws, Mapping | None):
         raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({', '.join(LAWS)}) to laws")
@@ -76,7 +76,7 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
 
     def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
         with naming_keys(keys):
-            solution = (ready or prepared()).run(progress)
+            solution = (ready or prepared()).run(progress).or_start(float(samples[0]))
         solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
         return dataset_of(case, solution.assembly, solution, given)
 

@@ -225,8 +225,8 @@ def _turn_forces(
         bodies["R"][hub], bodies["x"][hub] = R[k], motion.x[k]
         for b, row in enumerate(rows):
             add_layers(y, 0.0, model, row, scratch)
-            checks = slice(int(flexible.cylinders["first"][row]), int(flexible.cylinders["last"][row]))
-            found[k, b] = flexible.contact_points["force"][checks].reshape(elements, -1).sum(axis=-1)
+            points = slice(int(flexible.cylinders["first"][row]), int(flexible.cylinders["last"][row]))
+            found[k, b] = flexible.contact_points["force"][points].reshape(elements, -1).sum(axis=-1)
     return found
 
 

@@ -76,12 +76,12 @@ def _bending(assembly: Assembly, motion: Motion) -> np.ndarray:
     for b in range(motion.nodes.shape[1]):
         beam = f.beams[assembly.index(f"rib-{b + 1}", "beams")]
         for c in range(int(beam["elements"])):
-            cell = f.elements[int(beam["first_element"]) + c]
+            element = f.elements[int(beam["first_element"]) + c]
             e = motion.nodes[:, b, c : c + 2].reshape(-1, 8, 3)
             v = e[:, 1:].copy()
             v[:, 3] -= e[:, 0]
-            g = np.einsum("tpi,tpi->tp", v[:, i], v[:, j]) - products(elements.straight_beam(float(cell["length"])))
-            total += 0.5 * np.einsum("tp,pq,tq->t", g, f.bend24[int(cell["form"])], g)
+            g = np.einsum("tpi,tpi->tp", v[:, i], v[:, j]) - products(elements.straight_beam(float(element["length"])))
+            total += 0.5 * np.einsum("tp,pq,tq->t", g, f.bend24[int(element["form"])], g)
     return total
 
 

@@ -81,8 +81,7 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
             solution.message = solution.message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
             solution.statistics["penalty_stiffness"] = case.penalty[0]
         solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
-        if solution.t.size == 0:  # it failed before its first sample: the start is all that there is
-            solution = _at_start(solution, samples)
+        solution = solution.or_start(float(samples[0]))
         peaks = _peaks(case, motion_of(case, begin, solution.assembly, solution), solution.t)
         return dataset_of(case, begin, solution.assembly, _thinned(solution, kept[: solution.t.size]), peaks)
 
@@ -197,13 +196,3 @@ def _peaks(case: Case, motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np
     speed = np.linalg.norm(motion.rates[:, :, -1, 0], axis=-1)
     at = np.argmax(speed, axis=0)
     return speed[at, np.arange(case.rib.count)], time[at]
-
-
-def _at_start(solution: Solution, samples: np.ndarray) -> Solution:
-    """A solution that holds its start alone."""
-    from evolvent.solvers.sampled import empty
-
-    assembly = solution.assembly
-    y, s = assembly.y[None].copy(), assembly.s[None].copy()
-    kept = None if solution.kept is None else empty(assembly.model, 1)
-    return dataclasses.replace(solution, t=samples[:1], y=y, s=s, kept=kept)
