@@ -85,9 +85,8 @@ def solve(
         raise InputError(
             "the search has no start at which the stand holds the body; give a body nearer to the true one"
         )
-    told = undetermined(p.jacobian(first), p.unknown, scale)
     if rows < len(p.unknown):
-        raise InputError(f"the data cannot tell the unknowns: {'; '.join(told)}")
+        raise InputError(_too_little(undetermined(p.jacobian(first), p.unknown, scale)))
 
     def search(start: np.ndarray) -> Any:
         return scipy.optimize.least_squares(
@@ -115,6 +114,11 @@ def solve(
         raise error
 
 
+def _too_little(reasons: Sequence[str]) -> str:
+    """The sentence on unknowns that the data do not determine."""
+    return f"the data cannot tell the unknowns: {'; '.join(reasons)}"
+
+
 def finish(
     p: Problem,
     values: np.ndarray,
@@ -124,11 +128,10 @@ def finish(
     found: tuple[Candidate, ...] = (),
     warnings: Sequence[str] = (),
 ) -> Inertia:
-    """The result, once it is sure that the data tell it and that a body can have it."""
+    """The result, once it is sure that the data determine it and that a body can have it."""
     warnings = list(warnings)
-    told = undetermined(p.jacobian(values), p.unknown, p.scale)
-    if told:
-        raise InputError(f"the data cannot tell the unknowns: {'; '.join(told)}")
+    if reasons := undetermined(p.jacobian(values), p.unknown, p.scale):
+        raise InputError(_too_little(reasons))
     full = assign(p.base, p.unknown, values)
     named = {name: float(value_of(full, name)) for name in BODY_NAMES}
     named.update(zip(p.unknown, values.tolist(), strict=True))

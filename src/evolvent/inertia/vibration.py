@@ -177,7 +177,7 @@ class NormalModes:
         return np.swapaxes(self.model.displacement(points, directions) @ self.shapes, -1, -2)
 
     def release(self, force: Any, point: Any) -> np.ndarray:
-        """Complex modal coordinates (..., m) after a steady force is let go at once; see `state`.
+        """Complex modal coordinates (..., m) after a steady force is removed at once; see `state`.
 
         Parameters
         ----------

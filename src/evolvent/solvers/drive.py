@@ -15,6 +15,7 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.flow import needs
+from evolvent.flow.observations import sums_of
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import thread
 from evolvent.parts.checks import positive
@@ -237,7 +238,7 @@ class _Run:
 
     def _balance(self, t: float) -> Any:
         y, s = self.work.y[None], self.work.s[None]
-        return balances(self.model, np.array([t]), y, s)[0]
+        return balances(self.model, y, sums_of(self.model, np.array([t]), y, s))[0]
 
     def is_balanced(self) -> bool:
         """Look at the energy balance of the state now."""

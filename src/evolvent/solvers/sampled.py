@@ -9,7 +9,6 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.needs import load_explicit
-from evolvent.flow.observations import sums_of
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import hinge, joint
 from evolvent.kernels.flexible import beam_energies
@@ -78,18 +77,18 @@ def empty(model: mdl.Model, size: int) -> Sampled:
     )
 
 
-def balances(model: mdl.Model, t: Array, y: Array, s: Array) -> Any:
+def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     """Energy balances of an explicit method's states, from their accounts; energies of joints count as elastic.
 
     Parameters
     ----------
-    t, y, s : (nt,), (nt, ny), (nt, ns)
+    y, sums : (nt, ny) and (nt, N_INVENTORY), states and their energies and momenta (`evolvent.flow.inventory`)
 
     Returns
     -------
     (nt,) records of `evolvent.solvers.balance`
     """
-    found, sums = np.zeros(t.size, dtype=eb.BALANCE), sums_of(model, t, y, s)
+    found = np.zeros(y.shape[0], dtype=eb.BALANCE)
     accounts = y[:, int(model.info.nq + model.info.nv) :]
     found["kinetic"], found["elastic"] = sums[:, mdl.KINETIC], sums[:, mdl.ELASTIC]
     found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
@@ -103,7 +102,7 @@ def balances(model: mdl.Model, t: Array, y: Array, s: Array) -> Any:
     return found.view(np.recarray)
 
 
-def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
+def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> Sampled:
     """Evaluate the states of an explicit run.
 
     Notes
@@ -114,7 +113,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
     y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     found = empty(model, t.size)
-    found.balance[:] = balances(model, t, y, s)
+    found.balance[:] = balances(model, y, sums)
     load_explicit(model)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
     for k in range(t.size):
@@ -139,10 +138,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array) -> Sampled:
     return found
 
 
-def momentum_of(assembly: Assembly, t: Array, y: Array, s: Array) -> Momentum:
+def momentum_of(model: mdl.Model, y: Array, sums: Array) -> Momentum:
     """Momenta of the states of any run, and what its events brought in."""
-    model = assembly.model
-    sums, accounts = sums_of(model, t, y, s), y[:, int(model.info.nq + model.info.nv) :]
+    accounts = y[:, int(model.info.nq + model.info.nv) :]
     parts = (mdl.H_BODY, mdl.H_RELEASED, mdl.H_CARRIED)
     return Momentum(
         linear=sums[:, mdl.P_ALL : mdl.P_ALL + 3],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent.flow.observations import Observations, observe, sums_of
 from evolvent.solvers import balance as eb
 from evolvent.solvers.sampled import Momentum, Sampled, balances, empty, evaluate, momentum_of
 
@@ -77,11 +78,23 @@ class Solution:
         return self.status in ("success", "stopped by event")
 
     @functools.cached_property
+    def observations(self) -> Observations:
+        """Places and tensions of threads, and motion of bodies, at the samples."""
+        return observe(self.assembly.model, self.t, self.y, self.s)
+
+    @functools.cached_property
+    def sums(self) -> Array:
+        """(nt, N_INVENTORY) energies and momenta at the samples (see `evolvent.flow.inventory`)."""
+        if self.assembly.model.threads.size:
+            return self.observations.inventory
+        return sums_of(self.assembly.model, self.t, self.y, self.s)
+
+    @functools.cached_property
     def sampled(self) -> Sampled:
         """Accelerations, multipliers, energy balance, contact forces and wrenches at the samples."""
         if self.kept is not None:
             return self.kept
-        return evaluate(self.assembly, self.t, self.y, self.s)
+        return evaluate(self.assembly, self.t, self.y, self.s, self.sums)
 
     @property
     def acceleration(self) -> Array:
@@ -96,7 +109,7 @@ class Solution:
     @functools.cached_property
     def balance(self) -> Any:
         """See `Sampled`."""
-        return self.sampled.balance if self._is_split else balances(self.assembly.model, self.t, self.y, self.s)
+        return self.sampled.balance if self._is_split else balances(self.assembly.model, self.y, self.sums)
 
     @property
     def _is_split(self) -> bool:
@@ -132,7 +145,7 @@ class Solution:
     @functools.cached_property
     def momentum(self) -> Momentum:
         """Linear and angular momentum at the samples, and what events brought in."""
-        return momentum_of(self.assembly, self.t, self.y, self.s)
+        return momentum_of(self.assembly.model, self.y, self.sums)
 
     def chosen(self, samples: Any) -> Solution:
         """The solution at some of its samples: (nt,) bool, or indices; `energy_defect` counts from the first one."""

@@ -92,9 +92,9 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
         )
     bias = amplitude_share(task, p, values, budget.P)
     if bias is not None:
-        share, told = bias
+        share, warn = bias
         shares, covariance = (*shares, share), covariance + np.outer(share.contribution, share.contribution)
-        warnings += told(np.sqrt(np.diag(covariance)))
+        warnings += warn(np.sqrt(np.diag(covariance)))
     warnings += _folded(task, inertia, consistency)
     draws = None
     if given.uncertainty.method == "gum":
@@ -221,14 +221,14 @@ def _compare(
     v, agreement = v[pick], agreement[np.arange(len(pick)), pick]
     v = v * (np.sum(v * shapes, axis=1) / np.maximum(np.sum(v * v, axis=1), 1e-300))[:, None]
     for k, (number, value) in enumerate(zip(used, agreement, strict=True)):
-        told = (
+        message = (
             f"the shape of mode {number + 1} ({frequency[k]:.6g} rad/s) agrees with no motion of the body on this "
             f"stand (MAC {value:.2f})"
         )
         if value < LEAST_MAC and len(task.sensors) > 1:
-            raise InputError(f"{told}; {_CHECK}")
+            raise InputError(f"{message}; {_CHECK}")
         if value < GOOD_MAC and len(task.sensors) > 1:
-            warnings.append(told.replace("agrees with no", "agrees badly with any"))
+            warnings.append(message.replace("agrees with no", "agrees badly with any"))
     return w[pick], agreement, v
 
 
@@ -237,8 +237,8 @@ def _folded(task: Task, inertia: Inertia, consistency: float) -> list[str]:
 
     Notes
     -----
-    Samples at the rate f do not tell w from 2 pi f n +- w. Tried are the partners up to `HIGHEST` times the heave,
-    unless the stated starts are nearer to the body found.
+    Samples at the rate f do not distinguish w from 2 pi f n +- w. Tried are the partners up to `HIGHEST` times the
+    heave, unless the stated starts are nearer to the body found.
     """
     given, modal, used, stand = task.given, task.modal, task.used, task.stand
     turn = 2.0 * np.pi * modal.reading.rate
@@ -248,7 +248,7 @@ def _folded(task: Task, inertia: Inertia, consistency: float) -> list[str]:
         [w, *(x for n in times for x in (n * turn - w, n * turn + w) if x < limit)] for w in modal.frequency[list(used)]
     ]
     tried = sorted(itertools.product(*ways), key=lambda way: sum(w > 0.5 * turn for w in way))[1 : MOST_FOLDED + 1]
-    told = []
+    others = []
     for way in tried:
         frequency = modal.frequency.copy()
         frequency[list(used)] = way
@@ -267,20 +267,20 @@ def _folded(task: Task, inertia: Inertia, consistency: float) -> list[str]:
         moved = ", ".join(
             f"{w:.6g} for {v:.6g} rad/s" for w, v in zip(way, (x[0] for x in ways), strict=True) if w != v
         )
-        values_told = ", ".join(
+        values_found = ", ".join(
             f"{k} = {found.values[n]:.6g} {LABELS[k][1]}" for k, n in PROPERTIES.items() if n in p.unknown
         )
-        told.append(f"{moved}: {values_told}")
+        others.append(f"{moved}: {values_found}")
         if agreement < 0.5 * consistency and consistency > MISFIT_WARNED:
             raise InputError(
-                f"sampled at {modal.reading.rate:.6g} Hz, the modes fit better as faster ones ({told[-1]}); state this "
-                "with a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
+                f"sampled at {modal.reading.rate:.6g} Hz, the modes fit better as faster ones ({others[-1]}); state "
+                "this with a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
             )
-    if not told:
+    if not others:
         return []
     return [
-        f"sampled at {modal.reading.rate:.6g} Hz, faster modes look the same and fit as well ({'; '.join(told[:3])}); "
-        "give the unknowns a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
+        f"sampled at {modal.reading.rate:.6g} Hz, faster modes look the same and fit as well "
+        f"({'; '.join(others[:3])}); give the unknowns a start, such as Ixx: unknown near 3700 kg m^2, or sample faster"
     ]
 
 
@@ -323,7 +323,7 @@ def _cannot(p: Problem, values: np.ndarray) -> tuple[tuple[str, str], ...]:
         if name in p.unknown:
             continue
         more = dataclasses.replace(p, base=assign(p.base, p.unknown, values), unknown=(*p.unknown, name))
-        told = undetermined(more.jacobian(more.start), more.unknown, more.scale)
-        if told:
-            rows.append((LABELS[key][0], "; ".join(told).replace("stiffness", "the springs' stiffness")))
+        reasons = undetermined(more.jacobian(more.start), more.unknown, more.scale)
+        if reasons:
+            rows.append((LABELS[key][0], "; ".join(reasons).replace("stiffness", "the springs' stiffness")))
     return tuple(rows)

@@ -224,7 +224,7 @@ def amplitude_share(
     found = amplitude.shift(assign(p.base, p.unknown, values), task.modal, task.used, task.sensors, task.directions)
     if found is None:
         return None
-    told = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
+    message = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
     lost = not np.all(np.isfinite(found.frequency))
     step = (
         np.zeros(len(values))
@@ -234,13 +234,13 @@ def amplitude_share(
 
     def warnings(std: np.ndarray) -> list[str]:
         if lost:
-            return [f"{told}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
+            return [f"{message}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
         shown = [
             f"{k} by about {x:.2g} {LABELS[k][1]}"
             for k, x, u in zip(task.keys, step, std, strict=True)
             if abs(x) > SHIFT_WARNED * u
         ]
-        return [f"{told}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
+        return [f"{message}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
 
     return Share("amplitude of the swing", "", np.nan, np.nan, step), warnings
 

@@ -46,11 +46,10 @@ def dataset_of(case: Case, assembly: Assembly, solution: Solution, laws: Mapping
     import xarray as xr
 
     from evolvent import model as mdl
-    from evolvent.flow.observations import observe
     from evolvent.results import label, variable
 
     model, n, N = assembly.model, case.blade.nodes, case.body.blades
-    seen = observe(model, solution.t, solution.y, solution.s)
+    seen = solution.observations
     b = assembly.index("body", "bodies")
     R, X, V, w = (a[:, b] for a in (seen.body_rotation, seen.body_position, seen.body_velocity, seen.body_rate))
     arm = seen.position - X[:, None]

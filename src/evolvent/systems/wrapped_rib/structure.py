@@ -118,7 +118,7 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
         given |= {"motion": "free", "mass": hub.mass, "inertia": hub.inertia, "position": tuple(at.position)}
         given |= {"velocity": tuple(at.velocity), "angular_velocity": tuple(at.rate)}
     elif hub.motion in ("spin", "driven"):
-        # without a moment of its own a driven hub has a small share of the ribs', which its drive bears
+        # without a moment of its own a driven hub has a small share of the ribs', which its drive moves
         light = 1e-3 * case.strip.line_density * case.rib.length * hub.radius**2
         given |= {"motion": "spin", "inertia": light if hub.inertia is None else hub.inertia}
         given["rate"] = float(at.rate[2]) if hub.motion == "spin" else 0.0
