@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import os
 import socket
 
 import click
-from nicegui import app, ui
+from nicegui import app, background_tasks, ui
 
 from evolvent.errors import InputError
 from evolvent.studio import page, routes
@@ -39,7 +40,8 @@ def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
     shown = f"[{host}]" if ":" in host else host
     query = f"?token={token}" if token is not None else ""
     address = f"http://{shown}:{port}/{query}"
-    app.on_startup(lambda: click.echo(f"evolvent studio: {address}  (folder {studio.folder.root}; Ctrl-C ends it)"))
+    line = f"evolvent studio: {address}  (folder {studio.folder.root}; Ctrl-C ends it)"
+    app.on_startup(lambda: background_tasks.create(_announce(host, port, line)))
     with contextlib.suppress(KeyboardInterrupt):
         ui.run(
             host=host,
@@ -54,6 +56,20 @@ def serve(*, host: str, port: int, token: str | None, browser: bool) -> None:
             uvicorn_logging_level="warning",
             server_header=False,
         )
+
+
+async def _announce(host: str, port: int, line: str) -> None:
+    """Print a line as soon as the server accepts connections: it binds to its address only after it has started."""
+    reachable = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    while True:
+        try:
+            _, writer = await asyncio.open_connection(reachable, port)
+        except OSError:
+            await asyncio.sleep(0.02)
+            continue
+        writer.close()
+        click.echo(line)
+        return
 
 
 def _free(host: str, port: int) -> int:
