@@ -14,7 +14,7 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases, cli, families, studies, units
-from evolvent.cases import Section
+from evolvent.schema import Section
 
 
 class Commands(SphinxDirective):

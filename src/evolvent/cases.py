@@ -8,21 +8,16 @@ import os
 import pathlib
 import pkgutil
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, get_args
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from evolvent.errors import InputError, nearest
+from evolvent.schema import Section, dotted, keys, sentence, shown
 
 _FOLDER = pathlib.Path(__file__).parent / "systems"
-
-
-class Section(BaseModel):
-    """A part of a case: frozen, and every key must be known."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Plan(NamedTuple):
@@ -286,7 +281,7 @@ def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> d
         assert kind is not None
         found: dict[str, list[Any]] = {}
         for entry in error.errors(include_url=False):
-            found.setdefault(_field(_dotted(entry["loc"])), []).append(entry)
+            found.setdefault(_field(dotted(entry["loc"])), []).append(entry)
         return {key: sentence(entries, kind) for key, entries in found.items()}
     except InputError as error:
         known = set(keys(kind)) if kind is not None else {"system"}
@@ -411,101 +406,3 @@ def _subscript(place: Any, name: str, key: str, before: str) -> str | int:
     if name.isdecimal() and name in map(str, range(len(place))):
         return int(name)
     raise InputError(f"cannot set {key!r}: {before!r} is a list of {len(place)}, counted from 0; it has no {name!r}")
-
-
-# ------------------------------------------------------------------------------------------------ messages
-
-
-def sections(annotation: Any) -> Iterator[type[Section]]:
-    """Sections that an annotation holds, within unions and sequences."""
-    if isinstance(annotation, type) and issubclass(annotation, Section):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from sections(argument)
-
-
-def keys(kind: type[Section], before: str = "") -> list[str]:
-    """All dotted keys of a case."""
-    found = []
-    for name, field in kind.model_fields.items():
-        found.append(before + name)
-        for section in sections(field.annotation):
-            found += keys(section, f"{before}{name}.")
-    return found
-
-
-def _nearest_key(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """A closing half sentence for an unknown key: the nearest beside it, or one of that name elsewhere."""
-    *path, last = (str(part) for part in location if not isinstance(part, int))
-    before = ".".join(path) + "." if path else ""
-    every = keys(kind)
-    beside = {k for k in every if k.startswith(before) and "." not in k[len(before) :]}
-    guess = nearest(before + last, beside)
-    if guess.startswith("did you mean"):
-        return guess
-    elsewhere = [k for k in every if k.rpartition(".")[2] == last]
-    return f"did you mean {elsewhere[0]!r}?" if elsewhere else guess
-
-
-def _dotted(location: Sequence[Any]) -> str:
-    """A location as a dotted key."""
-    # pydantic names the branch of a union by its kind, such as "function-plain[read()]"; that is no key
-    return ".".join(str(part) for part in location if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
-
-
-def sentence(errors: Sequence[Any], kind: type[Section]) -> str:
-    """The first of pydantic's errors as one sentence; an unknown key comes first, for it often explains the others."""
-
-    def order(e: Any) -> tuple[bool, bool]:
-        """Last come the words that a list might have been: what is wrong with the list tells more."""
-        return e["type"] != "extra_forbidden", e["type"] == "literal_error" and isinstance(e["input"], (list, dict))
-
-    first = sorted(errors, key=order)[0]
-    key = _dotted(first["loc"])
-    value, message, context = first["input"], first["msg"], first.get("ctx", {})
-    match first["type"]:
-        case "extra_forbidden":
-            return f"unknown key {key!r}; {_nearest_key(kind, first['loc'])}"
-        case "missing" if isinstance(first["loc"][-1], int):
-            missing = [int(e["loc"][-1]) for e in errors if e["loc"][:-1] == first["loc"][:-1]]
-            wanted = 1 + max(missing)
-            key = key.rpartition(".")[0]
-            message = f"it must have {wanted} values, not {min(missing)}"
-        case "missing":
-            return f"{key} is missing" + _wanted(kind, first["loc"])
-        case "literal_error":
-            known = re.findall(r"'([^']*)'", context.get("expected", ""))
-            return f"{key} is {value!r}; {nearest(str(value), known)}"
-        case "model_type":
-            message = "it must be a mapping of keys to values"
-        case "bool_type" | "bool_parsing":
-            message = "it must be true or false"
-        case "tuple_type" | "list_type":
-            message = "it must be a list"
-        case "too_short" | "too_long":
-            limit = context.get("max_length", context.get("min_length"))
-            message = f"it must have {limit} values, not {context['actual_length']}"
-    return f"{key} is {shown(value)}; {message}"
-
-
-def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
-    """What a missing key wants, where its annotation says so."""
-    here = kind
-    for part in location[:-1]:
-        inner = list(sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
-        here = inner[0] if inner else here
-    field = here.model_fields.get(str(location[-1]))
-    for annotation in field.metadata if field is not None else ():
-        allowed = getattr(annotation, "allowed", None)
-        if allowed:
-            return f"; it must be {allowed}"
-    return ""
-
-
-def shown(value: Any) -> str:
-    """`value` in a few words."""
-    try:
-        text = "empty" if value is None else repr(value)
-    except ValueError:  # Python does not write integers of more than some thousand digits
-        text = "a number of very many digits"
-    return text if len(text) <= 80 else text[:77] + "..."

@@ -27,7 +27,7 @@ from evolvent.weighing.command import identify
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.cases import Section
+    from evolvent.schema import Section
 
 #: Exit codes: a run that failed, input that cannot be used, a run that was interrupted.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130

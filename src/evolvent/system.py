@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from evolvent.builder import Assembly, Builder
-from evolvent.errors import InputError
-
-
-@runtime_checkable
-class Part(Protocol):
-    """A frozen specification that can write itself into a `Builder`."""
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Append rows, coordinates and parameters; register `name`."""
+from evolvent.errors import InputError, nearest
+from evolvent.parts.base import Part, check_name
 
 
 class System:
@@ -54,18 +47,21 @@ class System:
         InputError
             If `part` is none, or the name is taken.
         """
-        if isinstance(part, type) or not isinstance(part, Part):
+        if isinstance(part, type) or not hasattr(part, "write"):
             raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
-        if name is not None and not isinstance(name, str):
-            raise InputError(f"the name of a part is {name!r}; it must be a word")
         if name is None:
             kind = type(part).__name__.lower()
             number = 1 + sum(type(other) is type(part) for other in self._parts.values())
             name = f"{kind}-{number}"
-        if name in self._parts or name == "ground":
+        if check_name(name) in self._parts:
             raise InputError(f"the name {name!r} is already taken by another part")
         self._parts[name] = part
         return name
+
+    @property
+    def parts(self) -> Mapping[str, Part]:
+        """All parts by name, in the order in which they were added."""
+        return MappingProxyType(self._parts)
 
     def copy(self) -> System:
         """The same parts in a system of its own."""
@@ -79,11 +75,38 @@ class System:
         Raises
         ------
         InputError
-            If a part refers to one that was not added before it, or the start breaks a constraint.
+            If a part refers to one that is not there, parts refer to one another in a circle, or the start breaks a
+            constraint.
         """
         builder = Builder(self._gravity)
-        for name, part in self._parts.items():
+        for name in self._in_order():
+            part = self._parts[name]
             builder.specs[name] = part
             builder.part = name
             part.write(builder, name)
         return builder.build()
+
+    def _in_order(self) -> list[str]:
+        """Names in an order in which every part follows those that it refers to, else as they were added."""
+        found: dict[str, None] = {}
+        path: list[str] = []
+
+        def visit(name: str) -> None:
+            if name in path:
+                circle = " -> ".join([*path[path.index(name) :], name])
+                raise InputError(f"the parts {circle} refer to one another in a circle; one of them must come first")
+            if name in found:
+                return
+            path.append(name)
+            for other in getattr(self._parts[name], "references", tuple)():
+                if other not in self._parts:
+                    raise InputError(
+                        f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"
+                    )
+                visit(other)
+            path.pop()
+            found[name] = None
+
+        for name in self._parts:
+            visit(name)
+        return list(found)

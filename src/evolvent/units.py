@@ -220,6 +220,102 @@ class OneOrMore:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Vector:
+    """A pydantic annotation: a list of values of one `Quantity`, kept as a tuple of floats.
+
+    Where the last entry alone has a unit, it is the unit of all: ``[20, 0, 5 cm]``.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    size : int, how many values; 0 for any number from 1
+    direction : bool, whether the values must not all be zero
+    """
+
+    quantity: Quantity
+    size: int = 3
+    direction: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        unit = f" (plain numbers are in {self.quantity.unit})" if self.quantity.unit else ""
+        number = f"{self.size} values" if self.size else "values"
+        example = ", ".join(["0", "0", "1"][: self.size or 2]) + (
+            f" {self.quantity.unit}" if self.quantity.unit else ""
+        )
+        return f"a list of {number}, such as [{example}]{unit}" + (", not all zero" if self.direction else "")
+
+    def read(self, value: Any) -> tuple[float, ...]:
+        """`value` as a tuple of floats; a `PydanticCustomError` says what is allowed."""
+        reason = ""
+        try:
+            if isinstance(value, str) or not hasattr(value, "__len__"):
+                raise UnitError("it is not a list")
+            if len(value) != self.size if self.size else len(value) == 0:
+                raise UnitError(f"it has {len(value)} values")
+            found = tuple(self.quantity.read(v) for v in shared_unit(list(value)))
+            if not self.direction or any(found):
+                return found  # type: ignore[return-value]
+        except UnitError as error:
+            reason = f"; {error}"
+        except PydanticCustomError as error:
+            reason = (error.context or {}).get("reason", "") or f"; one of its values is not {self.quantity.allowed}"
+        raise PydanticCustomError(
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
+        )
+
+    def write(self, value: Any) -> Any:
+        """`value` as a case file holds it: its unit stands in the last entry."""
+        if not self.quantity.unit:
+            return list(value)
+        return [*value[:-1], self.quantity.write(value[-1])]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An array."""
+        one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
+        sizes = {"minItems": self.size, "maxItems": self.size} if self.size else {"minItems": 1}
+        return {"type": "array", "items": {"anyOf": one}, **sizes, "description": self.allowed}
+
+
+def shared_unit(values: list[Any]) -> list[Any]:
+    """The entries of a list, all in the unit of the last one where that alone has one.
+
+    Raises
+    ------
+    UnitError
+        If some entries before the last have units and others, not zero, have none.
+    """
+    if not values or not isinstance(values[-1], str):
+        return values
+    match = _NUMBER.fullmatch(values[-1])
+    if match is None or not match[2]:
+        return values
+    plain = [isinstance(v, numbers.Real) or (isinstance(v, str) and _is_plain(v)) for v in values[:-1]]
+    if all(plain):
+        return [f"{v} {match[2]}" for v in values[:-1]] + values[-1:]
+    if any(p and _number_of(v) != 0.0 for p, v in zip(plain, values, strict=False)):
+        raise UnitError("some of its values have a unit and others have none; give one unit, in the last entry")
+    return values
+
+
+def _is_plain(text: str) -> bool:
+    match = _NUMBER.fullmatch(text)
+    return match is not None and not match[2]
+
+
+def _number_of(value: Any) -> float:
+    return float(value)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Whole:
     """A pydantic annotation: a whole number of at least `least` and at most `most`."""
 
@@ -270,6 +366,20 @@ LineDensity = Annotated[float, Quantity(what="a mass per length", unit="kg/m", e
 Stiffness = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)]
 DampingOrZero = Annotated[float, Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0)]
 PressureOrZero = Annotated[float, Quantity(what="a pressure", unit="Pa", example="4.56e-6 Pa", least=0.0)]
+_SPEED = Quantity(what="a velocity", unit="m/s", example="0.1 m/s")
+_FORCE = Quantity(what="a force", unit="N", example="0.1 N")
+_TORQUE = Quantity(what="a torque", unit="N m", example="0.2 N m")
+_PLAIN = Quantity(what="a plain number", unit="", example="0.5")
+Triple = tuple[float, float, float]
+Position = Annotated[Triple, Vector(quantity=Quantity(**_LENGTH))]
+Velocity = Annotated[Triple, Vector(quantity=_SPEED)]
+AngularVelocity = Annotated[Triple, Vector(quantity=_ANGULAR_RATE)]
+ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
+TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
+Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
+Quaternion = Annotated[tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True)]
+Numbers = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0)]
+StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)]
 Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]
 Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
 Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]

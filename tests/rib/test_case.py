@@ -292,5 +292,5 @@ def test_every_key_has_a_description_or_bounds():
         for key, what in section["properties"].items():
             known = "description" in what or "$ref" in json.dumps(what) or key == "system"
             assert known, key
-    for key in cases.keys(Case):
+    for key in schema.keys(Case):
         assert json.dumps(key.rpartition(".")[2]) in json.dumps(schema)

@@ -14,7 +14,7 @@ import time
 import numpy as np
 import pytest
 
-from evolvent import animation, cases, results, studies
+from evolvent import animation, cases, results, schema, studies
 from evolvent.errors import InputError
 from evolvent.figures import Arrows, Figure, Line, Panel, Scene, Solid
 from evolvent.studio import charts, form, gate
@@ -46,7 +46,7 @@ def test_form_holds_every_key_of_the_schema(system):
     inside = {field.key for field in shown.fields()}
     sections = {group.key for group in shown.groups()}
     # keys of the entries of a list stand in the list's own field
-    left = {key for key in cases.keys(kind) if key not in inside | sections}
+    left = {key for key in schema.keys(kind) if key not in inside | sections}
     assert all(any(key.startswith(f"{field}.") for field in inside) for key in left)
     for field in shown.fields():
         assert field.help or field.choices, field.key

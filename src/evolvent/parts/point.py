@@ -2,33 +2,49 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
+from typing import Literal
 
+import numpy as np
+
+from evolvent import units
 from evolvent.builder import Builder
-from evolvent.parts.checks import positive, vector
+from evolvent.errors import InputError
+from evolvent.kernels import joint as kernels
+from evolvent.parts.base import Part, Place
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Point:
-    """A point mass, free in three directions.
+class Point(Part):
+    """A point mass, free in three directions, or fixed to a place of another part.
 
     Parameters
     ----------
     mass : float, kg
     position, velocity : (3,) float, m and m/s, inertial frame, at the start
+    at : a place, optional, of a body or beam ("boom.tip") that the mass is fixed to; position and velocity are those of
+        that place
     """
 
-    mass: float
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    kind: Literal["point"] = "point"
+    mass: units.Mass
+    position: units.Position = (0.0, 0.0, 0.0)
+    velocity: units.Velocity = (0.0, 0.0, 0.0)
+    at: Place | None = None
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the point into the family `points`."""
-        q, v = builder.coordinates(
-            list(vector(f"{name}.position", self.position)),
-            list(vector(f"{name}.velocity", self.velocity)),
-        )
-        mass = positive(f"{name}.mass", self.mass)
-        index = builder.add("points", iq=q, iv=v, mass=mass, compliance=1.0 / mass)
+        """Write the point into the family `points`; fixed to a place, three rows of `joints` as well."""
+        from evolvent.parts.joint import add_row, place_side
+
+        position, velocity, held = self.position, self.velocity, None
+        if self.at is not None:
+            for key in ("position", "velocity"):
+                if key in self.model_fields_set:
+                    raise InputError(f"{name}.{key} and {name}.at are both given; {name}.at says where the point is")
+            held = place_side(builder, self.at)
+            position, velocity = tuple(held.u), tuple(builder.velocity_of(self.at))
+        q, v = builder.coordinates(position, velocity)
+        index = builder.add("points", iq=q, iv=v, mass=self.mass, compliance=1.0 / self.mass)
         builder.names[name] = ("points", index)
+        if held is not None:
+            own = place_side(builder, name)
+            for along in np.eye(3):
+                add_row(builder, kernels.PLACE, held, own, along=along)

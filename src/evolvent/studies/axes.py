@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases, units
+from evolvent import schema, units
 from evolvent.errors import InputError, nearest
 
 #: Most cases that a study may have; every one is checked before the first is run.
@@ -50,7 +50,7 @@ def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, mos
     """
     value = content.get(key, default)
     if key in content and (isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most):
-        raise InputError(f"{where}{key} is {cases.shown(value)}; it must be a whole number from {least} to {most}")
+        raise InputError(f"{where}{key} is {schema.shown(value)}; it must be a whole number from {least} to {most}")
     return int(value)
 
 
@@ -63,7 +63,7 @@ def annotation(kind: Any, key: str) -> tuple[Any, str]:
         If the case has no such key.
     """
     path = [part for part in key.split(".") if not part.isdecimal()]
-    known = cases.keys(kind)
+    known = schema.keys(kind)
     if ".".join(path) not in known:
         last = [k for k in known if k.rpartition(".")[2] == path[-1]] if path else []
         guess = f"did you mean {last[0]!r}?" if last else nearest(key, known)
@@ -73,7 +73,7 @@ def annotation(kind: Any, key: str) -> tuple[Any, str]:
     for part in path:
         owner = next(s for s in sections if part in s.model_fields)
         field = owner.model_fields[part]
-        sections = list(cases.sections(field.annotation))
+        sections = list(schema.sections(field.annotation))
     readers = [m for m in _metadata(field) if isinstance(m, (units.Quantity, units.OneOrMore, units.Whole))]
     reader = readers[0] if readers else None
     if isinstance(reader, units.OneOrMore):
@@ -84,7 +84,7 @@ def annotation(kind: Any, key: str) -> tuple[Any, str]:
 
 def _is_known(kind: Any, key: str) -> bool:
     """Whether a case has the key."""
-    return ".".join(part for part in key.split(".") if not part.isdecimal()) in cases.keys(kind)
+    return ".".join(part for part in key.split(".") if not part.isdecimal()) in schema.keys(kind)
 
 
 def _metadata(annotated: Any) -> Iterator[Any]:
@@ -131,7 +131,7 @@ def axes(
             values = given
         else:
             allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
-            raise InputError(f"{where} is {cases.shown(given)}; with sample: {sample} it must be {allowed}")
+            raise InputError(f"{where} is {schema.shown(given)}; with sample: {sample} it must be {allowed}")
         unit = getattr(reader, "unit", "")
         found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage))
     lengths = {axis.key: len(axis.values) for axis in found}
@@ -177,7 +177,7 @@ def _number(where: str, given: Mapping[str, Any], key: str, reader: Any) -> floa
     except units.UnitError as error:
         problem = str(error)
     wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
-    raise InputError(f"{where}.{key} is {cases.shown(value)}; it must be {wanted}; {problem}")
+    raise InputError(f"{where}.{key} is {schema.shown(value)}; it must be {wanted}; {problem}")
 
 
 def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
@@ -205,7 +205,7 @@ def _spread(where: str, given: Any, reader: Any, drawn: np.ndarray) -> list[Any]
     _numeric(where, reader)
     if not isinstance(given, dict) or not ({"mean", "std"} & set(given) or {"from", "to"} & set(given)):
         raise InputError(
-            f"{where} is {cases.shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)"
+            f"{where} is {schema.shown(given)}; it must be {{from, to}} (uniform) or {{mean, std}} (normal)"
         )
     if {"mean", "std"} & set(given):
         from scipy.special import ndtri

@@ -11,8 +11,8 @@ from typing import Any
 import xarray as xr
 
 from evolvent import cases, results
-from evolvent.cases import shown
 from evolvent.errors import InputError, nearest
+from evolvent.schema import shown
 from evolvent.studies import record
 
 #: Folder of the stages' runs in a study's folder.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from evolvent import cases
+from evolvent import cases, schema
 from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
 from evolvent.studies import stages as st
@@ -139,10 +139,10 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
             raise InputError(f"unknown key {key!r} in the study; {nearest(str(key), _KEYS)}")
     name = content.get("study", "study")
     if not isinstance(name, str) or not re.fullmatch(r"\w[\w.-]*", name):
-        raise InputError(f"study is {cases.shown(name)}; it must be a name of letters, digits, '-' and '_'")
+        raise InputError(f"study is {schema.shown(name)}; it must be a name of letters, digits, '-' and '_'")
     sample = content.get("sample", "grid")
     if sample not in SAMPLES:
-        raise InputError(f"sample is {cases.shown(sample)}; {nearest(str(sample), SAMPLES)}")
+        raise InputError(f"sample is {schema.shown(sample)}; {nearest(str(sample), SAMPLES)}")
     random = sample in ("latin-hypercube", "monte-carlo")
     seed = whole(content, "seed", 0, least=0, most=2**63 - 1)
     if random and "samples" not in content:
@@ -154,7 +154,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     fixed = _section(content, "set")
     system = case.get("system")
     if not isinstance(system, str):
-        raise InputError(f"the case's key 'system' is {cases.shown(system)}; {nearest(str(system), cases.systems())}")
+        raise InputError(f"the case's key 'system' is {schema.shown(system)}; {nearest(str(system), cases.systems())}")
     module = cases.system(system)
     stages = st.read(content)
     names = [stage.name for stage in stages]
@@ -207,7 +207,7 @@ def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
         path, source = catalogue.files()[name], catalogue.text(name)
     else:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
-            raise InputError(f"no study is called {cases.shown(name)}; {nearest(name, catalogue.files())}")
+            raise InputError(f"no study is called {schema.shown(name)}; {nearest(name, catalogue.files())}")
         path = pathlib.Path(name)
         source = _source(path)
     content = cases.parse_yaml(source, name)
@@ -226,7 +226,7 @@ def _plain(content: Any) -> Any:
         return content.item()
     if content is None or isinstance(content, (bool, int, float, str)):
         return content
-    raise InputError(f"the study holds {cases.shown(content)}; it may hold words, numbers, lists and mappings")
+    raise InputError(f"the study holds {schema.shown(content)}; it may hold words, numbers, lists and mappings")
 
 
 def _source(path: pathlib.Path) -> str:
@@ -248,7 +248,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
         return dict(case)
     if not isinstance(case, str):
         raise InputError(
-            f"case is {cases.shown(case)}; it must be the name of a built-in case, a file, or a case's keys"
+            f"case is {schema.shown(case)}; it must be the name of a built-in case, a file, or a case's keys"
         )
     if case in cases.built_in() or not re.search(r"[./\\]", case):
         found = cases.parse_yaml(cases.text(case), case)
@@ -256,7 +256,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
         path = (folder / case).resolve()
         if not path.is_relative_to(folder.resolve()):
             raise InputError(
-                f"case is {cases.shown(case)}; a case file must stand in the folder of its study, or below"
+                f"case is {schema.shown(case)}; a case file must stand in the folder of its study, or below"
             )
         found = cases.parse_yaml(_source(path), case)
     if not isinstance(found, dict):
@@ -268,7 +268,7 @@ def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     section = content.get(key) or {}
     if not isinstance(section, dict):
         raise InputError(
-            f"{key} is {cases.shown(section)}; it must be a mapping of keys of the case (blade.nodes) to values"
+            f"{key} is {schema.shown(section)}; it must be a mapping of keys of the case (blade.nodes) to values"
         )
     return section
 
@@ -276,13 +276,13 @@ def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
 def _keep(content: Mapping[str, Any], stages: Sequence[str]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
-        raise InputError(f"keep is {cases.shown(keep)}; it must be a list of variables, such as [body_rate.last]")
+        raise InputError(f"keep is {schema.shown(keep)}; it must be a list of variables, such as [body_rate.last]")
     for name in keep:
         first, dot, reduction = name.partition(".")
         if first in stages:
             _, dot, reduction = reduction.partition(".")
         if dot and reduction not in REDUCTIONS:
-            raise InputError(f"keep holds {cases.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
+            raise InputError(f"keep holds {schema.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
     return tuple(dict.fromkeys(keep))
 
 
@@ -346,7 +346,7 @@ def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
         except InputError as error:
             places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
             varied = zip(study.axes, places, strict=True)
-            where = ", ".join(f"{axis.key}: {cases.shown(axis.values[int(k)])}" for axis, k in varied)
+            where = ", ".join(f"{axis.key}: {schema.shown(axis.values[int(k)])}" for axis, k in varied)
             at = f", stage {stage.name!r}" if stage else ""
             told = str(error).replace(f"the run {st.UNKNOWN!r}", "the stage before it")
             raise InputError(f"case {index} of the study ({where}){at}: {told}") from None
@@ -375,6 +375,6 @@ def _at(case: Any, key: str) -> Any:
     place = case
     for part in key.split("."):
         place = place[int(part)] if isinstance(place, tuple) else getattr(place, part)
-    if isinstance(place, cases.Section):
+    if isinstance(place, schema.Section):
         return place.model_dump(mode="json")
     return list(place) if isinstance(place, tuple) else place

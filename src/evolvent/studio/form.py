@@ -14,8 +14,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from evolvent import cases
-from evolvent.cases import Section
 from evolvent.errors import InputError
+from evolvent.schema import Section
 from evolvent.units import OneOrMore, Quantity, Whole
 
 

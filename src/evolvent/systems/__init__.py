@@ -4,7 +4,7 @@ A module ``inertia_stand`` (a name with ``_`` first is no system) is the system 
 name alone: `evolvent.cases.system` imports it when a case asks for it, and nothing outside it knows more than this:
 
 ``Case``
-    The pydantic model (an `evolvent.cases.Section`) of its cases. Its key ``system`` holds the system's name.
+    The pydantic model (an `evolvent.schema.Section`) of its cases. Its key ``system`` holds the system's name.
 ``plan(case, *, laws=None) -> evolvent.cases.Plan``
     The case, checked and prepared; its function ``run`` returns the run as a Dataset, labelled by
     `evolvent.results.label`. Refuses, with an `InputError`, whatever can be found before the run; it is called before a

@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from evolvent import cases, units
-from evolvent.cases import Section
+from evolvent import cases, schema, units
 from evolvent.errors import InputError, nearest
+from evolvent.schema import Section
 from evolvent.weighing import uncertain
 from evolvent.weighing.uncertain import Uncertain
 
@@ -491,4 +491,4 @@ def _checked(content: dict[str, Any]) -> Description:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(cases.sentence(error.errors(include_url=False), model)) from None
+        raise InputError(schema.sentence(error.errors(include_url=False), model)) from None

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from evolvent import units
-from evolvent.cases import Section
 from evolvent.errors import InputError
+from evolvent.schema import Section
 
 
 class Body(Section):

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from evolvent import units
-from evolvent.cases import Section
 from evolvent.errors import InputError
+from evolvent.schema import Section
 
 _LENGTH = units.Quantity(what="a length", unit="m", example="0.4 m")
 _STIFFNESS = units.Quantity(what="a stiffness", unit="N/m", example="740 kN/m", above=0.0)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from evolvent import units
-from evolvent.cases import Section
 from evolvent.errors import InputError, nearest
+from evolvent.schema import Section
 from evolvent.systems.wrapped_rib import reference
 
 if TYPE_CHECKING:

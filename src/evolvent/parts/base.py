@@ -1,0 +1,192 @@
+"""Part: what every part is - a section of keys that writes itself into the model - and how parts name one another."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.schema import Section
+
+#: A name: no dot, bracket or slash, which stand between a part and what is on it, or between groups of a file.
+_NAME = re.compile(r"[^\W\d][\w -]*(?<! )")
+_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)|\[(?P<node>\d+)\])?")
+
+
+class Part(Section):
+    """A part: frozen, checked when it is made, with the same keys in Python and in case files.
+
+    A subclass has a field ``kind`` with its name in case files, such as ``kind: Literal["point"] = "point"``.
+    """
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Append rows, coordinates and parameters; register `name`."""
+        raise NotImplementedError(f"{type(self).__name__} has no write()")
+
+    def references(self) -> Iterator[str]:
+        """Names of the parts that this one refers to, which must be written before it."""
+        for key, field in type(self).model_fields.items():
+            mark = next((m for m in field.metadata if isinstance(m, Reference)), None)
+            if mark is not None:
+                for name in mark.names(getattr(self, key)):
+                    if name != "ground":
+                        yield name
+
+
+def check_name(name: Any) -> str:
+    """The name of a part; refused where it cannot be one.
+
+    Raises
+    ------
+    InputError
+    """
+    if not isinstance(name, str) or _NAME.fullmatch(name) is None:
+        raise InputError(
+            f"the name of a part is {name!r}; it must start with a letter and hold letters, digits, '-', '_' and blanks"
+        )
+    if name == "ground":
+        raise InputError("the name of a part is 'ground', which stands for the inertial frame; take another")
+    return name
+
+
+def split_reference(text: str) -> tuple[str, str | int | None]:
+    """Name of a part, and what on it: 'hub' -> (hub, None), 'boom.tip' -> (boom, tip), 'boom[5]' -> (boom, 5)."""
+    match = _REFERENCE.fullmatch(text.strip())
+    if match is None:
+        raise InputError(f"{text!r} is no reference; give a name, or one such as 'boom.tip' or 'boom[5]'")
+    if match["node"] is not None:
+        return match["name"], int(match["node"])
+    return match["name"], match["point"]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A pydantic annotation: a reference to another part.
+
+    Parameters
+    ----------
+    what : str, with its article ("a body")
+    place : bool, whether a point on the part may be meant: "boom.tip", "boom[5]", ("hub", (x, y, z)), or (x, y, z) of
+        the ground
+    several : bool, whether a list of names is wanted
+    """
+
+    what: str
+    place: bool = False
+    several: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        if self.place:
+            return (
+                f"{self.what}: a name, a point such as 'boom.tip', 'boom[5]' or [hub, [0, 0, 1 m]], "
+                f"or a position on the ground, [0, 0, 1 m]"
+            )
+        return f"a list of names of {self.what}" if self.several else f"the name of {self.what}"
+
+    def names(self, value: Any) -> Iterator[str]:
+        """Names of parts in a value that was read."""
+        if value is None:
+            return
+        if isinstance(value, str):
+            yield split_reference(value)[0]
+        elif self.several:
+            for one in value:
+                yield split_reference(one)[0]
+        elif isinstance(value[0], str):
+            yield value[0]
+
+    def read(self, value: Any) -> Any:
+        """A name as it is; (name, position) and positions as tuples."""
+        try:
+            if isinstance(value, str) and not self.several:
+                name, point = split_reference(value)
+                if point is None or self.place:
+                    return value.strip()
+                raise InputError(f"{name!r} alone is meant")
+            if self.several and not isinstance(value, str):
+                return tuple(v if split_reference(v)[1] is None else _refuse(v) for v in value)
+            if self.place and not isinstance(value, str) and len(value) == 2 and isinstance(value[0], str):
+                return value[0], _POSITION.read(value[1])
+            if self.place and not isinstance(value, str) and len(value) == 3:
+                return _POSITION.read(value)
+        except (InputError, PydanticCustomError, TypeError, AttributeError):
+            pass
+        raise PydanticCustomError("reference", "it must be {allowed}", {"allowed": self.allowed})
+
+    def write(self, value: Any) -> Any:
+        """A value as a case file holds it."""
+        if value is None or isinstance(value, str):
+            return value
+        if self.several:
+            return list(value)
+        return [value[0], _POSITION.write(value[1])] if isinstance(value[0], str) else _POSITION.write(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A text, or a list."""
+        if self.several:
+            return {"type": "array", "items": {"type": "string"}, "description": self.allowed}
+        if self.place:
+            return {"anyOf": [{"type": "string"}, {"type": "array"}], "description": self.allowed}
+        return {"type": "string", "description": self.allowed}
+
+
+def _refuse(value: str) -> str:
+    raise InputError(value)
+
+
+_POSITION = units.Vector(quantity=units.Quantity(what="a length", unit="m", example="1 m"))
+#: A point on a body, a node of a beam, a point mass, or a position on the ground.
+Place = Annotated[str | tuple[str, units.Triple] | units.Triple, Reference(what="a place", place=True)]
+BodyName = Annotated[str, Reference(what="a body")]
+BeamName = Annotated[str, Reference(what="a beam")]
+BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]
+ThreadName = Annotated[str, Reference(what="a thread")]
+ReelName = Annotated[str, Reference(what="a reel")]
+
+
+@dataclasses.dataclass(frozen=True)
+class Arrays:
+    """A pydantic annotation: an array of finite numbers, kept as nested tuples; `shape` says what it holds."""
+
+    shape: str
+
+    def read(self, value: Any) -> Any:
+        """Nested tuples of floats."""
+        try:
+            array = np.array(value, dtype=float)
+        except (TypeError, ValueError):
+            array = np.full(1, np.nan)
+        if array.ndim == 0 or not np.all(np.isfinite(array)):
+            raise PydanticCustomError("array", "it must be finite numbers, {shape}", {"shape": self.shape})
+        array.setflags(write=False)
+        return array
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer to nested lists."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(
+                lambda array: np.asarray(array).tolist(), when_used="json"
+            ),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An array."""
+        return {"type": "array", "description": self.shape}
