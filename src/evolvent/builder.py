@@ -49,6 +49,7 @@ class Assembly:
     names : dict, name -> (family, index)
     laws : dict, address -> user's law, kept alive as long as the model uses it
     joint_parts : list of str, the part that wrote each row of the family `joints`
+    parts : dict, name -> part, as the user wrote them
     """
 
     model: mdl.Model
@@ -57,6 +58,7 @@ class Assembly:
     names: dict[str, tuple[str, int]]
     laws: dict[int, Any]
     joint_parts: list[str]
+    parts: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""
@@ -220,7 +222,7 @@ class Builder:
         if np.any(self.gravity):
             load_weight(model)
             add_weight(self.gravity, n_q, model, model.flexible.G)
-        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts))
+        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs))
         _check_constraints(assembly)
         return assembly
 

@@ -53,18 +53,16 @@ def unfinished(run: xr.Dataset) -> str:
     return f"{status.upper()}: {message}" if message else status.upper()
 
 
-def label(
-    dataset: xr.Dataset, *, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]
-) -> xr.Dataset:
-    """Write down on a run where it comes from and how it ended.
+def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]) -> dict[str, Any]:
+    """Where a run comes from and how it ended: the attributes of its results.
 
     Parameters
     ----------
-    case : str, the whole case as YAML
+    case : str, the whole case as YAML; '' where laws in Python keep it from being written
     solution : evolvent.solvers.Solution
     laws : mapping, name -> name of the user's law that took its place (a case cannot hold those)
     """
-    dataset.attrs = {
+    return {
         "title": f"evolvent run of {system}",
         "system": system,
         "case": case,
@@ -79,6 +77,13 @@ def label(
         "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "made_with": made_with(),
     }
+
+
+def label(
+    dataset: xr.Dataset, *, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]
+) -> xr.Dataset:
+    """Write `attributes` on a run."""
+    dataset.attrs = attributes(system=system, case=case, method=method, solution=solution, laws=laws)
     return dataset
 
 

@@ -1,15 +1,19 @@
-"""System: parts by name, assembled once into a Model and an initial state. It knows no kind of part."""
+"""System: parts by name, assembled once into a Model, and the analyses of it. It knows no kind of part."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent.builder import Assembly, Builder
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.parts.base import Part, check_name
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class System:
@@ -85,6 +89,115 @@ class System:
             builder.part = name
             part.write(builder, name)
         return builder.build()
+
+    def simulate(
+        self,
+        *,
+        until: Any,
+        every: Any = None,
+        method: str = "auto",
+        step: Any = None,
+        tolerance: float | None = None,
+        spectral_radius: float | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> xr.DataTree:
+        """Integrate the motion from the start over time.
+
+        Parameters
+        ----------
+        until : float, s, or a text with a unit ("20 s"), end of the run
+        every : float, s, or a text, between samples; a 400th of the run if left out
+        method : {"auto", "generalized-alpha", "dopri5", "rk4", "heun"}
+            "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
+        step : float, s, or a text, of a method with fixed steps; chosen if left out
+        tolerance : float, of an adaptive method
+        spectral_radius : float, 0 to 1, of generalized-alpha at infinite frequency
+        progress : called with the time reached (s), a few times a second
+
+        Returns
+        -------
+        xarray.DataTree
+            One group a part, by its name; times, energy balance and momenta at the root; units on every variable. Its
+            attribute ``status`` is "success", "stopped by event" or "interrupted".
+
+        Raises
+        ------
+        InputError
+            For parts that cannot be assembled, or that the method does not support; the sentence names the part.
+        RunFailed
+            If the run did not reach its end; ``.run`` holds what was computed.
+        """
+        from evolvent import analysis
+
+        assembly = self.assemble()
+        samples = analysis.sample_times(until, every, values=assembly.y.size)
+        prepared, why = analysis.plan(
+            assembly,
+            samples,
+            method=method,
+            step=None if step is None else analysis.seconds("step", step),
+            tolerance=tolerance,
+            spectral_radius=spectral_radius,
+        )
+        solution = prepared.run(progress).or_start(float(samples[0]))
+        run = analysis.tree(solution, case="", why=why)
+        if run.attrs["status"] == "failed":
+            raise RunFailed(run.attrs["message"], run)
+        return run
+
+    def equilibrium(
+        self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+        tolerance: float = 1e-10, progress: Callable[[float], None] | None = None,
+    ) -> xr.DataTree:  # fmt: skip
+        """Find the equilibrium under the loads, from the start.
+
+        Parameters
+        ----------
+        load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.solve_static`
+        progress : called with the load factor reached
+
+        Returns
+        -------
+        xarray.DataTree
+            One group a part, as of `simulate`, with one sample: the equilibrium.
+
+        Raises
+        ------
+        InputError
+            As of `simulate`.
+        RunFailed
+            If there is no equilibrium; ``.run`` holds the last state that was reached.
+        """
+        from evolvent import analysis
+        from evolvent.solvers.static import solve_static
+
+        found = solve_static(
+            self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
+            tolerance=tolerance, progress=progress,
+        )  # fmt: skip
+        run = analysis.tree(found.chosen(slice(-1, None)), case="", why="equilibrium under the loads")
+        if run.attrs["status"] == "failed":
+            raise RunFailed(run.attrs["message"], run)
+        return run
+
+    def modes(
+        self, *, count: int = 10, damped: bool = False, time: float = 0.0,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+    ) -> Any:  # fmt: skip
+        """Find the slowest modes about the equilibrium, with its stresses, loads and steady turn.
+
+        Parameters
+        ----------
+        count, damped, time, rotating, centre : as of `evolvent.solvers.modes.modes`
+
+        Returns
+        -------
+        evolvent.solvers.modes.Modes
+        """
+        from evolvent.solvers.modes import modes
+
+        return modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
 
     def _in_order(self) -> list[str]:
         """Names in an order in which every part follows those that it refers to, else as they were added."""

@@ -1,0 +1,189 @@
+"""Analyses of a system: the method is chosen from its parts, the run becomes a tree of named results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import families, units
+from evolvent.builder import Assembly
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import thread
+from evolvent.solvers import drive, implicit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.solvers.solution import Solution
+
+#: Methods that `simulate` takes by name.
+METHODS = (*drive.METHODS, implicit.NAME)
+#: Samples of a run where no interval is given.
+SAMPLES = 400
+#: Default tolerance and spectral radius of generalized-alpha: vibrations that the steps resolve keep their energy.
+TOLERANCE, SPECTRAL_RADIUS = 1e-5, 0.9
+#: Largest number of values of the state that a run may keep.
+MOST_VALUES = 200_000_000
+#: Share of the energy that the method itself may take before a run warns.
+NUMERICAL_LOSS = 0.01
+_TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
+
+
+def seconds(name: str, value: Any) -> float:
+    """A time above zero, of a number or a text with a unit.
+
+    Raises
+    ------
+    InputError
+    """
+    from pydantic_core import PydanticCustomError
+
+    try:
+        return float(_TIME.read(value))
+    except PydanticCustomError as error:
+        raise InputError(f"{name} is {value!r}; {error.message()}") from None
+
+
+def sample_times(until: Any, every: Any = None, *, values: int = 1) -> np.ndarray:
+    """Times from 0 to `until`, `every` so many seconds (the last interval may be shorter).
+
+    Raises
+    ------
+    InputError
+        If a time is not above zero, or a run would keep more than `MOST_VALUES` numbers.
+    """
+    end = seconds("until", until)
+    step = end / SAMPLES if every is None else seconds("every", every)
+    count = end / step
+    if count * values > MOST_VALUES:
+        raise InputError(f"every is {step:g} s; that makes {count:.3g} samples over {end:g} s, too many")
+    samples = step * np.arange(int(count + 1e-9) + 1)
+    if samples.size == 1 or end - samples[-1] > 1e-6 * step:
+        return np.append(samples, end)
+    samples[-1] = end
+    return samples
+
+
+def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
+    """The method of a simulation, and why it is taken.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    method : "auto", or one of `METHODS`
+
+    Raises
+    ------
+    InputError
+        If no such method is known, or it does not support a part: the sentence names one that does.
+    """
+    if method != "auto":
+        if method not in METHODS:
+            raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
+        solver = families.IMPLICIT if method == implicit.NAME else families.EXPLICIT
+        families.check(assembly, solver)
+        return method, "as asked for"
+    refused = {}
+    for solver in (families.EXPLICIT, families.IMPLICIT):
+        try:
+            families.check(assembly, solver)
+        except InputError as error:
+            refused[solver] = str(error)
+    model = assembly.model
+    if len(refused) == 2:
+        raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
+    if families.EXPLICIT in refused:
+        return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
+    if families.IMPLICIT in refused:
+        method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
+        return method, refused[families.IMPLICIT].partition("; ")[0]
+    if model.flexible.beams.size or model.info.penalties:
+        return implicit.NAME, "beams and penalties are stiff"
+    if np.any(model.threads["kind"] == thread.SPRINGS):
+        return "rk4", "threads of springs: the step follows from their highest frequency"
+    return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
+
+
+def plan(
+    assembly: Assembly,
+    samples: np.ndarray,
+    *,
+    method: str = "auto",
+    step: float | None = None,
+    tolerance: float | None = None,
+    spectral_radius: float | None = None,
+) -> tuple[Any, str]:
+    """A prepared run, and why its method is taken.
+
+    Raises
+    ------
+    InputError
+        As of `choose_method` and of the solvers; also for an option that the method does not have.
+    """
+    method, why = choose_method(assembly, method)
+    if method == implicit.NAME:
+        options: dict[str, Any] = {"step": step}
+        options["tolerance"] = TOLERANCE if tolerance is None else tolerance
+        options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
+        return implicit.plan(assembly, samples=samples, **options), why
+    if spectral_radius is not None:
+        raise InputError(
+            f"spectral_radius is {spectral_radius!r}, but the method is {method}; only generalized-alpha has one"
+        )
+    options = {"method": method}
+    if method == "dopri5":
+        if step is not None:
+            raise InputError(f"step is {step!r} s, but the method is dopri5, which chooses its steps; give `tolerance`")
+        if tolerance is not None:
+            options |= {"rtol": tolerance, "atol": 1e-2 * tolerance}
+    else:
+        if tolerance is not None:
+            raise InputError(
+                f"tolerance is {tolerance!r}, but the method is {method}, which has fixed steps; give `step`"
+            )
+        options["step"] = step
+    return drive.plan(assembly, samples=samples, **options), why
+
+
+def warning_of(solution: Solution) -> str:
+    """A sentence on a run whose method has taken much of its energy; '' of others."""
+    defect = solution.energy_defect
+    finite = defect[np.isfinite(defect)]
+    scale = float(np.nanmax(np.abs(solution.energy), initial=0.0)) if finite.size else 0.0
+    if scale <= 0.0 or not math.isfinite(scale):
+        return ""
+    lost = float(-finite.min())
+    if lost <= NUMERICAL_LOSS * scale:
+        return ""
+    return (
+        f"the method itself has taken {100.0 * lost / scale:.2g} % of the largest energy; "
+        f"take a smaller tolerance or step, or a higher spectral_radius"
+    )
+
+
+def tree(solution: Solution, *, case: str, why: str, root: dict[str, Any] | None = None) -> xr.DataTree:
+    """A solution as a labelled tree."""
+    from evolvent import results
+    from evolvent.tree import tree_of
+
+    laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
+    attrs = results.attributes(
+        system="structure",
+        case=case,
+        method=solution.method,
+        solution=solution,
+        laws=dict.fromkeys(sorted(set(laws.values())), ""),
+    )
+    attrs["method_reason"] = why
+    warning = warning_of(solution)
+    if warning:
+        attrs["warning"] = warning
+    return tree_of(solution, attrs, root)
+
+
+def run(prepared: Any, *, case: str, why: str, start: float, progress: Callable[[float], None] | None) -> xr.DataTree:
+    """Carry a plan out; returns the tree, whatever its status."""
+    return tree(prepared.run(progress).or_start(start), case=case, why=why)

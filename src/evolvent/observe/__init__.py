@@ -1,0 +1,60 @@
+"""Observations: the named results of every part of a finished run, one function a family.
+
+`observe` reads them off a solution. A part from outside may have a method ``observe(view, name)`` of its own, which
+stands in place of its family's function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from evolvent.observe import beams, contact, joints, loads, lumped, threads
+from evolvent.observe.variables import Observed, Variable
+from evolvent.observe.view import View
+from evolvent.solvers.solution import Solution
+
+__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe"]
+
+#: Function of each family of named parts.
+OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
+    "bodies": lumped.observe_body,
+    "points": lumped.observe_point,
+    "springs": lumped.observe_spring,
+    "links": joints.observe_link,
+    "guides": joints.observe_guide,
+    "joints": joints.observe_joint,
+    "hinges": joints.observe_hinge,
+    "threads": threads.observe_thread,
+    "reels": threads.observe_reel,
+    "beams": beams.observe_beam,
+    "cylinders": contact.observe_contact,
+    "loads": loads.observe_load,
+    "beam_loads": loads.observe_beam_load,
+}
+
+
+def observe(solution: Solution) -> dict[str, Observed]:
+    """Named results of all parts of a run, in the order in which the parts were added.
+
+    Parameters
+    ----------
+    solution : Solution, of any solver
+
+    Returns
+    -------
+    dict
+        Name of the part -> `Observed`; parts without results of their own (events) are left out.
+    """
+    view = View(solution)
+    found = {}
+    for name, (family, _) in view.assembly.names.items():
+        part = view.assembly.parts.get(name)
+        if part is None:  # the ground
+            continue
+        own = getattr(part, "observe", None)
+        function = OBSERVERS.get(family)
+        if own is not None:
+            found[name] = own(view, name)
+        elif function is not None:
+            found[name] = function(view, name)
+    return found

@@ -1,0 +1,82 @@
+"""Results as a tree: one group a part, times and balances at the root.
+
+A group's attributes say how the part is drawn and plotted (``drawn`` and ``plots``, JSON), so that a file needs nothing
+beside itself to be shown.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent.observe import observe
+from evolvent.observe.variables import AXES
+from evolvent.solvers import balance as eb
+from evolvent.solvers.solution import Solution
+
+#: Groups cannot have these names: they are dimensions or variables of the root.
+_ENERGIES = {
+    "energy_kinetic": ("kinetic", "kinetic energy"),
+    "work_loads": ("loads", "work of loads and weight since the start"),
+    "work_drives": ("drives", "work of drives since the start"),
+    "work_spools": ("spools", "work of spools since the start"),
+    "energy_released": ("released", "energy that nodes brought in at their release"),
+}
+
+
+def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | None = None) -> xr.DataTree:
+    """A run as a tree of its parts.
+
+    Parameters
+    ----------
+    solution : Solution
+    attrs : attributes of the root (`evolvent.results.label`)
+    root : dict, optional, name -> (dims, values, attributes), more variables of the root
+    """
+    observed = observe(solution)
+    groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {})}
+    for name, found in observed.items():
+        data = {
+            key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name})
+            for key, v in found.variables.items()
+        }
+        group = xr.Dataset(data)
+        part = solution.assembly.parts[name]
+        group.attrs = {
+            "kind": getattr(part, "kind", type(part).__name__),
+            "drawn": json.dumps(found.drawn),
+            "plots": json.dumps(found.plots),
+        }
+        groups[f"/{name}"] = group
+    tree = xr.DataTree.from_dict(groups)
+    tree.attrs = attrs
+    return tree
+
+
+def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
+    """Times, energy balance and momenta."""
+    balance, time = solution.balance, ("time",)
+
+    def energy(values: Any, text: str) -> xr.Variable:
+        return xr.Variable(time, np.asarray(values, dtype=float), {"units": "J", "long_name": text})
+
+    data = {name: energy(balance[field], text) for name, (field, text) in _ENERGIES.items()}
+    data["energy_elastic"] = energy(balance["elastic"] + balance["coupled"], "elastic energy")
+    data["energy"] = energy(eb.energy(balance), "kinetic and elastic energy")
+    data["energy_dissipated"] = energy(eb.dissipated(balance), "energy dissipated since the start")
+    data["energy_defect"] = energy(
+        solution.energy_defect,
+        "energy less that at the start and the work, plus the losses; negative: numerical damping",
+    )
+    momentum = solution.momentum
+    for name, values, unit, text in (
+        ("momentum", momentum.linear, "kg m s-1", "linear momentum of all parts, inertial axes"),
+        ("angular_momentum", momentum.angular, "kg m2 s-1", "angular momentum of all parts about the origin"),
+    ):
+        data[name] = xr.Variable((*time, "axis"), values, {"units": unit, "long_name": text})
+    data |= {name: xr.Variable(*values) for name, values in more.items()}
+    times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
+    return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})
