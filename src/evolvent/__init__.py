@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from evolvent import parts
     from evolvent.laws import event_law, feed_law, force_law, spring_law
-    from evolvent.results import open  # noqa: A004  (evolvent.open is the public name)
+    from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
     from evolvent.studies import sweep
     from evolvent.system import System
@@ -32,6 +32,7 @@ __all__ = [
     "open",
     "parts",
     "run",
+    "save",
     "spring_law",
     "sweep",
 ]
@@ -44,6 +45,7 @@ _LAZY = {
     "feed_law": "evolvent.laws",
     "force_law": "evolvent.laws",
     "open": "evolvent.results",
+    "save": "evolvent.results",
     "spring_law": "evolvent.laws",
     "sweep": "evolvent.studies",
 }

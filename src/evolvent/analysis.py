@@ -166,7 +166,7 @@ def warning_of(solution: Solution) -> str:
 
 def tree(solution: Solution, *, case: str, why: str, root: dict[str, Any] | None = None) -> xr.DataTree:
     """A solution as a labelled tree."""
-    from evolvent import results
+    from evolvent import accessor, results  # noqa: F401  (the accessor registers run.ev)
     from evolvent.tree import tree_of
 
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}

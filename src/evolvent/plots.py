@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.results import make_folder, writing
 
@@ -47,30 +48,55 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str], *, label: st
     return paths
 
 
-def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True, label: str = "") -> bytes:
-    """A figure as the content of a file of some `kind` ("png", "svg"); the same figure gives the same bytes."""
+def save(figure: Figure, path: str | os.PathLike[str], *, label: str = "") -> str:
+    """Write one figure as the file `path`: PNG, or SVG or PDF by its suffix; returns the path.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or its kind is not known.
+    """
+    kind = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+    if kind not in ("png", "svg", "pdf"):
+        raise InputError(f"cannot write {os.fspath(path)!r}: a figure's file ends with .png, .svg or .pdf")
+    with writing(path) as temporary:
+        pathlib.Path(temporary).write_bytes(picture(figure, kind, label=label))
+    return os.fspath(path)
+
+
+def sheet(figure: Figure, *, dpi: float = 130.0, title: bool = True, label: str = "") -> Any:
+    """A figure as one of matplotlib's, with a canvas of its own; `label` stands in large letters below it."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Sheet
 
-    with mpl.rc_context(_STYLE | {"svg.hashsalt": "evolvent"}):
-        sheet = Sheet(figsize=figure.size, layout="constrained", dpi=dpi)
-        canvas = FigureCanvasAgg(sheet)
+    with mpl.rc_context(_STYLE):
+        found = Sheet(figsize=figure.size, layout="constrained", dpi=dpi)
+        FigureCanvasAgg(found)
         if title:
-            sheet.suptitle(figure.title, x=0.01, ha="left", fontsize=12, fontweight="bold")
+            found.suptitle(figure.title, x=0.01, ha="left", fontsize=12, fontweight="bold")
         rows = -(-len(figure.panels) // figure.columns)
-        axes = sheet.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
+        axes = found.subplots(rows, figure.columns, squeeze=False, height_ratios=figure.heights)
         for axis, panel in zip(axes.ravel(), figure.panels, strict=False):
             _panel(axis, panel)
         if label:
             wide = int(11 * figure.size[0])  # letters that a line holds
             text = "\n".join(textwrap.wrap(label, wide))
-            sheet.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=10, fontweight="bold")
-        content = io.BytesIO()
+            found.supxlabel(text, x=0.01, ha="left", color="#b00020", fontsize=10, fontweight="bold")
+    return found
+
+
+def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True, label: str = "") -> bytes:
+    """A figure as the content of a file of some `kind` ("png", "svg"); the same figure gives the same bytes."""
+    import matplotlib as mpl
+
+    found = sheet(figure, dpi=dpi, title=title, label=label)
+    content = io.BytesIO()
+    with mpl.rc_context(_STYLE | {"svg.hashsalt": "evolvent"}):
         if kind == "png":
-            canvas.print_png(content)  # savefig would draw twice, once for the layout alone
+            found.canvas.print_png(content)  # savefig would draw twice, once for the layout alone
         else:
-            sheet.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
+            found.savefig(content, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else None)
     return content.getvalue()
 
 

@@ -119,8 +119,12 @@ def made_with() -> str:
     return f"evolvent {__version__}, Python {platform.python_version()}, {versions}; {machine}"
 
 
-def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.open is the public name)
+def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is the public name)
     """Read a run that was saved as NetCDF.
+
+    Returns
+    -------
+    xarray.DataTree, with a group a part; of a run without groups, a Dataset
 
     Raises
     ------
@@ -138,7 +142,7 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.o
     except OSError as error:
         raise InputError(f"cannot read {name!r}: {_reason(error)}") from None
     try:
-        dataset = xr.load_dataset(name, engine=_ENGINE, decode_times=False)
+        dataset = _load(name)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
@@ -150,7 +154,15 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (evolvent.o
     return dataset
 
 
-def _check(run: xr.Dataset) -> None:
+def _load(name: str) -> Any:
+    """The content of a file."""
+    with xr.open_datatree(name, engine=_ENGINE, decode_times=False) as tree:
+        if tree.children:
+            return tree.load()
+    return xr.load_dataset(name, engine=_ENGINE, decode_times=False)
+
+
+def _check(run: Any) -> None:
     """Refuse a run without what its system shows of it."""
     attrs = run.attrs
     for key in (*_TEXTS, *_NUMBERS):
@@ -193,8 +205,13 @@ def _check(run: xr.Dataset) -> None:
             raise InputError("the variable 'time' does not rise from sample to sample")
 
 
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     """Write a run as NetCDF, whole or not at all.
+
+    Parameters
+    ----------
+    dataset : xarray.DataTree or Dataset
+    path : str
 
     Raises
     ------
@@ -203,7 +220,9 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """
     with writing(path) as temporary:
         try:
-            if netcdf.is_plain(dataset):
+            if isinstance(dataset, xr.DataTree):
+                dataset.to_netcdf(temporary, engine=_ENGINE)
+            elif netcdf.is_plain(dataset):
                 netcdf.write(dataset, temporary)
             else:
                 dataset.to_netcdf(temporary, engine=_ENGINE)

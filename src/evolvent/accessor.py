@@ -1,0 +1,64 @@
+"""The accessor `run.ev`: what can be done with a run."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import xarray as xr
+
+from evolvent import show, variables
+from evolvent.figures import Figure, Number
+
+
+@xr.register_datatree_accessor("ev")
+class RunAccessor:
+    """What can be done with a run: ``run.ev.plot("boom.tip_deflection")``.
+
+    Parameters
+    ----------
+    run : xarray.DataTree, of `System.simulate`, `evolvent.run` or `evolvent.open`
+    """
+
+    def __init__(self, run: xr.DataTree) -> None:
+        self._run = run
+
+    def names(self) -> list[str]:
+        """Full names of all variables over time."""
+        return variables.names(self._run)
+
+    def get(self, name: str) -> xr.DataArray:
+        """A variable by its full name, such as 'hub.rate.z' or 'boom[5].position'."""
+        return variables.get(self._run, name)
+
+    def table(self) -> list[Number]:
+        """The rows of the table on the screen."""
+        return show.numbers(self._run)
+
+    def plot(self, *names: str, path: str | os.PathLike[str] | None = None) -> Any:
+        """Plot variables over time; without names, the default figures.
+
+        Parameters
+        ----------
+        names : full names
+        path : str, optional, PNG file (with names) or folder (without)
+
+        Returns
+        -------
+        matplotlib.figure.Figure (a list of them without names), or the paths that were written
+        """
+        from evolvent import plots
+
+        drawn: list[Figure] = [show.figure(self._run, names)] if names else show.figures(self._run)
+        if path is None:
+            sheets = [plots.sheet(figure) for figure in drawn]
+            return sheets[0] if names else sheets
+        if names:
+            return plots.save(drawn[0], path)
+        return plots.draw(drawn, path)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the run as NetCDF."""
+        from evolvent import results
+
+        results.save(self._run, path)

@@ -1,0 +1,231 @@
+"""Tables and figures of any run, from its variables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent import results, variables
+from evolvent.errors import InputError
+from evolvent.figures import Figure, Line, Number, Panel
+
+#: Most lines that a legend names; more are coloured along a scale.
+_NAMED = 8
+#: Most rows of the table that parts take.
+_ROWS = 14
+
+
+def plots_of(run: xr.DataTree, part: str) -> list[str]:
+    """Variables that a part's default figures show."""
+    found: list[str] = json.loads(run[part].attrs.get("plots", "[]"))
+    return found
+
+
+def label_of(found: xr.DataArray, fallback: str = "") -> str:
+    """Axis label of a variable: its long name's first clause, and its unit."""
+    unit = found.attrs.get("units", "")
+    text = str(found.attrs.get("long_name", fallback)).partition(",")[0]
+    return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
+
+
+def unit_text(unit: str) -> str:
+    """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
+    powers = str.maketrans("234", "²³⁴")
+    above, below = [], []
+    for word in unit.split():
+        letters = word.rstrip("-0123456789")
+        power = word[len(letters) :]
+        (below if power.startswith("-") else above).append(
+            letters + power.lstrip("-").replace("1", "").translate(powers)
+        )
+    top = " ".join(above) or "1"
+    if not below:
+        return top if above else unit
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
+
+
+def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
+    """A variable over time as lines, one a component or place."""
+    found = variables.get(run, name)
+    if "time" not in found.dims:
+        raise InputError(f"{name!r} does not change over time; name a variable over time")
+    time = _root(run)["time"].values
+    columns = variables.values(found)
+    count = columns.shape[1]
+    tags = _tags(found, count)
+    lines = []
+    for k in range(count):
+        color: int | float = first + k if count <= _NAMED else k / max(count - 1, 1)
+        own = name if label is None else label
+        named = count <= _NAMED or k in (0, count - 1)
+        lines.append(Line(x=time, y=columns[:, k], label=f"{own}{tags[k]}" if named else "", color=color))
+    return lines
+
+
+def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    return run.to_dataset() if isinstance(run, xr.DataTree) else run
+
+
+def _tags(found: xr.DataArray, count: int) -> list[str]:
+    """What tells the columns of a variable apart."""
+    dims = [d for d in found.dims if d != "time"]
+    if not dims:
+        return [""]
+    words: list[list[str]] = []
+    for d in dims:
+        size = found.sizes[d]
+        letters = {"axis": ".x .y .z", "quaternion": ".w .x .y .z"}.get(str(d), "").split()
+        words.append(letters if len(letters) == size else [f"[{k}]" for k in range(size)])
+    tags = [""]
+    for own in words:
+        tags = [tag + word for tag in tags for word in own]
+    return tags if len(tags) == count else [f"[{k}]" for k in range(count)]
+
+
+def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "variables", title: str = "") -> Figure:
+    """A figure of variables over time: those of one unit share a panel.
+
+    Parameters
+    ----------
+    names : full names, as of `evolvent.variables.get`
+
+    Raises
+    ------
+    InputError
+        If a variable is not there, or does not change over time.
+    """
+    if not names:
+        raise InputError("no variable is named; give names such as 'hub.rate'")
+    panels: dict[str, list[tuple[str, xr.DataArray]]] = {}
+    for full in names:
+        found = variables.get(run, full)
+        panels.setdefault(str(found.attrs.get("units", "")), []).append((full, found))
+    drawn = []
+    for group in panels.values():
+        lines: list[Line] = []
+        for full, _ in group:
+            lines += lines_of(run, full, first=len(lines))
+        label = label_of(group[0][1]) if len(group) == 1 else unit_text(str(group[0][1].attrs.get("units", "")))
+        drawn.append(Panel(x_label="", y_label=label, lines=lines))
+    last = drawn[-1]
+    drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
+    size = (8.0, 1.2 + 2.4 * len(drawn))
+    return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, size=size)
+
+
+def figures(run: xr.DataTree) -> list[Figure]:
+    """Default figures of a run: one a kind of part, and one of the balances; empty of a single sample."""
+    if run.sizes.get("time", 1) < 2:
+        return []
+    kinds: dict[str, list[str]] = {}
+    for part in variables.parts(run):
+        if plots_of(run, part):
+            kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
+    return [_kind_figure(run, kind, own) for kind, own in kinds.items()] + [_balance_figure(run)]
+
+
+def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
+    """The default variables of all parts of one kind, a panel each."""
+    order: dict[str, list[str]] = {}
+    for part in parts:
+        for variable in plots_of(run, part):
+            if variable in run[part].data_vars:
+                order.setdefault(variable, []).append(part)
+    panels = []
+    for variable, owners in order.items():
+        lines: list[Line] = []
+        for k, part in enumerate(owners):
+            own = lines_of(run, f"{part}.{variable}", label=part, first=len(lines))
+            if len(owners) > _NAMED:
+                shade = k / (len(owners) - 1)
+                named = k in (0, len(owners) - 1)
+                own = [Line(x=o.x, y=o.y, label=o.label if named else "", color=shade) for o in own]
+            lines += own
+        panels.append(Panel(x_label="", y_label=label_of(variables.get(run, f"{owners[0]}.{variable}")), lines=lines))
+    last = panels[-1]
+    panels[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
+    title = kind.replace("-", " ").capitalize()
+    return Figure(name=kind, title=title, panels=panels, size=(8.0, 1.2 + 2.4 * len(panels)))
+
+
+def _balance_figure(run: xr.DataTree) -> Figure:
+    """Energies, work and losses, and how well they balance."""
+    time = run["time"].values
+    rows = [
+        ("energy_kinetic", "kinetic", 1.0),
+        ("energy_elastic", "elastic", 1.0),
+        ("energy_dissipated", "dissipated", 1.0),
+        ("work_loads", "work of loads", 1.0),
+        ("work_drives", "work of drives", 1.0),
+        ("work_spools", "work of spools", 1.0),
+        ("energy_released", "brought in at releases", 1.0),
+    ]
+    peak = max(float(np.nanmax(np.abs(run[name].values), initial=0.0)) for name, _, _ in rows)
+    seen = [row for row in rows if np.nanmax(np.abs(run[row[0]].values), initial=0.0) > 1e-6 * peak]
+    lines = [Line(x=time, y=sign * run[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
+    defect = Line(x=time, y=run["energy_defect"].values, color=0)
+    panels = [
+        Panel(x_label="", y_label="energy, J", lines=lines),
+        Panel(x_label="time, s", y_label="defect of the balance, J", lines=[defect]),
+    ]
+    return Figure(name="energy-balance", title="Energy balance", panels=panels, size=(8.0, 6.0), heights=(3.0, 1.5))
+
+
+def numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
+    found: list[Number] = []
+    left = 0
+    for part in variables.parts(run):
+        for variable in plots_of(run, part):
+            if variable not in run[part].data_vars or len(found) >= _ROWS:
+                left += variable in run[part].data_vars
+                continue
+            found.append(Number(label=f"{part}.{variable}", value=_reached(run[part][variable])))
+    if left:
+        found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
+    if run.sizes.get("time", 1) > 1:
+        defect = np.abs(run["energy_defect"].values)
+        most = max(float(np.nanmax(np.abs(run["energy"].values), initial=0.0)), 1e-300)
+        worst = float(np.nanmax(defect, initial=0.0))
+        found.append(
+            Number(label="energy balance", value=f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy")
+        )
+    reason = run.attrs.get("method_reason", "")
+    if reason and reason != "as asked for":
+        found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))
+    return found + results.closing_numbers(run)
+
+
+def _reached(found: xr.DataArray) -> str:
+    """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
+    unit = unit_text(str(found.attrs.get("units", "")))
+    unit = "" if unit == "1" else f" {unit}"
+    columns = variables.values(found)
+    finite = columns[np.isfinite(columns)]
+    if not finite.size:
+        return "none"
+    if found.ndim == 1:
+        largest = float(finite[np.argmax(np.abs(finite))])
+        return (
+            f"{columns[-1, 0]:.5g}{unit} at the end, {largest:.5g}{unit} at most"
+            if len(columns) > 1
+            else f"{columns[-1, 0]:.5g}{unit}"
+        )
+    if columns.shape[1] > 4:
+        return f"from {finite.min():.5g} to {finite.max():.5g}{unit}"
+    end = ", ".join(f"{v:.5g}" for v in columns[-1])
+    if len(columns) == 1:
+        return f"({end}){unit}"
+    size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
+    return f"({end}){unit} at the end, size {size:.5g}{unit} at most"
+
+
+def layout(case: Any) -> dict[str, dict[str, int | None]]:
+    """Variables of the root that every run has."""
+    time: dict[str, int | None] = {"time": None}
+    names = ("energy", "energy_kinetic", "energy_elastic", "energy_dissipated", "energy_defect")
+    return {"time": time, **dict.fromkeys(names, time)}

@@ -1,0 +1,98 @@
+"""Variables of a run by their full names: 'hub.rate', 'boom.tip_deflection.y', 'boom[5].position', 'energy_defect'."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from evolvent.errors import InputError, nearest
+
+_NAME = re.compile(r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\])?(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[xyzw]))?")
+_AXES = {"axis": "xyz", "quaternion": "wxyz"}
+
+
+def names(run: xr.DataTree | xr.Dataset, *, over_time: bool = True) -> list[str]:
+    """Full names of all numeric variables, those of the root first.
+
+    Parameters
+    ----------
+    run : xarray.DataTree or Dataset
+    over_time : bool, whether only those that have the dimension `time` are listed
+    """
+
+    def listed(dataset: xr.Dataset, before: str) -> Iterator[str]:
+        for name, variable in dataset.data_vars.items():
+            if variable.dtype.kind in "biuf" and ("time" in variable.dims or not over_time):
+                yield before + str(name)
+
+    found = list(listed(_root(run), ""))
+    for part in parts(run):
+        found += listed(run[part].to_dataset(inherit=False), f"{part}.")  # type: ignore[union-attr]
+    return found
+
+
+def parts(run: xr.DataTree | xr.Dataset) -> list[str]:
+    """Names of the parts that a run has results of."""
+    return [str(name) for name in run.children] if isinstance(run, xr.DataTree) else []
+
+
+def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
+    """A variable by its full name.
+
+    Parameters
+    ----------
+    name : str
+        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node.
+
+    Raises
+    ------
+    InputError
+        If there is none; the sentence names the nearest one.
+    """
+    root = _root(run)
+    if name in root.variables:
+        return root[name]
+    match = _NAME.fullmatch(name)
+    known = names(run, over_time=False)
+    if match is None:
+        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+    part, variable = match["part"], match["variable"]
+    if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
+        return _component(root[part], name, variable)
+    if part not in parts(run):
+        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+    group = run[part].to_dataset()  # type: ignore[union-attr]
+    if variable is None:
+        own = [k.partition(".")[2] for k in known if k.startswith(f"{part}.")]
+        raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
+    if variable not in group.variables:
+        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+    found = group[variable]
+    if match["node"] is not None:
+        dimension = next((d for d in found.dims if d not in ("time", "axis", "quaternion")), None)
+        number = int(match["node"])
+        if dimension is None or number >= found.sizes[dimension]:
+            count = "none" if dimension is None else f"{found.sizes[dimension]}, counted from 0"
+            raise InputError(f"{name!r}: {part}.{variable} has no {number}; it has {count}")
+        found = found.isel({dimension: number})
+    return found if match["axis"] is None else _component(found, name, match["axis"])
+
+
+def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:
+    for dimension, letters in _AXES.items():
+        if dimension in found.dims and axis in letters:
+            return found.isel({dimension: letters.index(axis)})
+    raise InputError(f"{name!r}: the variable has no component {axis!r}")
+
+
+def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    return run.to_dataset() if isinstance(run, xr.DataTree) else run
+
+
+def values(found: xr.DataArray) -> np.ndarray:
+    """Values over time: (nt, k), components and places in columns."""
+    array = found.transpose("time", ...).values
+    return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
