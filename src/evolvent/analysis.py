@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -164,8 +163,23 @@ def warning_of(solution: Solution) -> str:
     )
 
 
-def tree(solution: Solution, *, case: str, why: str, root: dict[str, Any] | None = None) -> xr.DataTree:
-    """A solution as a labelled tree."""
+def tree(
+    solution: Solution,
+    *,
+    case: str,
+    why: str,
+    system: str = "structure",
+    root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
+) -> xr.DataTree:
+    """A solution as a labelled tree.
+
+    Parameters
+    ----------
+    case : str, as YAML
+    why : str, why the method was taken
+    system : str, its name
+    root : more variables of the root: name -> (dimensions, values, units, long name)
+    """
     from evolvent import accessor, results  # noqa: F401  (the accessor registers run.ev)
     from evolvent.tree import tree_of
 
@@ -182,8 +196,3 @@ def tree(solution: Solution, *, case: str, why: str, root: dict[str, Any] | None
     if warning:
         attrs["warning"] = warning
     return tree_of(solution, attrs, root)
-
-
-def run(prepared: Any, *, case: str, why: str, start: float, progress: Callable[[float], None] | None) -> xr.DataTree:
-    """Carry a plan out; returns the tree, whatever its status."""
-    return tree(prepared.run(progress).or_start(start), case=case, why=why)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import importlib.metadata
 import os
 import pathlib
 import pkgutil
@@ -41,24 +42,44 @@ class Plan(NamedTuple):
 # ------------------------------------------------------------------------------------------------ systems
 
 
+#: Group of entry points by which packages outside add systems.
+GROUP = "evolvent.systems"
+
+
+@functools.cache
+def _outside() -> dict[str, importlib.metadata.EntryPoint]:
+    """Systems of other packages: name -> where they are."""
+    return {point.name: point for point in importlib.metadata.entry_points(group=GROUP)}
+
+
 @functools.cache
 def systems() -> tuple[str, ...]:
-    """Names of all systems; each is one module of `evolvent.systems`, which says what such a module provides."""
+    """Names of all systems: those of `evolvent.systems`, and those of other packages (see `evolvent.definition`)."""
     found = (m.name for m in pkgutil.iter_modules([str(_FOLDER)]) if not m.name.startswith("_"))
-    return tuple(sorted(name.replace("_", "-") for name in found))
+    return tuple(sorted({name.replace("_", "-") for name in found} | set(_outside())))
 
 
+@functools.cache
 def system(name: str) -> Any:
-    """The module of a system; `evolvent.systems` says what it provides.
+    """The definition of a system, an `evolvent.definition.SystemDefinition`.
 
     Raises
     ------
     InputError
-        If there is no such system.
+        If there is no such system, or that of another package cannot be loaded.
     """
     if name not in systems():
         raise InputError(f"no system is called {name!r}; {nearest(str(name), systems())}")
-    return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}")
+    if name not in _outside():
+        return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}").SYSTEM
+    point = _outside()[name]
+    try:
+        made = point.load()
+    except Exception as error:
+        raise InputError(
+            f"the system {name!r} of {point.value!r} cannot be loaded: {type(error).__name__}: {error}"
+        ) from error
+    return made() if isinstance(made, type) else made
 
 
 @functools.cache

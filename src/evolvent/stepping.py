@@ -327,8 +327,8 @@ def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], flo
         If its system cannot be stepped from outside.
     """
     module = cases.system(case.system)
-    if not hasattr(module, "stepping"):
-        able = [name for name in cases.systems() if hasattr(cases.system(name), "stepping")]
+    if not module.steps:
+        able = [name for name in cases.systems() if cases.system(name).steps]
         raise InputError(f"system is {case.system!r}, which is not stepped from outside; known: {', '.join(able)}")
     options = module.stepping(case)
     return module.build(case), options, module.plan(case).duration if until is None else until

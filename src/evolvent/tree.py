@@ -34,7 +34,7 @@ def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | No
     ----------
     solution : Solution
     attrs : attributes of the root (`evolvent.results.label`)
-    root : dict, optional, name -> (dims, values, attributes), more variables of the root
+    root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     """
     observed = observe(solution)
     groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {})}
@@ -77,6 +77,7 @@ def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
         ("angular_momentum", momentum.angular, "kg m2 s-1", "angular momentum of all parts about the origin"),
     ):
         data[name] = xr.Variable((*time, "axis"), values, {"units": unit, "long_name": text})
-    data |= {name: xr.Variable(*values) for name, values in more.items()}
+    for name, (dims, values, unit, text) in more.items():
+        data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
     times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
     return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})

@@ -6,7 +6,6 @@ import yaml
 
 from evolvent import cases, studies
 from evolvent.errors import InputError
-from evolvent.systems import heliogyro
 
 
 def dump(study):
@@ -61,7 +60,7 @@ def test_samples_are_seeded_and_within_their_strata(study):
 
 
 def test_every_case_has_a_seed_of_its_own(study, monkeypatch):
-    monkeypatch.setattr(heliogyro, "SEED_KEY", "body.blades", raising=False)
+    monkeypatch.setattr(type(cases.system("heliogyro")), "seed_key", "body.blades")
     study["seed"] = 8
     found = studies.read(study)
     seeds = [found.overrides(index)["body.blades"] for index in range(found.count)]

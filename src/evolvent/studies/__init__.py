@@ -30,18 +30,8 @@ folder, ``stages/000001-deploy.nc``, and are not computed again. A stage that fa
 
 Built-in studies are files ``*.study.yaml`` beside their system.
 
-A system's module may hold more for studies:
-
-``SEED_KEY``
-    Key of its case that takes a seed, ``"sensors.seed"``; every case then gets one of its own.
-``START_KEY``
-    Key of its case that takes the file of a saved run, from whose end it starts, ``"start"``: what stages need.
-``check_follows(before, after)``
-    Refuses, with an `InputError`, a case that cannot start from the end of another.
-``run_batch(cases) -> [xarray.Dataset or Exception]``
-    Runs of many cases at once; each must have the bits that it has alone.
-``study_figures(dataset) -> {name: matplotlib.figure.Figure}``
-    What to draw of a study, in place of lines and maps.
+A system's definition (`evolvent.definition.SystemDefinition`) may have more for studies: `seed_key`, `start_key`,
+`check_follows`, `run_batch` and `study_figures`.
 """
 
 from __future__ import annotations

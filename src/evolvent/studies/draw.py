@@ -44,9 +44,7 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
 
 def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
     """The figures that a study's own system has for it; none where it has none for such a study."""
-    own = getattr(cases.system(dataset.attrs["system"]), "study_figures", None)
-    found: dict[str, Figure] = own(dataset) if own is not None else {}
-    return found
+    return cases.system(dataset.attrs["system"]).study_figures(dataset)
 
 
 def picture(figure: Figure) -> bytes:

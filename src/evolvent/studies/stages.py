@@ -75,8 +75,8 @@ def start_key(stages: Sequence[Stage], module: Any, system: str, given: Collecti
     """
     if not stages:
         return ""
-    key = getattr(module, "START_KEY", None)
-    if key is None:
+    key = module.start_key
+    if not key:
         raise InputError(f"stages are given, but no run of {system!r} can start from another; leave them out")
     own = [f"stages.{k}.set" for k, stage in enumerate(stages) if k and key in stage.set]
     where = "set" if key in given else own[0] if own else ""
@@ -87,9 +87,7 @@ def start_key(stages: Sequence[Stage], module: Any, system: str, given: Collecti
 
 def check(before: Any, after: Any, module: Any) -> None:
     """Refuse a stage that cannot follow another; both are checked cases."""
-    follows = getattr(module, "check_follows", None)
-    if follows is not None:
-        follows(before, after)
+    module.check_follows(before, after)
 
 
 def check_keep(keep: Sequence[str], stages: Sequence[Stage]) -> None:

@@ -288,8 +288,8 @@ def _keep(content: Mapping[str, Any], stages: Sequence[str]) -> tuple[str, ...]:
 
 def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
     """Key that takes a seed in every case, and the largest one; ('', 0) if there is none or the study gives it."""
-    key = getattr(module, "SEED_KEY", None)
-    if key is None or key in given:
+    key = module.seed_key
+    if not key or key in given:
         return "", 0
     most = getattr(annotation(module.Case, key)[0], "most", None)
     return key, min(int(most), 2**53) if most is not None else 2**53

@@ -116,7 +116,7 @@ def _outcomes(task: Task) -> list[record.Outcome]:
     """What is kept of every case, in order."""
     loaded = [cases.load(task.content, overrides[""]) for overrides in task.overrides]
     module = cases.system(loaded[0].system)
-    run_batch = getattr(module, "run_batch", None)
+    run_batch = module.run_batch
     runs = None
     if run_batch is not None and len({case.system for case in loaded}) == 1:
         try:

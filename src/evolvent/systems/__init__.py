@@ -1,32 +1,8 @@
 """Systems: what can be run by name. Each is one module or package of this folder, and its built-in cases as YAML.
 
-A module ``inertia_stand`` (a name with ``_`` first is no system) is the system ``inertia-stand``. It is found by its
-name alone: `evolvent.cases.system` imports it when a case asks for it, and nothing outside it knows more than this:
-
-``Case``
-    The pydantic model (an `evolvent.schema.Section`) of its cases. Its key ``system`` holds the system's name.
-``plan(case, *, laws=None) -> evolvent.cases.Plan``
-    The case, checked and prepared; its function ``run`` returns the run as a Dataset, labelled by
-    `evolvent.results.label`. Refuses, with an `InputError`, whatever can be found before the run; it is called before a
-    compilation is announced, so it must not start a long one. `laws` may hold laws of the user's, by name.
-``layout(case) -> {variable: {dimension: size or None}}``
-    The numeric variables that ``numbers``, ``figures`` and ``scene`` read; a file without them is refused. None is any
-    size from 1.
-``numbers(run) -> [evolvent.figures.Number]``
-    The table on the screen.
-``figures(run) -> [evolvent.figures.Figure]``
-    What to draw; may be empty.
-``scene(run) -> evolvent.figures.Scene or None``
-    The animation, if there is one.
-``motion(run) -> evolvent.motion.Motion``
-    Lines, forces and axes of bodies in true size, for files that other programs read.
-
-A system that can be stepped from outside (`evolvent.Stepper.of_case`) has two more:
-
-``build(case) -> evolvent.System``
-    Its parts; bodies have names that do not change.
-``stepping(case) -> {argument of evolvent.Stepper: value}``
-    Method, step, tolerance and spectral radius that the case asks for.
+A module ``inertia_stand`` (a name with ``_`` first is no system) is the system ``inertia-stand``; its ``SYSTEM`` is an
+`evolvent.definition.SystemDefinition`, which says what a system provides. `evolvent.cases.system` imports it when a
+case asks for it, and nothing outside knows more than the definition. Packages outside add systems by entry points.
 
 In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``simulate`` the runs,
 ``dataset`` the variables of a run, ``show`` what is drawn of it and ``places`` its motion.

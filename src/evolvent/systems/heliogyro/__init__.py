@@ -49,11 +49,29 @@ tridiagonal solve at every stage. In steady feed the hub's lag is sin(delta) = 2
 Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 """
 
+from evolvent.definition import SystemDefinition
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.dataset import layout
 from evolvent.systems.heliogyro.places import motion
 from evolvent.systems.heliogyro.show import figures, numbers, scene
 from evolvent.systems.heliogyro.simulate import plan, stepping
 from evolvent.systems.heliogyro.structure import build
+
+
+class Heliogyro(SystemDefinition):
+    """The system `heliogyro`."""
+
+    Case = Case
+    layout = staticmethod(layout)
+    motion = staticmethod(motion)
+    figures = staticmethod(figures)
+    numbers = staticmethod(numbers)
+    scene = staticmethod(scene)
+    plan = staticmethod(plan)
+    stepping = staticmethod(stepping)
+    build = staticmethod(build)
+
+
+SYSTEM = Heliogyro()
 
 __all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "scene", "stepping"]

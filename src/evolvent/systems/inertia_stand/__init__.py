@@ -25,17 +25,33 @@ Where the paper is in error, or silent:
   shows what it gives.
 """
 
+from evolvent.definition import SystemDefinition
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.places import motion
 from evolvent.systems.inertia_stand.show import figures, layout, numbers, scene
 from evolvent.systems.inertia_stand.simulate import plan, run_batch
 
-#: Key that a study gives each case its own seed by.
-SEED_KEY = "sensors.seed"
+
+class InertiaStand(SystemDefinition):
+    """The system `inertia-stand`."""
+
+    Case = Case
+    seed_key = "sensors.seed"
+    steps = False
+    study_figures = staticmethod(study_figures)
+    motion = staticmethod(motion)
+    figures = staticmethod(figures)
+    layout = staticmethod(layout)
+    numbers = staticmethod(numbers)
+    scene = staticmethod(scene)
+    plan = staticmethod(plan)
+    run_batch = staticmethod(run_batch)
+
+
+SYSTEM = InertiaStand()
 
 __all__ = [
-    "SEED_KEY",
     "Case",
     "figures",
     "layout",

@@ -36,6 +36,7 @@ Where the paper is in error, or silent:
 Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its hub.
 """
 
+from evolvent.definition import SystemDefinition
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.dataset import layout
@@ -45,11 +46,27 @@ from evolvent.systems.wrapped_rib.simulate import plan, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
 from evolvent.systems.wrapped_rib.structure import build
 
-#: Key of a case that takes the run from whose end it starts.
-START_KEY = "start"
+
+class WrappedRib(SystemDefinition):
+    """The system `wrapped-rib`."""
+
+    Case = Case
+    start_key = "start"
+    study_figures = staticmethod(study_figures)
+    layout = staticmethod(layout)
+    motion = staticmethod(motion)
+    figures = staticmethod(figures)
+    numbers = staticmethod(numbers)
+    scene = staticmethod(scene)
+    plan = staticmethod(plan)
+    stepping = staticmethod(stepping)
+    check_follows = staticmethod(check_follows)
+    build = staticmethod(build)
+
+
+SYSTEM = WrappedRib()
 
 __all__ = [
-    "START_KEY",
     "Case",
     "build",
     "check_follows",

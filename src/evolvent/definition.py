@@ -1,0 +1,150 @@
+"""SystemDefinition: what a system provides, so that command line, files, sweeps, studio and documentation serve it.
+
+A definition is a class with a few members; the others have defaults that are derived from the parts. One from outside
+the package is named by an entry point of the group ``evolvent.systems``::
+
+    [project.entry-points."evolvent.systems"]
+    pantograph = "pantograph:Pantograph"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from evolvent.cases import Plan
+from evolvent.errors import InputError, in_keys, naming_keys
+from evolvent.schema import Section
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from evolvent.figures import Figure, Number
+    from evolvent.motion import Motion
+    from evolvent.solvers.solution import Solution
+    from evolvent.system import System
+
+
+class SystemDefinition:
+    """A system that can be run by name: a short form of a case, from which parts follow.
+
+    A subclass has `Case` and `build`, and overrides of the others what its field asks for.
+
+    Attributes
+    ----------
+    Case : type of `evolvent.schema.Section`, the keys of its cases; its key ``system`` holds the system's name
+    cases : mapping, name -> YAML text of the built-in cases (of a system outside the package)
+    seed_key : str, key that a study gives each case its own seed by; '' for none
+    start_key : str, key of a case that takes the run from whose end it starts; '' for none
+    run_batch : function of a list of cases to their runs, for sweeps; None where cases run one by one
+    """
+
+    Case: ClassVar[type[Section]]
+    cases: ClassVar[Mapping[str, str]] = {}
+    seed_key: ClassVar[str] = ""
+    start_key: ClassVar[str] = ""
+    run_batch: Callable[[Sequence[Any]], Sequence[Any]] | None = None
+    #: Whether `build` and `settings` let the system be stepped from outside (`evolvent.Stepper`).
+    steps: ClassVar[bool] = True
+
+    # ------------------------------------------------------------------------------ what a system must have
+
+    def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
+        """The parts of a case."""
+        raise NotImplementedError(f"{type(self).__name__} has no build()")
+
+    def settings(self, case: Any) -> dict[str, Any]:
+        """How a case is run: arguments of `System.simulate` by name, of which `until` must be among them.
+
+        By default those of the case's key ``simulate`` (a section `Simulate`).
+        """
+        found = case.simulate.settings()
+        return dict(found)
+
+    # ---------------------------------------------------------------------------------- what follows from it
+
+    def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
+        """The case, checked and prepared; nothing long is compiled.
+
+        Raises
+        ------
+        InputError
+            For whatever can be found before the run.
+        """
+        from evolvent import analysis, cases
+
+        settings = self.settings(case)
+        keys = {
+            name: f"simulate.{name}" for name in ("until", "every", "method", "step", "tolerance", "spectral_radius")
+        }
+        with naming_keys(keys):
+            assembly = self.build(case, laws=laws).assemble()
+            times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+            method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+
+        def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+            with naming_keys(keys):
+                prepared, why = analysis.plan(assembly, times, **settings)
+                solution = prepared.run(progress).or_start(float(times[0]))
+            solution.message = in_keys(solution.message, keys)
+            text = cases.to_yaml(case)
+            return analysis.tree(solution, case=text, why=why, system=case.system, root=self.derived(case, solution))
+
+        return Plan(duration=float(times[-1]), run=run, solver=method)
+
+    def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
+        """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
+        return {}
+
+    def layout(self, case: Any) -> dict[str, dict[str, int | None]]:
+        """Numeric variables of the root that tables and figures read: name -> {dimension: size or None for any}."""
+        from evolvent import show
+
+        return show.layout(case)
+
+    def numbers(self, run: Any) -> list[Number]:
+        """Rows of the table on the screen."""
+        from evolvent import show
+
+        return show.numbers(run)
+
+    def figures(self, run: Any) -> list[Figure]:
+        """What is drawn of a run; may be empty."""
+        from evolvent import show
+
+        return show.figures(run)
+
+    def motion(self, run: Any) -> Motion | None:
+        """Lines, bodies and forces of a run, for animations and files; None where it holds too little."""
+        from evolvent import show
+
+        return show.motion(run)
+
+    def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
+        """Figures of a study of its own, name -> matplotlib figure, beside those of any study."""
+        return {}
+
+    def check_follows(self, before: Any, after: Any) -> None:
+        """Refuse a case that cannot start from the end of another one, with an InputError."""
+
+    def stepping(self, case: Any) -> dict[str, Any]:
+        """Method, step, tolerance and spectral radius of `evolvent.Stepper`, by the names of its arguments.
+
+        Raises
+        ------
+        InputError
+            If the system is not stepped from outside.
+        """
+        if not self.steps:
+            raise InputError(f"system is {case.system!r}, which is not stepped from outside")
+        from evolvent import analysis
+
+        settings = self.settings(case)
+        method, _ = analysis.choose_method(self.build(case).assemble(), settings.get("method", "auto"))
+        found = {"method": method, "step": settings.get("step")}
+        for name in ("tolerance", "spectral_radius"):
+            if settings.get(name) is not None:
+                found[name] = settings[name]
+        return found

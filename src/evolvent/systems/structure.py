@@ -1,0 +1,89 @@
+"""Structure: any system of parts, written as a case. Its key `parts` holds what `evolvent.parts` has, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from evolvent import units
+from evolvent.definition import SystemDefinition
+from evolvent.errors import InputError
+from evolvent.parts.registry import PartsByName
+from evolvent.schema import Section
+
+if TYPE_CHECKING:
+    from evolvent.system import System
+
+
+class Simulate(Section):
+    """How the motion is integrated, and what is kept of it."""
+
+    until: units.Duration = Field(description="end of the run")
+    every: units.Duration | None = Field(None, description="time between samples; left out, a 400th of the run")
+    method: Literal["auto", "generalized-alpha", "dopri5", "rk4", "heun"] = Field(
+        "auto", description="auto chooses from the parts; the results say which method it is, and why"
+    )
+    step: units.Duration | None = Field(None, description="of a method with fixed steps; chosen if left out")
+    tolerance: units.Tolerance | None = Field(None, description="of an adaptive method")
+    spectral_radius: units.Fraction | None = Field(None, description="of generalized-alpha, at infinite frequency")
+
+    def settings(self) -> dict[str, Any]:
+        """Arguments of `System.simulate`."""
+        return self.model_dump(exclude_none=True)
+
+
+class Equilibrium(Section):
+    """How the equilibrium is found, of ``evolvent equilibrium`` and ``evolvent modes``."""
+
+    time: units.DurationOrZero = Field(0.0, description="at which loads and drives stand")
+    rotating: units.AngularVelocity | None = Field(None, description="steady turn of everything, inertial axes")
+    load_steps: Annotated[int, units.Whole(least=1, most=10_000)] | None = Field(
+        None, description="equal steps of the load factor on whose equilibria the path lands"
+    )
+
+
+class Modes(Section):
+    """Which modes are found, of ``evolvent modes``."""
+
+    count: Annotated[int, units.Whole(least=1, most=10_000)] = 10
+    damped: bool = Field(False, description="whether dampers count")
+
+
+class Case(Section):
+    """A case of the system `structure`."""
+
+    system: Literal["structure"] = "structure"
+    title: str = Field("", description="what it is, for titles of figures")
+    gravity: units.Acceleration = Field((0.0, 0.0, 0.0), description="acts on every mass, inertial axes")
+    parts: PartsByName
+    simulate: Simulate | None = None
+    equilibrium: Equilibrium = Equilibrium()
+    modes: Modes = Modes()
+
+
+class Structure(SystemDefinition):
+    """Any system of parts."""
+
+    Case = Case
+
+    def build(self, case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
+        """The parts of a case."""
+        from evolvent.system import System
+        from evolvent.systems._common import refuse_laws
+
+        refuse_laws(laws, "structure")
+        system = System(gravity=case.gravity)
+        for name, part in case.parts.items():
+            system.add(part, name)
+        return system
+
+    def settings(self, case: Case) -> dict[str, Any]:
+        """How a case is run."""
+        if case.simulate is None:
+            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
+        return case.simulate.settings()
+
+
+SYSTEM = Structure()
