@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from evolvent.observe.variables import Observed, dot, norm
+from evolvent.observe.variables import Observed, Variable, dot, norm
 from evolvent.observe.view import View
 
 Array = np.ndarray
@@ -40,47 +42,55 @@ def observe_beam(view: View, name: str) -> Observed:
     found.vector("tip_position", position[:, -1], "m", "position of the tip, inertial axes")
     found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
     along = part.along(nodes)
-    names = {
-        "strain": ("strain", "1", "strain of the axis"),
-        "force": ("axial_force", "N", "force along the axis, positive where it pulls"),
-        "shear_y": ("shear_force_y", "N", "shear force along y"),
-        "shear_z": ("shear_force_z", "N", "shear force along z"),
-        "torque": ("torque", "N m", "torsional moment"),
-        "bend_y": ("bending_moment_y", "N m", "moment of the bending across y"),
-        "bend_z": ("bending_moment_z", "N m", "moment of the bending across z"),
-        "energy": ("energy_density", "J m-1", "strain energy per length"),
-    }
-    for key, (variable, unit, text) in names.items():
-        if np.any(along[key]) or key in ("strain", "force", "bend_y", "energy"):
-            found.along(variable, "section", along[key], unit, f"{text}, at two points of each element")
+    where = "at two points of each element"
+    found.along("strain", "section", along["strain"], "1", f"strain of the axis, {where}")
+    found.along(
+        "axial_force", "section", along["force"], "N", f"force along the axis, positive where it pulls, {where}"
+    )
+    if nodes.shape[2] == 4:
+        what = "on the section that faces the tip, in its own axes"
+        found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
+        found.along("shear_force_z", "section", along["shear_z"], "N", f"shear force along z {what}, {where}")
+        found.along("torsional_moment", "section", along["torque"], "N m", f"moment about x {what}, {where}")
+        found.along("bending_moment_y", "section", along["bend_z"], "N m", f"moment about y {what}, {where}")
+        found.along("bending_moment_z", "section", -along["bend_y"], "N m", f"moment about z {what}, {where}")
+    else:
+        found.along("bending_moment", "section", along["bend_y"], "N m", f"size of the bending moment, {where}")
+    found.along("energy_density", "section", along["energy"], "J m-1", f"strain energy per length, {where}")
     found.along("curvature", "node", curvature(nodes, float(part.length)), "m-1", "curvature of the axis at the nodes")
-    weights = np.gradient(along["arc"]) if along["arc"].size > 1 else np.ones(1)
     half = float(part.length) / (2 * part.elements)
     weights = np.full(along["arc"].size, half)  # of two Gauss points, half an element each
     found.scalar("energy", along["energy"] @ weights, "J", "strain energy, by two Gauss points of each element")
     found.variables["arc"] = _fixed("section", along["arc"], "m", "length from the root to the points of the sections")
     n = len(unloaded)
     found.variables["arc_node"] = _fixed("node", np.linspace(0.0, float(part.length), n), "m", "length from the root")
-    width = part.drawn_width() if hasattr(part, "drawn_width") else None
-    found.drawn = [
-        {
-            "line": {
-                "points": "position",
-                "kind": "line",
-                "slope": "slope",
-                "length": float(part.length),
-                "values": ["curvature"],
-                **(width or {}),
-            }
-        }
-    ]
+    line: dict[str, Any] = {
+        "points": "position", "slope": "slope", "length": float(part.length), "values": ["curvature"]
+    }  # fmt: skip
+    line |= _section_drawn(part.section, nodes, axes, found)
+    found.drawn = [{"line": line}]
     found.plots = ["tip_deflection"]
     return found
 
 
-def _fixed(dimension: str, values: Array, unit: str, text: str):  # type: ignore[no-untyped-def]
-    from evolvent.observe.variables import Variable
+def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> dict[str, Any]:
+    """How wide a beam is drawn: round ones by their diameter, flat ones as strips along their width."""
+    section = getattr(section, "start", section)  # of a taper
+    if hasattr(section, "radius"):
+        return {"kind": "rod", "width": 2.0 * float(section.radius)}
+    if not hasattr(section, "width"):
+        return {}
+    y, z = float(section.thickness), float(section.width)
+    which = 2 if z >= y else 1
+    if nodes.shape[2] == 4:
+        across = nodes[:, :, 1 + which]
+    else:  # a cable has no twist: that of its root
+        across = np.broadcast_to(axes[:, which][:, None], nodes[:, :, 0].shape)
+    found.along("width_direction", "node", across, "1", "direction along which the beam is drawn wide, inertial axes")
+    return {"kind": "line", "width": max(y, z), "across": "width_direction"}
 
+
+def _fixed(dimension: str, values: Array, unit: str, text: str) -> Variable:
     return Variable((dimension,), values, unit, text)
 
 

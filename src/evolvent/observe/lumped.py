@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels.springs import spring_energy, spring_tension
 from evolvent.motion import quaternions
-from evolvent.observe.variables import Observed, dot, norm, turned, turned_back
+from evolvent.observe.variables import Observed, Variable, dot, norm, turned, turned_back
 from evolvent.observe.view import View
 
 
@@ -23,7 +25,8 @@ def observe_body(view: View, name: str) -> Observed:
     own = turned_back(pose.R, pose.w)
     spin = turned(pose.R, own @ row["inertia"])
     found.vector("position", pose.x, "m", "position of the centre of mass, inertial axes")
-    found.variables["attitude"] = found_attitude(attitude)
+    text = "attitude, quaternion from body to inertial axes, scalar first"
+    found.variables["attitude"] = Variable(("time", "quaternion"), attitude, "1", text)
     found.vector("velocity", pose.v, "m s-1", "velocity of the centre of mass, inertial axes")
     found.vector("rate", own, "rad s-1", "angular velocity, body axes")
     angle = view.angle(index)
@@ -34,8 +37,7 @@ def observe_body(view: View, name: str) -> Observed:
     found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about the centre of mass, inertial axes")
     kinetic = 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
     found.scalar("kinetic_energy", kinetic, "J", "kinetic energy")
-    part = view.part(name)
-    solids = part.solids() if hasattr(part, "solids") else []
+    solids = solids_of(view.part(name), mass, row["inertia"])
     found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
     found.plots = ["rate"]
     if row["iq"] >= 0 and angle is None:
@@ -43,13 +45,30 @@ def observe_body(view: View, name: str) -> Observed:
     return found
 
 
-def found_attitude(attitude: np.ndarray):  # type: ignore[no-untyped-def]
-    """Variable of a quaternion."""
-    from evolvent.observe.variables import Variable
+def solids_of(part: Any, mass: float, inertia: np.ndarray) -> list[dict[str, Any]]:
+    """What a body is drawn as: its shape, or the box of uniform density with its mass and moments of inertia.
 
-    return Variable(
-        ("time", "quaternion"), attitude, "1", "attitude, quaternion from body to inertial axes, scalar first"
-    )
+    Notes
+    -----
+    Edges a, b, c of that box: a^2 = 6 (Iy + Iz - Ix)/m and so on; none of a body without mass.
+    """
+    shape = getattr(part, "shape", None)
+    match type(shape).__name__:
+        case "Box":
+            return [{"box": {"edges": list(shape.size)}}]
+        case "Cylinder":
+            ends = [[-0.5 * shape.length, shape.radius], [0.5 * shape.length, shape.radius]]
+            return [{"revolution": {"profile": ends, "centre": [0.0, 0.0, 0.0], "axis": list(shape.axis)}}]
+        case "Sphere":
+            angles = np.linspace(0.0, np.pi, 17)
+            profile = [[-shape.radius * float(np.cos(a)), shape.radius * float(np.sin(a))] for a in angles]
+            return [{"revolution": {"profile": profile, "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0]}}]
+    moments = np.diag(inertia)
+    if mass <= 0.0 or not np.any(moments):
+        return []
+    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
+    thin = 0.02 * np.sqrt(max(float(squares.max()), 0.0))
+    return [{"box": {"edges": [max(float(np.sqrt(max(x, 0.0))), thin) for x in squares]}}]
 
 
 def continuous(q: np.ndarray) -> np.ndarray:
