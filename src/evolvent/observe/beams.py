@@ -51,12 +51,20 @@ def observe_beam(view: View, name: str) -> Observed:
         what = "on the section that faces the tip, in its own axes"
         found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
         found.along("shear_force_z", "section", along["shear_z"], "N", f"shear force along z {what}, {where}")
-        found.along("torsional_moment", "section", along["torque"], "N m", f"moment about x {what}, {where}")
-        found.along("bending_moment_y", "section", along["bend_z"], "N m", f"moment about y {what}, {where}")
-        found.along("bending_moment_z", "section", -along["bend_y"], "N m", f"moment about z {what}, {where}")
+        # the section turns linearly along an element: its moments are those of the middle
+        middle = {key: along[key][..., ::2] for key in ("torque", "bend_y", "bend_z")}
+        where = "in the middle of each element"
+        found.along("torsional_moment", "element", middle["torque"], "N m", f"moment about x {what}, {where}")
+        found.along("bending_moment_y", "element", middle["bend_z"], "N m", f"moment about y {what}, {where}")
+        found.along("bending_moment_z", "element", -middle["bend_y"], "N m", f"moment about z {what}, {where}")
+        centres = (np.arange(part.elements) + 0.5) * float(part.length) / part.elements
+        found.variables["arc_element"] = _fixed(
+            "element", centres, "m", "length from the root to the elements' middles"
+        )
     else:
         found.along("bending_moment", "section", along["bend_y"], "N m", f"size of the bending moment, {where}")
-    found.along("energy_density", "section", along["energy"], "J m-1", f"strain energy per length, {where}")
+    text = "strain energy per length, at two points of each element"
+    found.along("energy_density", "section", along["energy"], "J m-1", text)
     found.along("curvature", "node", curvature(nodes, float(part.length)), "m-1", "curvature of the axis at the nodes")
     half = float(part.length) / (2 * part.elements)
     weights = np.full(along["arc"].size, half)  # of two Gauss points, half an element each
