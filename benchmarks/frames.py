@@ -40,7 +40,7 @@ def frame(n: int) -> Assembly:
     """A frame with n elements a leg."""
     system = System(gravity=(3.0, 2.0, -G))
     material, section = (
-        elements.Material(E=7e10, nu=0.3, density=2700.0),
+        elements.Material(young_modulus=7e10, poisson_ratio=0.3, density=2700.0),
         elements.Rectangle(thickness=0.01, width=0.02),
     )
     for leg in range(2):
@@ -49,16 +49,16 @@ def frame(n: int) -> Assembly:
             position=(float(leg), 0.0, 0.0), direction=(0.0, 0.0, 1.0),
         )  # fmt: skip
         system.add(beam, f"leg{leg}")
-        system.add(parts.Joint(a=(float(leg), 0.0, 0.0), b=(f"leg{leg}", "root")))
+        system.add(parts.Joint(a=(float(leg), 0.0, 0.0), b=f"leg{leg}.root"))
         for k in range(1, n + 1):
             system.add(
                 parts.RigidBody(mass=0.05, inertia=(1e-4, 1.1e-4, 1.2e-4), position=(float(leg), 0.0, k / n)),
                 f"body{leg}-{k}",
             )
-            system.add(parts.Joint(a=(f"leg{leg}", k), b=f"body{leg}-{k}"))
+            system.add(parts.Joint(a=f"leg{leg}[{k}]", b=f"body{leg}-{k}"))
     system.add(parts.RigidBody(mass=1.0, inertia=(0.01, 0.08, 0.08), position=(0.5, 0.0, 1.0)), "bar")
     for leg in range(2):
-        system.add(parts.Joint(a=(f"leg{leg}", "tip"), b=("bar", (leg - 0.5, 0.0, 0.0))))
+        system.add(parts.Joint(a=f"leg{leg}.tip", b=("bar", (leg - 0.5, 0.0, 0.0))))
     return system.assemble()
 
 
@@ -73,7 +73,7 @@ def four_bars() -> Assembly:
             ),
             f"up{k}",
         )  # fmt: skip
-        system.add(parts.Joint(a=(float(k), 0.0, 0.0), b=(f"up{k}", (0.0, -0.5, 0.0)), kind="hinge"))
+        system.add(parts.Joint(a=(float(k), 0.0, 0.0), b=(f"up{k}", (0.0, -0.5, 0.0)), type="revolute"))
     for k in range(LOOPS):
         system.add(
             parts.RigidBody(

@@ -34,11 +34,11 @@ CABLES, BEAMS = (10, 20, 40, 80, 160), (10, 20, 40)
 def ours(formulation: str, n: int, repeat: int) -> tuple[float, np.ndarray]:
     """Time of a step, us, and the tip after 1 s."""
     system = System(gravity=(0.0, -G, 0.0))
-    material = elements.Material(E=E, nu=NU, density=DENSITY)
+    material = elements.Material(young_modulus=E, poisson_ratio=NU, density=DENSITY)
     section = elements.Rectangle(thickness=SIDE, width=SIDE)
     beam = parts.Beam(length=LENGTH, section=section, material=material, elements=n, formulation=formulation)
     system.add(beam, "beam")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root")))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root"))
     assembly = system.assemble()
     best, place = np.inf, np.zeros(3)
     for _ in range(repeat):

@@ -43,7 +43,7 @@ RATE = 20
 def winding(formulation: str, n: int, *, penalty: bool, law: str = "hunt-crossley") -> Assembly:
     """The rib, straight outwards and at rest."""
     system = System()
-    material = elements.Material(E=5e6, nu=0.3, density=1600.0)
+    material = elements.Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0)
     system.add(
         parts.Beam(
             length=LENGTH, section=elements.Rectangle(thickness=0.0003, width=0.03), material=material, elements=n,
@@ -52,12 +52,14 @@ def winding(formulation: str, n: int, *, penalty: bool, law: str = "hunt-crossle
         "rib",
     )  # fmt: skip
     stiffness = STIFFNESS if penalty else 0.0
-    system.add(parts.Joint(a=(RADIUS, 0.0, 0.0), b=("rib", "root"), kind="point", stiffness=stiffness), "hinge")
+    system.add(parts.Joint(a=(RADIUS, 0.0, 0.0), b="rib.root", type="spherical", stiffness=stiffness), "hinge")
     contact: dict[str, Any] = {"stiffness": STIFFNESS, "damping": 0.5}
     if law == "paper":
         contact = {"stiffness": 1e6, "damping": 1e3}
     system.add(
-        parts.Cylinder(body="ground", beams=["rib"], radius=RADIUS, half_length=1.5, law=law, points=4, **contact),
+        parts.CylinderContact(
+            body="ground", beams=["rib"], radius=RADIUS, half_length=1.5, law=law, points=4, **contact
+        ),
         "hub",
     )
     system.add(parts.FieldTorque(beam="rib", torque=TORQUE), "drive")

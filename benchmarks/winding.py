@@ -40,7 +40,7 @@ def ours(n: int, span: float, *, step: float | None = None, tolerance: float = 1
     rib = parts.Beam(
         length=LENGTH,
         section=elements.Rectangle(thickness=THICKNESS, width=WIDTH),
-        material=elements.Material(E=E, nu=0.3, density=DENSITY),
+        material=elements.Material(young_modulus=E, poisson_ratio=0.3, density=DENSITY),
         elements=n,
         formulation="cable_stretch",
         position=(HUB, 0.0, 0.0),
@@ -49,9 +49,9 @@ def ours(n: int, span: float, *, step: float | None = None, tolerance: float = 1
         rates=rates,
     )
     system.add(rib, "rib")
-    system.add(parts.Joint(a=("hub", (HUB, 0.0, 0.0)), b=("rib", "root")))
-    system.add(parts.Cylinder(body="hub", beams=["rib"], radius=HUB, stiffness=STIFFNESS, points=POINTS))
-    system.add(parts.PointLoad(node=("rib", "tip"), force=(0.0, FORCE, 0.0)))
+    system.add(parts.Joint(a=("hub", (HUB, 0.0, 0.0)), b="rib.root"))
+    system.add(parts.CylinderContact(body="hub", beams=["rib"], radius=HUB, stiffness=STIFFNESS, points=POINTS))
+    system.add(parts.PointLoad(node="rib.tip", force=(0.0, FORCE, 0.0)))
     assembly = system.assemble()
     found = solve_implicit(
         assembly, samples=[0.0, span], step=step, tolerance=tolerance, spectral_radius=RADIUS

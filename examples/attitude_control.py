@@ -19,13 +19,14 @@ system.add(parts.RigidBody(mass=20.0, inertia=5.0), "hub")
 rib = parts.Beam(
     length=2.0,
     section=elements.Rectangle(thickness=0.01, width=0.02),
-    material=elements.Material(E=2e8, nu=0.3, density=1000.0),
+    material=elements.Material(young_modulus=2e8, poisson_ratio=0.3, density=1000.0),
     elements=6,
+    formulation="cable",
     position=(0.5, 0.0, 0.0),
     stiffness_damping=0.01,
 )
 system.add(rib, "rib")
-joint = system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"), "root")
+joint = system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="clamp"), "root")
 
 # %%
 # The controller: a turn by 30 degrees about z in 60 s, proportional to the error of angle and rate, ten times a second.

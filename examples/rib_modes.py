@@ -26,13 +26,13 @@ def turning(rate):
     rib = parts.Beam(
         length=LENGTH,
         section=Rectangle(thickness=3e-4, width=0.03),
-        material=Material(E=5e6, nu=0.3, density=1600.0),
+        material=Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0),
         elements=COUNT,
         formulation="cable_stretch",
         position=(RADIUS, 0.0, 0.0),
     )
     system.add(rib, "rib")
-    system.add(parts.Joint(a=("hub", (RADIUS, 0.0, 0.0)), b=("rib", "root"), kind="clamp"), "root")
+    system.add(parts.Joint(a=("hub", (RADIUS, 0.0, 0.0)), b="rib.root", type="clamp"), "root")
     return system.assemble()
 
 

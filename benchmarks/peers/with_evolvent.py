@@ -22,15 +22,15 @@ def cable(spec: dict[str, Any], options: dict[str, Any]) -> tuple[Any, Callable]
     beam = parts.Beam(
         length=spec["length"],
         section=elements.Rectangle(thickness=spec["side"], width=spec["side"]),
-        material=elements.Material(E=spec["E"], nu=spec["nu"], density=spec["density"]),
+        material=elements.Material(young_modulus=spec["E"], poisson_ratio=spec["nu"], density=spec["density"]),
         elements=spec["elements"],
         formulation=options["formulation"],
     )
     system.add(beam, "cable")
-    kind = "hinge" if beam.formulation == "assumed_strain" else "point"
+    kind = "revolute" if beam.formulation == "assumed_strain" else "spherical"
     # explicit methods hold no constraints: the pin is a spring then
     stiffness = 1e6 if options.get("method") == "rk4" else 0.0
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("cable", "root"), kind=kind, stiffness=stiffness))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="cable.root", type=kind, stiffness=stiffness))
     tip = 3 * beam.vectors * spec["elements"]
     return system.assemble(), lambda y: y[tip : tip + 3]
 

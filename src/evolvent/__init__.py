@@ -12,6 +12,18 @@ if TYPE_CHECKING:
     import xarray
 
     from evolvent import parts
+    from evolvent.elements.sections import (
+        ALUMINIUM,
+        CFRP,
+        KAPTON,
+        STEEL,
+        General,
+        Material,
+        Rectangle,
+        Rod,
+        Taper,
+        Tube,
+    )
     from evolvent.laws import event_law, feed_law, force_law, spring_law
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
@@ -21,11 +33,21 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "ALUMINIUM",
+    "CFRP",
+    "KAPTON",
+    "STEEL",
     "EvolventError",
+    "General",
     "InputError",
+    "Material",
+    "Rectangle",
+    "Rod",
     "RunFailed",
     "Stepper",
     "System",
+    "Taper",
+    "Tube",
     "event_law",
     "feed_law",
     "force_law",
@@ -39,6 +61,10 @@ __all__ = [
 
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
 _LAZY = {
+    **dict.fromkeys(
+        ("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "General", "Material", "Rectangle", "Rod", "Taper", "Tube"),
+        "evolvent.elements.sections",
+    ),
     "Stepper": "evolvent.stepping",
     "System": "evolvent.system",
     "event_law": "evolvent.laws",

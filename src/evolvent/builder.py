@@ -16,6 +16,7 @@ from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation, load_weight
 from evolvent.kernels import ancf, constraint_rows, flexible, loads, rigid, springs, thread
 from evolvent.pointer import zeros_record
+from evolvent.references import Location, split_reference
 
 Array = np.ndarray
 
@@ -81,6 +82,7 @@ class Builder:
         self.part = ""
         self.joint_parts: list[str] = []
         self.poses: list[Pose] = []
+        self.body_points: dict[str, dict[str, Any]] = {}
         self.q: list[float] = []
         self.v: list[float] = []
         self.released: list[int] = []
@@ -158,21 +160,91 @@ class Builder:
             raise InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
         return self.names[name][1]
 
-    def marker(self, where: Any) -> int:
-        """Marker of a reference: a point's or body's name, (body, position in its axes) or a position on the ground."""
+    def place(self, where: Any, key: str = "a place") -> Location:
+        """Where a reference to a place is, at the start.
+
+        Parameters
+        ----------
+        where : str, (str, (3,) float) or (3,) float
+            "hub" (a body's origin, a point), "hub.left" (a point of a body), "boom.root", "boom.tip" or "boom[5]" (a
+            beam's node), ("hub", position in its axes), or a position on the ground.
+        key : str, what the reference is given for, such as "spring.a"
+
+        Raises
+        ------
+        InputError
+            If there is no such place; the message names the nearest one.
+        """
         if isinstance(where, str):
-            where = (where, (0.0, 0.0, 0.0))
+            name, on = split_reference(where)
+            family, index = self._owner(name, where, key)
+            if family == "beams":
+                return self._node(where, index, name, on, key)
+            if family == "points":
+                if on is not None:
+                    raise InputError(f"{key} is {where!r}; {name!r} is a point mass, which has no {on!r}")
+                row = self.rows["points"][index]
+                x, v = np.array(self.q[row["iq"] :][:3]), np.array(self.v[row["iv"] :][:3])
+                return Location("points", index, np.zeros(3), row["iq"], row["iv"], -1, x, v, False)
+            points = self.body_points.get(name, {})
+            if on is not None and on not in points:
+                what = f"node {on}" if isinstance(on, int) else f"point {on!r}"
+                raise InputError(f"{key} is {where!r}; {name!r} has no {what}; {nearest(str(on), points)}")
+            return self._on_body(index, points[on] if isinstance(on, str) else (0.0, 0.0, 0.0), on is None)
         if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
-            raise InputError(f"{where!r} is no place; give a name, (body, position) or a position on the ground")
-        if len(where) == 3 and not isinstance(where[0], str):
-            where = ("ground", where)
-        name, local = where
-        if name not in self.names or self.names[name][0] not in ("bodies", "points"):
-            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points")]
-            raise InputError(f"no body or point is called {name!r}; {nearest(name, known)}")
-        family, index = self.names[name]
-        kind = springs.ON_BODY if family == "bodies" else springs.ON_POINT
-        return self.add("markers", kind=kind, index=index, local=np.array(local, dtype=float))
+            raise InputError(
+                f"{key} is {where!r}; it must be a name, a point such as 'boom.tip' or ('hub', (0, 0, 1)), or a "
+                f"position on the ground"
+            )
+        if len(where) == 3:
+            return self._on_body(self.names["ground"][1], where, False)
+        family, index = self._owner(where[0], where, key)
+        if family != "bodies":
+            raise InputError(f"{key} is {where!r}; {where[0]!r} is not a body, and only a body takes a position")
+        return self._on_body(index, where[1], False)
+
+    def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
+        """Family and index of the part that a place is on."""
+        family, index = self.names.get(name, ("", -1))
+        if family not in ("bodies", "points", "beams"):
+            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams")]
+            raise InputError(
+                f"{key} is {where!r}; no body, point or beam is called {name!r}; {nearest(str(name), known)}"
+            )
+        return family, index
+
+    def _on_body(self, index: int, local: Any, alone: bool) -> Location:
+        at, pose = np.array(local, dtype=float), self.poses[index]
+        d = pose.R @ at
+        return Location("bodies", index, at, -1, -1, -1, pose.x + d, pose.v + np.cross(pose.w, d), alone)
+
+    def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        row = self.rows["beams"][index]
+        last = row["nodes"] - 1
+        number = {"root": 0, "tip": last}.get(on) if isinstance(on, str) else on
+        if number is None or number > last:
+            wanted = f"'{name}.root', '{name}.tip' or a node from '{name}[0]' to '{name}[{last}]'"
+            what = "is a beam" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
+            raise InputError(f"{key} is {where!r}; {name!r} {what}; give {wanted}")
+        size = 3 * flexible.NODE_VECTORS[row["kind"]]
+        iq, iv = row["iq"] + size * number, row["iv"] + size * number
+        x, v = np.array(self.q[iq : iq + 3]), np.array(self.v[iv : iv + 3])
+        return Location("beams", index, np.zeros(3), iq, iv, row["kind"], x, v, False)
+
+    def velocity_of(self, where: Any, key: str = "a place") -> Array:
+        """Velocity of a place at the start (`place`), m/s, inertial axes."""
+        return self.place(where, key).v
+
+    def marker(self, where: Any, key: str = "a place") -> int:
+        """Marker of a place (`place`) on a body or of a point; a node of a beam is refused."""
+        at = self.place(where, key)
+        if at.family == "beams":
+            raise InputError(
+                f"{key} is {where!r}, a node of a beam, which this part cannot act on; add a Point with at={where!r} "
+                f"and name that"
+            )
+        kind = springs.ON_BODY if at.family == "bodies" else springs.ON_POINT
+        return self.add("markers", kind=kind, index=at.index, local=at.local)
 
     def marker_state(self, marker: int) -> tuple[Array, Array]:
         """Position and velocity of a marker at the start."""
@@ -180,9 +252,8 @@ class Builder:
         if row["kind"] == springs.ON_POINT:
             point = self.rows["points"][row["index"]]
             return np.array(self.q[point["iq"] :][:3]), np.array(self.v[point["iv"] :][:3])
-        pose = self.poses[row["index"]]
-        d = pose.R @ row["local"]
-        return pose.x + d, pose.v + np.cross(pose.w, d)
+        at = self._on_body(row["index"], row["local"], False)
+        return at.x, at.v
 
     # -------------------------------------------------------------------------------------------- assembly
 

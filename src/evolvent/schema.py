@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import inspect
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.errors import InputError, nearest
 
@@ -30,6 +34,106 @@ class Section(BaseModel):
     # pydantic then validates inner sections itself, and keeps the place of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The keys, each described by the class's docstring where its field has no description of its own."""
+        found = handler(schema)
+        target = handler.resolve_ref_schema(found)
+        if cls.__doc__:
+            target["description"] = " ".join(inspect.cleandoc(cls.__doc__).split("\n\n")[0].split())
+        for key, text in descriptions(cls).items():
+            if text and key in target.get("properties", {}):
+                target["properties"][key]["description"] = text
+        return found
+
+
+@functools.cache
+def descriptions(kind: type[Section]) -> Mapping[str, str]:
+    """What each key of a section means: its field's description, else its text in the numpydoc docstring."""
+    texts: dict[str, str] = {}
+    for one in reversed(kind.__mro__):
+        texts |= parameters(one.__doc__ or "")
+    return {key: field.description or texts.get(key, "") for key, field in kind.model_fields.items()}
+
+
+def parameters(doc: str) -> dict[str, str]:
+    """Text of every name in the section "Parameters" of a numpydoc docstring; of its type where it has no text."""
+    match = re.search(r"\nParameters\n-+\n(.*?)(?=\n\n[A-Z][\w ]*\n-+\n|\Z)", inspect.cleandoc(doc), re.DOTALL)
+    found: dict[str, str] = {}
+    entry = r"^(?P<names>\w+(?:, \w+)*) : (?P<type>.*)(?P<text>(?:\n(?: .*|(?=\n )))*)"
+    for one in re.finditer(entry, match[1] if match else "", re.MULTILINE):
+        text = " ".join((one["text"].strip() or one["type"]).split())
+        found |= dict.fromkeys(one["names"].split(", "), text)
+    return found
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class OneOf:
+    """A pydantic annotation: a section of one of several kinds, in a file under the name of its kind.
+
+    ``{tube: {radius: 1 cm, thickness: 0.3 mm}}``; of a kind with a single key, the value alone: ``{rod: 1 cm}``.
+
+    Parameters
+    ----------
+    kinds : mapping, name of the kind -> section
+    """
+
+    kinds: Mapping[str, type[Section]]
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        return f"a mapping with one of the keys {', '.join(sorted(self.kinds))}"
+
+    def _choose(self, value: Any) -> str:
+        """Name of the kind of a value."""
+        for name, kind in self.kinds.items():
+            if type(value) is kind:
+                return name
+        if isinstance(value, Mapping) and len(value) == 1:
+            (name,) = value
+            if name in self.kinds:
+                return str(name)
+            message = f"{name!r} is none of its kinds; {nearest(str(name), self.kinds)}"
+            raise PydanticCustomError("kind", "{message}", {"message": message})
+        raise PydanticCustomError("kind", "it must be {allowed}", {"allowed": self.allowed})
+
+    def _inner(self, value: Any) -> Any:
+        """The section, or its keys."""
+        name = self._choose(value)
+        kind = self.kinds[name]
+        if isinstance(value, kind):
+            return value
+        keys, inner = list(kind.model_fields), value[name]
+        return {keys[0]: inner} if len(keys) == 1 and not isinstance(inner, (Mapping, kind)) else inner
+
+    def write(self, value: Section) -> dict[str, Any]:
+        """A section as a file holds it."""
+        return {self._choose(value): value.model_dump(mode="json", exclude_defaults=True)}
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A union of the kinds."""
+        choices = {
+            name: core_schema.no_info_before_validator_function(self._inner, handler.generate_schema(kind))
+            for name, kind in self.kinds.items()
+        }
+        # the union itself must not see what it cannot choose for: its own error tells less
+        return core_schema.no_info_before_validator_function(
+            lambda value: (self._choose(value), value)[1],
+            core_schema.tagged_union_schema(choices, discriminator=self._choose),
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """One object with one key."""
+        shapes = []
+        for name, inner in schema["schema"]["choices"].items():
+            properties = {name: handler(inner["schema"])}
+            shapes.append(
+                {"type": "object", "properties": properties, "required": [name], "additionalProperties": False}
+            )
+        return {"oneOf": shapes}
+
 
 def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
@@ -39,6 +143,13 @@ def sections(annotation: Any) -> Iterator[type[Section]]:
         yield from sections(argument)
 
 
+def marks(field: Any) -> Iterator[Any]:
+    """Annotations of a field, of its type and of the types that a union offers, such as `Quantity`."""
+    yield from field.metadata
+    for argument in get_args(field.annotation):
+        yield from getattr(argument, "__metadata__", ())
+
+
 def keys(kind: type[Section], before: str = "") -> list[str]:
     """All dotted keys of a case."""
     found = []
@@ -46,6 +157,9 @@ def keys(kind: type[Section], before: str = "") -> list[str]:
         found.append(before + name)
         for section in sections(field.annotation):
             found += keys(section, f"{before}{name}.")
+        for choice in (one for one in marks(field) if isinstance(one, OneOf)):
+            for word, section in choice.kinds.items():
+                found += [f"{before}{name}.{word}", *keys(section, f"{before}{name}.{word}.")]
     return found
 
 
@@ -99,7 +213,9 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
             return f"{key} is missing" + _wanted(kind, first["loc"])
         case "literal_error":
             known = re.findall(r"'([^']*)'", context.get("expected", ""))
-            return f"{key} is {value!r}; {nearest(str(value), known)}"
+            if known:
+                return f"{key} is {value!r}; {nearest(str(value), known)}"
+            message = f"it must be {context.get('expected')}"
         case "model_type":
             message = "it must be a mapping of keys to values"
         case "bool_type" | "bool_parsing":
@@ -109,7 +225,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
         case "too_short" | "too_long":
             limit = context.get("max_length", context.get("min_length"))
             message = f"it must have {limit} values, not {context['actual_length']}"
-    return f"{key} is {shown(value)}; {message}"
+    return f"{key.rstrip('.')} is {shown(value)}; {message}"
 
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
@@ -119,7 +235,7 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
         inner = list(sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
         here = inner[0] if inner else here
     field = here.model_fields.get(str(location[-1]))
-    for annotation in field.metadata if field is not None else ():
+    for annotation in marks(field) if field is not None else ():
         allowed = getattr(annotation, "allowed", None)
         if allowed:
             return f"; it must be {allowed}"

@@ -28,7 +28,16 @@ COMMON: dict[str, dict[str, float]] = {
     "kg/m": {"kg/m": 1.0, "g/m": 0.001},
     "N/m": {"N/m": 1.0, "kN/m": 1000.0},
     "N s/m": {"N s/m": 1.0},
-    "Pa": {"Pa": 1.0, "uPa": 1e-6},
+    "Pa": {"Pa": 1.0, "uPa": 1e-6, "MPa": 1e6, "GPa": 1e9},
+    "kg/m^3": {"kg/m^3": 1.0, "g/cm^3": 1000.0},
+    "m^2": {"m^2": 1.0, "cm^2": 1e-4, "mm^2": 1e-6},
+    "m^4": {"m^4": 1.0, "cm^4": 1e-8, "mm^4": 1e-12},
+    "N m/rad": {"N m/rad": 1.0, "N m": 1.0},
+    "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
+    "1/s": {"1/s": 1.0},
+    # the exponent n is another key's; a contact checks that the unit has it
+    "N/m^n": {"N/m^n": 1.0, "N/m": 1.0},
+    "s/m": {"s/m": 1.0, "N s/m": 1.0},
 }
 
 
@@ -77,6 +86,8 @@ def parse(text: str, unit: str) -> float:
         return value
     if given in COMMON.get(unit, {}):
         return value * COMMON[unit][given]
+    if unit == "N/m^n" and re.fullmatch(r"N/m\^\d+(\.\d+)?", given):
+        return value
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
     pint, registry = startup.load("pint"), _registry()
@@ -99,7 +110,7 @@ class Quantity:
     what : str, with its article ("a length")
     unit : str, SI, '' for a plain number
     example : str, a valid text
-    above, least, most : float, optional bounds (`above` itself is excluded)
+    above, least, most, below : float, optional bounds (`above` and `below` themselves are excluded)
     auto : bool, whether the word 'auto' is a value too
     """
 
@@ -109,6 +120,7 @@ class Quantity:
     above: float | None = None
     least: float | None = None
     most: float | None = None
+    below: float | None = None
     auto: bool = False
 
     @property
@@ -122,6 +134,8 @@ class Quantity:
             bounds.append(f" of {self.least:g}{unit if self.least else ''} or above")
         if self.most is not None:
             bounds.append(f" up to {self.most:g}{unit}")
+        if self.below is not None:
+            bounds.append(f" below {self.below:g}{unit}")
         text = f"{self.what}{' and'.join(bounds)}, such as {self.example!r}"
         if self.unit:
             text += f" (a plain number is in {self.unit})"
@@ -138,12 +152,12 @@ class Quantity:
             number = parse(value, self.unit) if isinstance(value, str) else _float(value)
             if not math.isfinite(number):
                 raise UnitError("it is not finite")
-            if abs(number) > LARGEST or (self.above is not None and 0.0 < number < 1.0 / LARGEST):
+            if abs(number) > LARGEST or (self.above == 0.0 and 0.0 < number < 1.0 / LARGEST):
                 raise UnitError(f"its size is not between {1.0 / LARGEST:g} and {LARGEST:g}")
         except UnitError as error:
             reason = f"; {error}"
         else:
-            high = self.most is not None and number > self.most
+            high = (self.most is not None and number > self.most) or (self.below is not None and number >= self.below)
             low = self.least is not None and number < self.least
             if not (high or low or (self.above is not None and number <= self.above)):
                 return number
@@ -165,7 +179,8 @@ class Quantity:
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number within the bounds, or a text."""
         number: dict[str, Any] = {"type": "number"}
-        for key, bound in (("exclusiveMinimum", self.above), ("minimum", self.least), ("maximum", self.most)):
+        bounds = {"exclusiveMinimum": self.above, "minimum": self.least, "maximum": self.most}
+        for key, bound in {**bounds, "exclusiveMaximum": self.below}.items():
             if bound is not None:
                 number[key] = bound
         return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
@@ -228,13 +243,15 @@ class Vector:
     Parameters
     ----------
     quantity : Quantity
-    size : int, how many values; 0 for any number from 1
+    size : int, how many values; 0 for any number
     direction : bool, whether the values must not all be zero
+    empty : bool, whether there may be none
     """
 
     quantity: Quantity
     size: int = 3
     direction: bool = False
+    empty: bool = False
 
     @property
     def allowed(self) -> str:
@@ -252,7 +269,7 @@ class Vector:
         try:
             if isinstance(value, str) or not hasattr(value, "__len__"):
                 raise UnitError("it is not a list")
-            if len(value) != self.size if self.size else len(value) == 0:
+            if len(value) != self.size if self.size else len(value) == 0 and not self.empty:
                 raise UnitError(f"it has {len(value)} values")
             found = tuple(self.quantity.read(v) for v in shared_unit(list(value)))
             if not self.direction or any(found):
@@ -267,7 +284,7 @@ class Vector:
 
     def write(self, value: Any) -> Any:
         """`value` as a case file holds it: its unit stands in the last entry."""
-        if not self.quantity.unit:
+        if not self.quantity.unit or not value:
             return list(value)
         return [*value[:-1], self.quantity.write(value[-1])]
 
@@ -281,7 +298,7 @@ class Vector:
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An array."""
         one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
-        sizes = {"minItems": self.size, "maxItems": self.size} if self.size else {"minItems": 1}
+        sizes = {"minItems": self.size, "maxItems": self.size} if self.size else {"minItems": int(not self.empty)}
         return {"type": "array", "items": {"anyOf": one}, **sizes, "description": self.allowed}
 
 
@@ -313,6 +330,78 @@ def _is_plain(text: str) -> bool:
 
 def _number_of(value: Any) -> float:
     return float(value)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Tensor:
+    """A pydantic annotation: one value of a `Quantity` about every axis, three principal ones, or a 3 x 3 tensor.
+
+    Lists are kept as tuples; where the last entry of a list alone has a unit, it is the unit of all.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    """
+
+    quantity: Quantity
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        return f"{self.quantity.allowed}, a list of the three principal ones, or the rows of a 3 x 3 tensor"
+
+    def read(self, value: Any) -> Any:
+        """`value` as a float, a tuple of three, or three of them."""
+        reason = ""
+        try:
+            if isinstance(value, str) or not hasattr(value, "__len__"):
+                return self.quantity.read(value)
+            row = Vector(quantity=self.quantity).read
+            if len(value) != 3:
+                raise UnitError(f"it has {len(value)} values")
+            if not any(hasattr(v, "__len__") and not isinstance(v, str) for v in value):
+                return row(value)
+            return tuple(row(v) for v in self._rows(value))
+        except UnitError as error:
+            reason = f"; {error}"
+        except PydanticCustomError as error:
+            reason = (error.context or {}).get("reason", "")
+        raise PydanticCustomError(
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
+        )
+
+    def _rows(self, value: Any) -> list[Any]:
+        """Rows of a tensor, the unit of the very last entry in each of them."""
+        rows = [list(row) if hasattr(row, "__len__") and not isinstance(row, str) else [row] for row in value]
+        last = rows[-1][-1] if rows[-1] else 0.0
+        match = _NUMBER.fullmatch(last) if isinstance(last, str) else None
+        if match is None or not match[2]:
+            return rows
+        for row in rows[:-1]:
+            if row and (isinstance(row[-1], numbers.Real) or _is_plain(row[-1])):
+                row[-1] = f"{row[-1]} {match[2]}"
+        return rows
+
+    def write(self, value: Any) -> Any:
+        """`value` as a case file holds it."""
+        if not isinstance(value, tuple):
+            return self.quantity.write(value)
+        if not isinstance(value[0], tuple):
+            return Vector(quantity=self.quantity).write(value)
+        return [*(list(row) for row in value[:-1]), Vector(quantity=self.quantity).write(value[-1])]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """One value or an array."""
+        one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
+        array = {"type": "array", "minItems": 3, "maxItems": 3}
+        return {"anyOf": [*one, array], "description": self.allowed}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -384,3 +473,26 @@ StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", exam
 Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]
 Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
 Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
+AngleOrZero = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg", least=0.0)]
+Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa", above=0.0)]
+PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
+Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
+Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]
+SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
+InertiaTensor = Annotated[
+    float | Triple | tuple[Triple, Triple, Triple],
+    Tensor(quantity=Quantity(what="a moment of inertia", unit="kg m^2", example="0.004 kg m^2")),
+]
+_TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N m/rad", "example": "0.5 N m/rad"}
+_TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
+RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
+RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
+RateOrZero = Annotated[float, Quantity(what="an inverse time", unit="1/s", example="0.1 1/s", least=0.0)]
+ContactStiffness = Annotated[
+    float, Quantity(what="a contact stiffness", unit="N/m^n", example="1e6 N/m^1.5", above=0.0)
+]
+ContactDampingOrZero = Annotated[float, Quantity(what="a contact damping", unit="s/m", example="0.1 s/m", least=0.0)]
+Exponent = Annotated[float, Quantity(what="a plain number", unit="", example="1.5", least=1.0)]
+NumberOrZero = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", least=0.0)]
+PositiveNumber = Annotated[float, Quantity(what="a plain number", unit="", example="0.5", above=0.0)]
+Parameters = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0, empty=True)]

@@ -27,7 +27,11 @@ def tip_load(c: Chain, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.nda
 
 def deflection_ratio(formulation: str, count: int, nu: float, across: int = 1) -> float:
     """Tip deflection of a slender cantilever under a small load, over F L^3/(3 EI)."""
-    length, section, material = 1.0, Rectangle(thickness=1e-3, width=2e-3), Material(E=1e9, nu=nu, density=1.0)
+    length, section, material = (
+        1.0,
+        Rectangle(thickness=1e-3, width=2e-3),
+        Material(young_modulus=1e9, poisson_ratio=nu, density=1.0),
+    )
     s = section.properties(nu)
     EI = material.E * (s.Iz if across == 1 else s.Iy)
     c = chain(formulation, count, length, section, material)
@@ -71,7 +75,10 @@ def test_a_cantilever_of_cables_is_exact_under_a_small_load(across):
 
 @pytest.mark.parametrize("formulation", [*REMEDIES, "cable"])
 def test_a_bar_stretches(formulation):
-    section, material = Rectangle(thickness=0.02, width=0.05), Material(E=7e5, nu=0.3, density=1.0)
+    section, material = (
+        Rectangle(thickness=0.02, width=0.05),
+        Material(young_modulus=7e5, poisson_ratio=0.3, density=1.0),
+    )
     c = chain(formulation, 3, 1.2, section, material)
     strain = 1e-6
     load = tip_load(c, x=material.E * 0.02 * 0.05 * strain)
@@ -90,7 +97,12 @@ def test_a_bar_stretches(formulation):
 @pytest.mark.parametrize("formulation", ["elastic_line", "assumed_strain"])
 def test_a_taper_bends_by_its_moments(formulation):
     start, end, length = General(area=1.0, Iy=1e-4, Iz=2e-4, J=1e-4), General(area=1.0, Iy=1e-4, Iz=1e-4, J=1e-4), 2.0
-    rib, material, n, F = Taper(start, end), Material(E=1e6, nu=0.3, density=1.0), 16, 1e-3
+    rib, material, n, F = (
+        Taper(root=start, tip=end),
+        Material(young_modulus=1e6, poisson_ratio=0.3, density=1.0),
+        16,
+        1e-3,
+    )
     forms = [beam_form(formulation, length / n, rib.between(k / n, (k + 1) / n), material) for k in range(n)]
     c = Chain(forms, length)
     q = c.solve(c.q, c.clamped(), tip_load(c, y=F))
@@ -103,7 +115,7 @@ def test_a_taper_bends_by_its_moments(formulation):
 # ------------------------------------------------------------------------------------------------ large deflections
 
 STRIP = Rectangle(thickness=1e-3, width=2e-2)
-STEEL = Material(E=2e11, nu=0.3, density=7800.0)
+STEEL = Material(young_modulus=2e11, poisson_ratio=0.3, density=7800.0)
 EI = STEEL.E * STRIP.properties(0.3).Iz
 
 
@@ -190,7 +202,7 @@ def test_the_elastica_converges_as_stated(book):
 
 def torque(formulation: str, section, angle: float, count: int = 4, length: float = 2.0) -> float:
     """Torque that holds the last section turned about the axis."""
-    material = Material(E=2.6e5, nu=0.3, density=1.0)
+    material = Material(young_modulus=2.6e5, poisson_ratio=0.3, density=1.0)
     c = chain(formulation, count, length, section, material)
     turned, free = c.q.copy(), c.clamped()
     R = rotation_by(np.array([angle, 0.0, 0.0]))
@@ -233,7 +245,9 @@ def princeton(load: float, angle: float, count: int = 8) -> np.ndarray:
     20 x 0.5 x 0.125 inch of aluminium; the load's components are along y (thickness) and z (width).
     """
     section = Rectangle(thickness=3.2024e-3, width=12.377e-3)
-    c = chain("assumed_strain", count, 0.508, section, Material(E=71.7e9, nu=0.31, density=2700.0))
+    c = chain(
+        "assumed_strain", count, 0.508, section, Material(young_modulus=71.7e9, poisson_ratio=0.31, density=2700.0)
+    )
     q = c.q
     for part in (0.1, 0.4, 1.0):
         q = c.solve(q, c.clamped(), part * tip_load(c, y=load * np.sin(angle), z=load * np.cos(angle)), tolerance=1e-9)

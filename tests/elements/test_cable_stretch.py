@@ -25,9 +25,9 @@ from evolvent.errors import InputError
 from evolvent.kernels import cable
 
 LENGTH, B_TIME = 1.3, 0.4
-MATERIAL = Material(E=2.1, nu=0.3, density=1.7)
+MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
 BAR = Rectangle(thickness=0.4, width=0.7)
-TAPER = Taper(BAR, Rectangle(thickness=0.6, width=0.3))
+TAPER = Taper(root=BAR, tip=Rectangle(thickness=0.6, width=0.3))
 SECTIONS = pytest.mark.parametrize("section", [BAR, TAPER], ids=["prismatic", "tapered"])
 FORM, B = cable_stretch_form(LENGTH, BAR, MATERIAL), cable_bending(LENGTH, BAR, MATERIAL)
 EA = MATERIAL.E * 0.4 * 0.7
@@ -199,7 +199,11 @@ def test_at_small_strain_it_is_the_green_cable(rng):
 
 def test_stiffness_of_an_element_on_a_hub(book):
     """Energy over 1/2 EI l/R^2 with the ends' slopes along the circle, least in the chord and the slopes' length."""
-    radius, section, material = 0.6, Rectangle(thickness=3e-4, width=0.03), Material(E=5e6, nu=0.3, density=1600.0)
+    radius, section, material = (
+        0.6,
+        Rectangle(thickness=3e-4, width=0.03),
+        Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0),
+    )
     found = []
     for count in (10, 20, 40):
         length = 12.0 / count

@@ -34,7 +34,7 @@ def arc(form: Form, length: float, p: np.ndarray) -> np.ndarray:
 
 def bending_ratio(formulation: str, elements: int, nu: float = 0.3) -> float:
     """Least energy of an element on the arc over 1/2 EI l/R^2."""
-    length, material = RIB / elements, Material(E=5e6, nu=nu, density=1600.0)
+    length, material = RIB / elements, Material(young_modulus=5e6, poisson_ratio=nu, density=1600.0)
     bending = 0.5 * material.E * SECTION.properties(nu).Iz * length / RADIUS**2
     a = 0.5 * length / RADIUS
     if formulation == "cable":

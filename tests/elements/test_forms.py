@@ -30,9 +30,9 @@ from evolvent.errors import InputError
 from evolvent.kernels import ancf, cable
 
 LENGTH = 1.3
-MATERIAL = Material(E=2.1, nu=0.3, density=1.7)
+MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
 BAR = Rectangle(thickness=0.4, width=0.7)
-TAPER = Taper(BAR, Rectangle(thickness=0.6, width=0.3))
+TAPER = Taper(root=BAR, tip=Rectangle(thickness=0.6, width=0.3))
 SECTIONS = pytest.mark.parametrize("section", [BAR, TAPER], ids=["prismatic", "tapered"])
 FORMS = [*FORMULATIONS, "cable"]
 
@@ -384,12 +384,18 @@ def test_a_taper_can_be_cut():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Material(E=-1.0, nu=0.3, density=1.0), "E of a Material is -1.0; it must be above 0"),
-        (lambda: Material(E=1.0, nu=0.5, density=1.0), "nu of a Material is 0.5"),
-        (lambda: Material(E=1.0, nu=0.3, density=float("nan")), "density of a Material is nan"),
+        (
+            lambda: Material(young_modulus=-1.0, poisson_ratio=0.3, density=1.0),
+            "E of a Material is -1.0; it must be above 0",
+        ),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5, density=1.0), "nu of a Material is 0.5"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, density=float("nan")), "density of a Material is nan"),
         (lambda: Rectangle(thickness=0.0, width=1.0), "thickness of a Rectangle is 0.0"),
         (lambda: General(area=1.0, Iy=1.0, Iz=1.0, J=-1.0), "J of a General is -1.0"),
-        (lambda: Taper(BAR, General(area=1.0, Iy=1.0, Iz=1.0, J=1.0)), "Rectangle and General; they must be of the"),
+        (
+            lambda: Taper(root=BAR, tip=General(area=1.0, Iy=1.0, Iz=1.0, J=1.0)),
+            "Rectangle and General; they must be of the",
+        ),
         (lambda: beam_form("ful", 1.0, BAR, MATERIAL), "formulation of a beam is 'ful'; it must be one of full"),
         (lambda: beam_form("full", 0.0, BAR, MATERIAL), "length of an element is 0.0; it must be above 0"),
         (lambda: cable_form(float("inf"), BAR, MATERIAL), "length of an element is inf"),

@@ -22,9 +22,9 @@ from evolvent.elements import (
 from evolvent.kernels import ancf
 
 LENGTH = 1.3
-MATERIAL = Material(E=2.1, nu=0.3, density=1.7)
+MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
 BAR = Rectangle(thickness=0.4, width=0.7)
-TAPER = Taper(BAR, Rectangle(thickness=0.6, width=0.3))
+TAPER = Taper(root=BAR, tip=Rectangle(thickness=0.6, width=0.3))
 SECTIONS = pytest.mark.parametrize("section", [BAR, TAPER], ids=["prismatic", "tapered"])
 
 

@@ -21,7 +21,7 @@ from evolvent.elements import (
 from evolvent.kernels import ancf, cable
 
 LENGTH, B_TIME = 1.3, 0.4
-MATERIAL = Material(E=2.1, nu=0.3, density=1.7)
+MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)
 BAR = Rectangle(thickness=0.4, width=0.7)
 BENDING = cable_bending(LENGTH, BAR, MATERIAL)
 FORMS = {name: beam_form(name, LENGTH, BAR, MATERIAL) for name in FORMULATIONS}

@@ -11,7 +11,10 @@ from elements.helpers import WORK, chain, is_beam
 from evolvent.elements import Material, Rectangle, beam_mass, cable_bending, cable_mass
 from evolvent.kernels import ancf, cable
 
-SECTION, MATERIAL = Rectangle(thickness=0.01, width=0.02), Material(E=1e7, nu=0.3, density=1000.0)
+SECTION, MATERIAL = (
+    Rectangle(thickness=0.01, width=0.02),
+    Material(young_modulus=1e7, poisson_ratio=0.3, density=1000.0),
+)
 COUNT, LENGTH, B_TIME = 4, 1.0, 0.01
 B = cable_bending(LENGTH / COUNT, SECTION, MATERIAL)
 #: First mode of a cantilever: 1.8751^2 sqrt(EI/(rho A L^4)).

@@ -20,7 +20,7 @@ from helpers import fitted_order, run
 
 LENGTH = 2.0
 SECTION = elements.Rectangle(thickness=0.02, width=0.03)
-MATERIAL = elements.Material(E=2e6, nu=0.3, density=1000.0)
+MATERIAL = elements.Material(young_modulus=2e6, poisson_ratio=0.3, density=1000.0)
 
 
 def beam(formulation: str = "cable", n: int = 4, section: Any = SECTION, **fields: Any) -> parts.Beam:
@@ -48,7 +48,7 @@ def pendulum(stiffness: float = 2e3, **joint: Any) -> Assembly:
     """A beam that hangs on a penalty and swings down."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(beam(), "beam")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), stiffness=stiffness, **joint), "pin")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", stiffness=stiffness, **joint), "pin")
     return system.assemble()
 
 
@@ -109,8 +109,8 @@ def test_momentum_of_a_craft_with_a_rib() -> None:
         "craft",
     )
     system.add(beam(position=(0.3, 0.0, 0.0)), "rib")
-    system.add(parts.Joint(a=("craft", (0.3, 0.0, 0.0)), b=("rib", "root"), stiffness=500.0), "pin")
-    system.add(parts.Hinge(body="craft", beam=("rib", "root"), stiffness=0.5, damping=0.02), "hinge")
+    system.add(parts.Joint(a=("craft", (0.3, 0.0, 0.0)), b="rib.root", stiffness=500.0), "pin")
+    system.add(parts.RotationalSpring(body="craft", node="rib.root", stiffness=0.5, damping=0.02), "hinge")
     found = run(system.assemble(), np.linspace(0.0, 2.0, 9), "dopri5", rtol=1e-9, atol=1e-11)
     assert np.ptp(found.linear_momentum, axis=0).max() < 1e-9
     assert np.ptp(found.momentum, axis=0).max() < 1e-8
@@ -123,17 +123,19 @@ def test_account_of_everything_at_once(law: str) -> None:
     """Gravity, loads, damping of all kinds, a hinge with stops and contact: the account closes with the step."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(beam(n=6, position=(-0.5, 0.65, 0.0), mass_damping=0.2, stiffness_damping=1e-3), "beam")
-    system.add(parts.Joint(a=(-0.5, 0.65, 0.0), b=("beam", "root"), stiffness=500.0, damping=1.0, until=0.3), "pin")
+    system.add(parts.Joint(a=(-0.5, 0.65, 0.0), b="beam.root", stiffness=500.0, damping=1.0, until=0.3), "pin")
     system.add(
-        parts.Hinge(body="ground", beam=("beam", "root"), stiffness=0.2, damping=0.01, low=-0.3, high=0.3, stop=1.0),
+        parts.RotationalSpring(
+            body="ground", node="beam.root", stiffness=0.2, damping=0.01, low=-0.3, high=0.3, stop=1.0
+        ),
         "hinge",
     )
     damping = {"paper": 0.5}.get(law, 0.3)
     system.add(
-        parts.Cylinder(body="ground", beams=["beam"], radius=0.6, law=law, stiffness=1e3, damping=damping), "hub"
+        parts.CylinderContact(body="ground", beams=["beam"], radius=0.6, law=law, stiffness=1e3, damping=damping), "hub"
     )
     system.add(parts.FieldTorque(beam="beam", torque=-0.5, end=0.2), "torque")
-    system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, 0.0, 0.1), start=0.1), "push")
+    system.add(parts.PointLoad(node="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
     assembly = system.assemble()
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])
@@ -170,7 +172,7 @@ def test_contact_counts_in_the_limit() -> None:
     """A light beam on a stiff hub: the limit is that of the contact, and it holds."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(beam(n=6, position=(-1.0, 0.61, 0.0)), "beam")
-    system.add(parts.Cylinder(body="ground", beams=["beam"], radius=0.6, stiffness=1e6, damping=0.0), "hub")
+    system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=0.6, stiffness=1e6, damping=0.0), "hub")
     assembly = system.assemble()
     alone = choose_step(thrown(n=6), "rk4", None, 1.0)[1]
     limit = choose_step(assembly, "rk4", None, 1.0)[1]
@@ -198,15 +200,15 @@ def refused(add: Any, match: str) -> None:
 
 
 def test_what_explicit_methods_refuse() -> None:
-    pin = parts.Joint(a=(0.0, 1.0, 0.0), b=("rib", "root"))
+    pin = parts.Joint(a=(0.0, 1.0, 0.0), b="rib.root")
     refused(
         lambda s: s.add(pin, "pin"), "'pin' is a joint that is a constraint.* `stiffness` above 0.* generalized-alpha"
     )
-    turn = parts.Turn(body="drum", feed=parts.ConstantFeed(rate=1.0))
+    turn = parts.PrescribedRotation(body="drum", feed=parts.ConstantFeed(rate=1.0))
     refused(lambda s: s.add(turn, "turn"), "'turn' is a joint driven along a path.*generalized-alpha")
-    hub = parts.Cylinder(body="ground", beams=["rib"], radius=0.6, friction=0.3)
+    hub = parts.CylinderContact(body="ground", beams=["rib"], radius=0.6, friction=0.3)
     refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")
-    hinge = parts.Hinge(body="ground", beam=("rib", "root"), latch=0.5, latch_stiffness=1.0)
+    hinge = parts.RotationalSpring(body="ground", node="rib.root", latch=0.5, latch_stiffness=1.0)
     refused(lambda s: s.add(hinge, "lock"), "'lock' is a hinge with a latch.*generalized-alpha")
 
 
@@ -214,7 +216,7 @@ def test_a_joint_is_a_penalty_as_a_whole() -> None:
     """Directions may have a stiffness of their own; it is no constraint where places are penalties."""
     system = System()
     system.add(beam(), "beam")
-    held = {"a": (0.0, 0.0, 0.0), "b": ("beam", "root"), "kind": "clamp", "stiffness": 500.0}
+    held = {"a": (0.0, 0.0, 0.0), "b": "beam.root", "type": "clamp", "stiffness": 500.0}
     system.add(parts.Joint(**held, turn_stiffness=2.0), "clamp")
     assert system.assemble().model.flexible.joints["stiffness"].tolist() == [500.0] * 3 + [2.0] * 2
     refused = System()

@@ -19,14 +19,16 @@ BETA = np.array([1.8751040687, 4.6940911330, 7.8547574382, 10.9955407349])
 SIGMA = np.array([0.7340955137, 1.0184673186, 0.9992244965, 1.0000335533])
 
 SQUARE = elements.Rectangle(thickness=0.05, width=0.05)
-SOFT, HARD, RIGID = (elements.Material(E=E, nu=0.0, density=1000.0) for E in (2e6, 2e9, 2e11))
+SOFT, HARD, RIGID = (elements.Material(young_modulus=E, poisson_ratio=0.0, density=1000.0) for E in (2e6, 2e9, 2e11))
 EI, MASS = 2e6 * 0.05**4 / 12.0, 2.5
 
 
 def rod(found: System, count: int, material: Any, kind: str, **fields: Any) -> None:
     """A beam of 1 m along x, held at its root by penalties."""
-    found.add(parts.Beam(length=1.0, section=SQUARE, material=material, elements=count, **fields), "rod")
-    found.add(parts.Joint(a=ORIGIN, b=("rod", "root"), kind=kind, stiffness=1e5, turn_stiffness=2e4), "root")
+    found.add(
+        parts.Beam(length=1.0, section=SQUARE, material=material, elements=count, formulation="cable", **fields), "rod"
+    )
+    found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=1e5, turn_stiffness=2e4), "root")
 
 
 def cantilever(part: str, sag: float, shares: Array, add: Callable[[System], Any], gravity: float = 0.0) -> Case:
@@ -59,7 +61,7 @@ def beam() -> Case:
 def beam_load() -> Case:
     """Under a force the tip sinks by F L^3/(3 E I)."""
     F = 0.02
-    push = parts.PointLoad(node=("rod", "tip"), force=(0.0, -F, 0.0))
+    push = parts.PointLoad(node="rod.tip", force=(0.0, -F, 0.0))
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 
@@ -78,8 +80,8 @@ def hinge() -> Case:
 
     def system() -> System:
         found = System()
-        rod(found, 2, HARD, "hinge")
-        found.add(parts.Hinge(body="ground", beam=("rod", "root"), stiffness=c, rest=rest), "hinge")
+        rod(found, 2, HARD, "revolute")
+        found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c, rest=rest), "hinge")
         return found
 
     w = math.sqrt(c / INERTIA)
@@ -97,10 +99,10 @@ def latch() -> Case:
 
     def system() -> System:
         found = System()
-        nodes = parts.Beam(length=1.0, section=SQUARE, material=HARD, elements=2).start()
-        rod(found, 2, HARD, "hinge", rates=np.cross([0.0, 0.0, rate], nodes))
+        nodes = parts.Beam(length=1.0, section=SQUARE, material=HARD, elements=2, formulation="cable").start()
+        rod(found, 2, HARD, "revolute", rates=np.cross([0.0, 0.0, rate], nodes))
         given: dict[str, Any] = {"stiffness": c, "rest": rest, "latch": angle, "latch_stiffness": stiff}
-        found.add(parts.Hinge(body="ground", beam=("rod", "root"), **given), "hinge")
+        found.add(parts.RotationalSpring(body="ground", node="rod.root", **given), "hinge")
         return found
 
     # a cos(w t - phase) + rest passes the latch first at `when`
@@ -134,7 +136,7 @@ def resting(part: str, add: Callable[[System], Any], direction: float) -> Case:
 
     def system() -> System:
         found = System(gravity=(0.0, -G_TOUCH, 0.0))
-        rod(found, 2, HARD, "hinge", direction=(direction, 0.0, 0.0))
+        rod(found, 2, HARD, "revolute", direction=(direction, 0.0, 0.0))
         add(found)
         return found
 
@@ -149,7 +151,7 @@ def resting(part: str, add: Callable[[System], Any], direction: float) -> Case:
 def contact() -> Case:
     """The tip on a cylinder."""
     centre = (1.0, SUNK - 0.2, 0.0)
-    drum = parts.Cylinder(body="ground", beams=["rod"], radius=0.2, centre=centre, stiffness=K_TOUCH, points=1)
+    drum = parts.CylinderContact(body="ground", beams=["rod"], radius=0.2, centre=centre, stiffness=K_TOUCH, points=1)
     return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
 
 
@@ -161,13 +163,19 @@ def layer() -> Case:
     def add(found: System) -> None:
         place = (-0.8, SUNK - thickness, 0.0)
         below = parts.Beam(
-            length=0.4, section=SQUARE, material=HARD, elements=2, position=place, direction=(-1.0, 0.0, 0.0)
+            length=0.4,
+            section=SQUARE,
+            material=HARD,
+            elements=2,
+            formulation="cable",
+            position=place,
+            direction=(-1.0, 0.0, 0.0),
         )
         found.add(below, "below")
         for end, x in (("root", -0.8), ("tip", -1.2)):
-            found.add(parts.Joint(a=(x, *place[1:]), b=("below", end), kind="clamp"), f"below-{end}")
+            found.add(parts.Joint(a=(x, *place[1:]), b=("below", end), type="clamp"), f"below-{end}")
         given: dict[str, Any] = {"thickness": thickness, "stiffness": K_TOUCH, "points": 1, "centre": (-0.5, -3.0, 0.0)}
-        found.add(parts.Layers(body="ground", over="rod", under="below", **given), "layer")
+        found.add(parts.SelfContact(body="ground", over="rod", under="below", **given), "layer")
 
     return resting("layer", add, -1.0)
 
@@ -192,12 +200,14 @@ def friction() -> Case:
         nodes[:, 1] = slope
         rates = np.zeros((3, 2, 3))
         rates[:, 0, 0] = v
-        bar = parts.Beam(length=1.0, section=SQUARE, material=RIGID, elements=2, nodes=nodes, rates=rates)
+        bar = parts.Beam(
+            length=1.0, section=SQUARE, material=RIGID, elements=2, formulation="cable", nodes=nodes, rates=rates
+        )
         found.add(bar, "rod")
         given: dict[str, Any] = {"radius": 1.0, "axis": (1.0, 0.0, 0.0), "stiffness": stiff, "friction": mu}
         for name, side in (("left", 1.0), ("right", -1.0)):
             centre = (0.0, -math.sqrt(0.5), side * math.sqrt(0.5))
-            drum = parts.Cylinder(body="ground", beams=["rod"], centre=centre, stick_stiffness=stick, **given)
+            drum = parts.CylinderContact(body="ground", beams=["rod"], centre=centre, stick_stiffness=stick, **given)
             found.add(drum, name)
         return found
 

@@ -214,7 +214,7 @@ def link() -> Case:
 @of("a joint that is a constraint")
 def constraint() -> Case:
     """A pendulum."""
-    return pendulum(parts.Joint(a=ORIGIN, b="mass", kind="distance"), "rod")
+    return pendulum(parts.Joint(a=ORIGIN, b="mass", type="distance"), "rod")
 
 
 @of("a joint by a penalty")
@@ -224,7 +224,7 @@ def penalty() -> Case:
     def system() -> System:
         found = System(gravity=DOWN)
         found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG)), "mass")
-        found.add(parts.Joint(a=ORIGIN, b="mass", kind="distance", stiffness=K_HUNG, damping=1.0), "rod")
+        found.add(parts.Joint(a=ORIGIN, b="mass", type="distance", stiffness=K_HUNG, damping=1.0), "rod")
         return found
 
     return Case(
@@ -243,7 +243,7 @@ def carried() -> Case:
         found.add(parts.Point(mass=1.0, velocity=(0.0, 0.0, v)), "hand")
         found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG), velocity=(0.0, 0.0, v)), "mass")
         found.add(parts.Spring(a="hand", b="mass", stiffness=K_HUNG))
-        found.add(parts.Carry(what="hand", feed=parts.ConstantFeed(rate=v), direction=(0.0, 0.0, 1.0)), "path")
+        found.add(parts.PrescribedMotion(at="hand", feed=parts.ConstantFeed(rate=v), direction=(0.0, 0.0, 1.0)), "path")
         return found
 
     return Case(

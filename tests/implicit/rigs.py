@@ -18,7 +18,7 @@ from evolvent.solvers.static_work import sparse_of
 
 Array = np.ndarray
 
-RUBBER = elements.Material(E=2e6, nu=0.0, density=1000.0)
+RUBBER = elements.Material(young_modulus=2e6, poisson_ratio=0.0, density=1000.0)
 SQUARE = elements.Rectangle(thickness=0.02, width=0.02)
 
 

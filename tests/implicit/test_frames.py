@@ -11,7 +11,7 @@ from evolvent.solvers.implicit import matrix_of, place_of_rows
 from implicit.rigs import SQUARE, coordinates, momenta, run
 
 #: Legs sway with about 3 Hz.
-PLASTIC = elements.Material(E=2e8, nu=0.3, density=1000.0)
+PLASTIC = elements.Material(young_modulus=2e8, poisson_ratio=0.3, density=1000.0)
 
 
 def frame(n: int, *, lumped: str = "bodies", mass: float = 0.05) -> System:
@@ -25,17 +25,17 @@ def frame(n: int, *, lumped: str = "bodies", mass: float = 0.05) -> System:
             ),
             f"leg{leg}",
         )  # fmt: skip
-        system.add(parts.Joint(a=(float(leg), 0.0, 0.0), b=(f"leg{leg}", "root"), kind="clamp"), f"foot{leg}")
+        system.add(parts.Joint(a=(float(leg), 0.0, 0.0), b=f"leg{leg}.root", type="clamp"), f"foot{leg}")
         for k in range(1, n + 1):
             place, name = (float(leg), 0.0, k / n), f"mass{leg}-{k}"
             if lumped == "bodies":
                 system.add(parts.RigidBody(mass=mass, inertia=(2e-4, 3e-4, 4e-4), position=place), name)
             else:
                 system.add(parts.Point(mass=mass, position=place), name)
-            system.add(parts.Joint(a=(f"leg{leg}", k), b=name))
+            system.add(parts.Joint(a=f"leg{leg}[{k}]", b=name))
     system.add(parts.RigidBody(mass=0.5, inertia=(0.01, 0.05, 0.05), position=(0.5, 0.0, 1.0)), "bar")
     for leg in range(2):
-        system.add(parts.Joint(a=(f"leg{leg}", "tip"), b=("bar", (leg - 0.5, 0.0, 0.0))))
+        system.add(parts.Joint(a=f"leg{leg}.tip", b=("bar", (leg - 0.5, 0.0, 0.0))))
     return system
 
 

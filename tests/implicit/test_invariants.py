@@ -13,7 +13,7 @@ from implicit.rigs import coordinates, momenta, run
 
 Array = np.ndarray
 STRIP = elements.Rectangle(thickness=0.01, width=0.03)
-SOFT = elements.Material(E=1e7, nu=0.3, density=1500.0)
+SOFT = elements.Material(young_modulus=1e7, poisson_ratio=0.3, density=1500.0)
 
 
 def craft(
@@ -68,10 +68,12 @@ def craft(
             ),
             rib,
         )  # fmt: skip
-        system.add(parts.Joint(a=("hub", tuple(0.5 * out)), b=(rib, "root"), kind=kind))
+        system.add(parts.Joint(a=("hub", tuple(0.5 * out)), b=f"{rib}.root", type=kind))
     if touching:
         fields: dict[str, Any] = {"stiffness": 1e4, "damping": 0.1, "skip": 1, "friction": 0.2} | cylinder
-        system.add(parts.Cylinder(body="hub", beams=[f"rib{k}" for k in range(ribs)], radius=0.5, **fields), "rim")
+        system.add(
+            parts.CylinderContact(body="hub", beams=[f"rib{k}" for k in range(ribs)], radius=0.5, **fields), "rim"
+        )
     return system.assemble()
 
 
@@ -81,7 +83,7 @@ def craft(
 def test_momenta_of_a_free_craft(
     formulation: str, options: dict[str, float], ribs: int, rng: np.random.Generator
 ) -> None:
-    kind = "clamp" if ribs == 2 else "hinge"
+    kind = "clamp" if ribs == 2 else "revolute"
     assembly = craft(ribs=ribs, formulation=formulation, kind=kind, rng=rng)
     found = momenta(assembly, run(assembly, np.linspace(0.0, 1.0, 6), **options))
     for part in (found[:, :3], found[:, 3:]):
@@ -91,7 +93,7 @@ def test_momenta_of_a_free_craft(
 @pytest.mark.parametrize("options", [{"step": 1e-3}, {"tolerance": 1e-4}])
 def test_momenta_with_contact(options: dict[str, float], rng: np.random.Generator) -> None:
     """Ribs wind onto the hub that they spin."""
-    assembly = craft(ribs=3, touching=True, kind="point", spin=-0.5, inward=2.0, rng=rng)
+    assembly = craft(ribs=3, touching=True, kind="spherical", spin=-0.5, inward=2.0, rng=rng)
     solution = run(assembly, np.linspace(0.0, 2.0, 21), **options)
     assert solution.cylinders[:, 0, 8].max() >= 3
     assert np.abs(solution.cylinders[:, 0, 6]).max() > 1.0
@@ -108,9 +110,11 @@ def test_momentum_through_release(rng: np.random.Generator) -> None:
     nodes = np.zeros((5, 2, 3))
     nodes[:, 0, 0] = 0.5 + np.linspace(0.0, 2.0, 5)
     nodes[:, 1, 0] = 1.0
-    rib = parts.Beam(length=2.0, section=STRIP, material=SOFT, elements=4, nodes=nodes, rates=np.cross(w, nodes))
+    rib = parts.Beam(
+        length=2.0, section=STRIP, material=SOFT, elements=4, formulation="cable", nodes=nodes, rates=np.cross(w, nodes)
+    )
     system.add(rib, "rib")
-    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp", until=0.3))
+    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="clamp", until=0.3))
     assembly = system.assemble()
     solution = run(assembly, np.linspace(0.0, 1.0, 11), step=1e-3)
     found = momenta(assembly, solution)
@@ -124,8 +128,11 @@ def test_loads_turn_an_isolated_craft_by_their_torque() -> None:
     """Angular momentum that is kept beside a load is what the load brings in: T t for a torque spread over a rib."""
     system = System()
     system.add(parts.RigidBody(mass=5.0, inertia=1.0), "hub")
-    system.add(parts.Beam(length=2.0, section=STRIP, material=SOFT, elements=4, position=(0.5, 0.0, 0.0)), "rib")
-    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"))
+    system.add(
+        parts.Beam(length=2.0, section=STRIP, material=SOFT, elements=4, formulation="cable", position=(0.5, 0.0, 0.0)),
+        "rib",
+    )
+    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="clamp"))
     system.add(parts.FieldTorque(beam="rib", torque=0.2, end=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.25, 0.5, 0.75, 1.0], step=1e-3, spectral_radius=0.9)
@@ -143,7 +150,7 @@ def test_energy_without_numerical_damping_is_bounded(rng: np.random.Generator) -
 
 def test_mirrored_ribs_stay_mirrored(rng: np.random.Generator) -> None:
     """Two ribs that half a turn about the axis brings onto each other, contact and friction included."""
-    assembly = craft(touching=True, kind="point", spin=-0.5, inward=2.0, wobble=0.0, rng=rng, mirrored=True)
+    assembly = craft(touching=True, kind="spherical", spin=-0.5, inward=2.0, wobble=0.0, rng=rng, mirrored=True)
     solution = run(assembly, np.linspace(0.0, 1.5, 16), step=1e-3)
     assert solution.cylinders[:, 0, 8].max() >= 2
     one, other = (coordinates(assembly, solution.y, name) for name in ("rib0", "rib1"))
@@ -162,17 +169,19 @@ def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
         nodes[:, 1, 0] = 1.0
         rates = np.cross([0.0, 0.0, 2.0], nodes)
         beam = parts.Beam(
-            length=1.0, section=STRIP, material=SOFT, elements=4, nodes=nodes, rates=rates, mass_damping=0.5,
+            length=1.0, section=STRIP, material=SOFT, elements=4, formulation="cable", nodes=nodes, rates=rates, mass_damping=0.5,
             stiffness_damping=1e-3,
         )  # fmt: skip
         system.add(beam, "rib")
-        system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b=("rib", "root")))
+        system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b="rib.root"))
         system.add(
-            parts.Hinge(body="hub", beam=("rib", "root"), stiffness=3.0, damping=0.02, low=-0.3, high=0.3, stop=9.0)
+            parts.RotationalSpring(
+                body="hub", node="rib.root", stiffness=3.0, damping=0.02, low=-0.3, high=0.3, stop=9.0
+            )
         )
         system.add(parts.Point(mass=0.2, position=(1.3, 0.5, 0.0)), "bob")
         system.add(parts.Spring(a="bob", b=("hub", (0.0, 0.3, 0.0)), stiffness=40.0, damping=0.3))
-        system.add(parts.PointLoad(node=("rib", "tip"), force=(0.0, 0.3, 0.1), start=0.1, end=0.4))
+        system.add(parts.PointLoad(node="rib.tip", force=(0.0, 0.3, 0.1), start=0.1, end=0.4))
         system.add(parts.FieldTorque(beam="rib", torque=0.1, ramp=0.2))
         solution = run(system.assemble(), np.linspace(0.0, 0.6, 7), step=h, spectral_radius=0.9, newton=1e-12)
         assert all(solution.balance[-1][name] > 1e-4 for name in ("by_mass", "by_stiffness", "by_joints", "by_springs"))

@@ -45,7 +45,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
     given = {"thickness": THICK, "stiffness": STIFFNESS, "sense": sense} | fields
     for b in range(count):
         under = f"rib-{(b + 1) % count}" if count > 1 else ""
-        system.add(parts.Layers(body="hub", over=f"rib-{b}", under=under, **given), f"layer-{b}")
+        system.add(parts.SelfContact(body="hub", over=f"rib-{b}", under=under, **given), f"layer-{b}")
     return system.assemble()
 
 

@@ -28,7 +28,7 @@ def point() -> Assembly:
     """A point on a rod, in three dimensions."""
     system = System(gravity=G)
     system.add(parts.Point(mass=1.3, position=(1.0, 0.2, 0.0), velocity=(-0.2, 1.0, 2.0)), "bob")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", kind="distance"), "rod")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="distance"), "rod")
     return system.assemble()
 
 
@@ -144,8 +144,11 @@ def test_multipliers_are_of_second_order_in_the_first_steps(rho: float, book: Bo
 def cable(n: int = 10, **fields: object) -> Assembly:
     """The pendulum of point 10 of the reference computations: 2 m, pinned."""
     system = System(gravity=G)
-    system.add(parts.Beam(length=2.0, section=SQUARE, material=RUBBER, elements=n, **fields), "cable")  # type: ignore[arg-type]
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("cable", "root")), "pin")
+    system.add(
+        parts.Beam(length=2.0, section=SQUARE, material=RUBBER, elements=n, **{"formulation": "cable", **fields}),
+        "cable",
+    )  # type: ignore[arg-type]
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="cable.root"), "pin")
     return system.assemble()
 
 

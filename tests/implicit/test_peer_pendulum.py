@@ -16,12 +16,12 @@ PEER = np.array([[1.330004, -1.203512], [-1.778448, -0.921687], [0.031765, -2.00
 @pytest.mark.parametrize(("n", "error"), [(40, 1e-3), (80, 1e-4)])
 def test_tip_of_the_flexible_pendulum(n: int, error: float, book: Book) -> None:
     system = System(gravity=(0.0, -9.81, 0.0))
-    material = elements.Material(E=2e6, nu=0.3, density=1000.0)
+    material = elements.Material(young_modulus=2e6, poisson_ratio=0.3, density=1000.0)
     section = elements.Rectangle(thickness=0.02, width=0.02)
     system.add(
         parts.Beam(length=2.0, section=section, material=material, elements=n, formulation="cable_stretch"), "cable"
     )
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("cable", "root")))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="cable.root"))
     found = solve_implicit(system.assemble(), samples=[0.0, 0.5, 1.0, 2.0], step=1e-3, spectral_radius=0.9)
     assert found.success, found.message
     tip = found.y[1:, 6 * n : 6 * n + 2]

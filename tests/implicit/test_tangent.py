@@ -69,21 +69,23 @@ def worst(equations: Equations, la: Array, h: float = 1e-4) -> float:
 
 
 JOINTS: dict[str, list[parts.Joint]] = {
-    "point": [
+    "spherical": [
         parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3))),
         parts.Joint(a=("driven", (0.1, 0.2, -0.3)), b="point"),
         parts.Joint(a="other", b=("free", (-0.1, 0.2, 0.3))),
     ],
-    "hinge": [
-        parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), kind="hinge", axis=(0.3, 0.2, 0.9)),
-        parts.Joint(a=("driven", (0.1, 0.0, -0.3)), b=("free", (0.0, -0.1, 0.3)), kind="hinge", axis=(1.0, 0.2, 0.1)),
+    "revolute": [
+        parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), type="revolute", axis=(0.3, 0.2, 0.9)),
+        parts.Joint(
+            a=("driven", (0.1, 0.0, -0.3)), b=("free", (0.0, -0.1, 0.3)), type="revolute", axis=(1.0, 0.2, 0.1)
+        ),
     ],
-    "clamp": [parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), kind="clamp")],
+    "clamp": [parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), type="clamp")],
     "distance": [
-        parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), kind="distance"),
-        parts.Joint(a="point", b=("free", (0.1, 0.2, -0.3)), kind="distance"),
-        parts.Joint(a=(0.1, 0.2, 0.3), b="other", kind="distance"),
-        parts.Joint(a="point", b="other", kind="distance"),
+        parts.Joint(a=("free", (0.1, 0.2, -0.3)), b=("spin", (0.2, -0.1, 0.3)), type="distance"),
+        parts.Joint(a="point", b=("free", (0.1, 0.2, -0.3)), type="distance"),
+        parts.Joint(a=(0.1, 0.2, 0.3), b="other", type="distance"),
+        parts.Joint(a="point", b="other", type="distance"),
     ],
 }
 
@@ -93,13 +95,13 @@ def together(system: System, joint: parts.Joint) -> parts.Joint:
     from evolvent.builder import Builder
     from evolvent.parts.joint import place_side
 
-    if joint.kind == "distance":
+    if joint.type == "distance":
         return joint
     builder = Builder(np.zeros(3))
     for name, part in system._parts.items():
         part.write(builder, name)
     a, b = place_side(builder, joint.a), place_side(builder, joint.b)
-    fields = {f: getattr(joint, f) for f in ("kind", "axis", "stiffness", "damping")}
+    fields = {f: getattr(joint, f) for f in ("type", "axis", "stiffness", "damping")}
     if b.on == 0:
         pose = builder.poses[b.body]
         return parts.Joint(a=joint.a, b=(joint.b[0], pose.R.T @ (a.u - pose.x)), **fields)
@@ -114,7 +116,7 @@ def test_joints_between_bodies_and_points(kind: str, stiffness: float, rng: np.r
     bodies(system)
     for joint in JOINTS[kind]:
         fitted = together(system, joint)
-        fields = {f: getattr(fitted, f) for f in ("a", "b", "kind", "axis")}
+        fields = {f: getattr(fitted, f) for f in ("a", "b", "type", "axis")}
         system.add(parts.Joint(**fields, stiffness=stiffness))
     equations = disturbed(system.assemble(), rng)
     la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 50.0
@@ -169,11 +171,11 @@ def attach(system: System, body: str, **fields: object) -> None:
     def at(*place: float) -> tuple[str, Array]:
         return body, pose.R.T @ (np.array(place) - pose.x)
 
-    system.add(parts.Joint(a=at(0.3, -0.2, 0.1), b=("cable", "root"), kind="hinge", axis=(1.0, 0.0, 0.0), **fields))  # type: ignore[arg-type]
-    system.add(parts.Joint(a=("beam", "root"), b=at(1.0, 1.0, 0.0), kind="clamp", **fields))  # type: ignore[arg-type]
-    system.add(parts.Joint(a=("beam", "tip"), b=("last", "root"), **fields))  # type: ignore[arg-type]
-    system.add(parts.Joint(a=("cable", "tip"), b=("beam", 1), kind="distance", **fields))  # type: ignore[arg-type]
-    system.add(parts.Joint(a="point", b=("beam", "tip"), kind="distance", **fields))  # type: ignore[arg-type]
+    system.add(parts.Joint(a=at(0.3, -0.2, 0.1), b="cable.root", type="revolute", axis=(1.0, 0.0, 0.0), **fields))  # type: ignore[arg-type]
+    system.add(parts.Joint(a="beam.root", b=at(1.0, 1.0, 0.0), type="clamp", **fields))  # type: ignore[arg-type]
+    system.add(parts.Joint(a="beam.tip", b="last.root", **fields))  # type: ignore[arg-type]
+    system.add(parts.Joint(a="cable.tip", b="beam[1]", type="distance", **fields))  # type: ignore[arg-type]
+    system.add(parts.Joint(a="point", b="beam.tip", type="distance", **fields))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("body", ["ground", "driven", "spin", "free"])
@@ -191,9 +193,9 @@ def test_beams_on_bodies(body: str, stiffness: float, rng: np.random.Generator) 
 def test_driven_places_and_angles(rng: np.random.Generator) -> None:
     system = System()
     mixed(system)
-    system.add(parts.Turn(body="spin", feed=parts.ConstantFeed(rate=1.3)))
-    system.add(parts.Carry(what=("cable", "tip"), feed=parts.ConstantFeed(rate=0.2), direction=(0.3, 1.0, 0.0)))
-    system.add(parts.Carry(what=("beam", "tip"), feed=parts.ConstantFeed(rate=0.2), radius=0.2, length=1.0))
+    system.add(parts.PrescribedRotation(body="spin", feed=parts.ConstantFeed(rate=1.3)))
+    system.add(parts.PrescribedMotion(at="cable.tip", feed=parts.ConstantFeed(rate=0.2), direction=(0.3, 1.0, 0.0)))
+    system.add(parts.PrescribedMotion(at="beam.tip", feed=parts.ConstantFeed(rate=0.2), radius=0.2, length=1.0))
     equations = disturbed(system.assemble(), rng)
     la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 5.0
     assert worst(equations, la) < 1e-7
@@ -206,8 +208,8 @@ def test_hinges(body: str, damping: float, rng: np.random.Generator) -> None:
     mixed(system)
     for node, zero in (("cable", (0.0, -0.8, 0.6)), ("beam", None)):
         system.add(
-            parts.Hinge(
-                body=body, beam=(node, "root"), axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping,
+            parts.RotationalSpring(
+                body=body, node=f"{node}.root", axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping,
                 rest=0.3, low=-0.2, high=1.0, stop=300.0, latch=0.5, latch_stiffness=700.0, latch_damping=0.2 * damping,
             )
         )  # fmt: skip
@@ -238,7 +240,7 @@ def pressed(
         pose = builder.poses[builder.find(body, "bodies")]
         centre, axis = tuple(pose.R.T @ -pose.x), tuple(pose.R.T @ np.array(axis))
     system.add(
-        parts.Cylinder(
+        parts.CylinderContact(
             body=body, beams=["beam"], radius=0.4, centre=centre, axis=axis, law=law, stiffness=3e3, exponent=1.5,
             damping=fields.get("damping", 0.0), friction=friction, stick_stiffness=400.0, points=3,
         )

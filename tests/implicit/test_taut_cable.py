@@ -42,19 +42,22 @@ def cable(
         nodes[i, 0] = radius * np.array([math.cos(angle), math.sin(angle), 0.0]) + leg * along
         nodes[i, 1] = (1.0 + strain) * along
     system = System()
-    material = elements.Material(E=E, nu=0.3, density=1500.0)
+    material = elements.Material(young_modulus=E, poisson_ratio=0.3, density=1500.0)
     section = elements.Rectangle(thickness=THICKNESS, width=WIDTH)
     length = (arc + 0.2) / (1.0 + strain)
-    system.add(parts.Beam(length=length, section=section, material=material, elements=count, nodes=nodes), "cable")
+    system.add(
+        parts.Beam(length=length, section=section, material=material, elements=count, formulation="cable", nodes=nodes),
+        "cable",
+    )
     tension = E * THICKNESS * WIDTH * strain * (1.0 + strain)
     for end, k, sign in (("root", 0, -1.0), ("tip", -1, 1.0)):
         if held:
-            system.add(parts.Joint(a=tuple(nodes[k, 0]), b=("cable", end), kind="point"), end)
+            system.add(parts.Joint(a=tuple(nodes[k, 0]), b=("cable", end), type="spherical"), end)
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
             system.add(parts.PointLoad(node=("cable", end), force=tuple(force)), end)
-    drum = parts.Cylinder(
-        body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, sunk=0.05
+    drum = parts.CylinderContact(
+        body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, initial_overlap=0.05
     )
     system.add(drum, "drum")
     return system.assemble(), tension

@@ -26,11 +26,13 @@ def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> A
     rates[:, 0, 1] = -SPEED
     system = System()
     section = elements.Rectangle(thickness=0.1, width=0.1)
-    material = elements.Material(E=modulus, nu=0.0, density=1000.0)
-    beam = parts.Beam(length=0.1, section=section, material=material, elements=count, nodes=nodes, rates=rates)
+    material = elements.Material(young_modulus=modulus, poisson_ratio=0.0, density=1000.0)
+    beam = parts.Beam(
+        length=0.1, section=section, material=material, elements=count, formulation="cable", nodes=nodes, rates=rates
+    )
     system.add(beam, "bar")
     system.add(
-        parts.Cylinder(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
+        parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
     )
     return system.assemble()
 
@@ -134,19 +136,25 @@ def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part
 def test_mean_forces_and_reactions_are_those_of_rest() -> None:
     """A bar pressed on a cylinder: normal force, reaction of its hinge and wrench of the ground, by the lever."""
     system = System()
-    material = elements.Material(E=1e9, nu=0.0, density=1000.0)
+    material = elements.Material(young_modulus=1e9, poisson_ratio=0.0, density=1000.0)
     section = elements.Rectangle(thickness=0.02, width=0.02)
     beam = parts.Beam(
-        length=1.0, section=section, material=material, elements=8, position=(-1.0, 1.0, 0.0), mass_damping=10.0
+        length=1.0,
+        section=section,
+        material=material,
+        elements=8,
+        formulation="cable",
+        position=(-1.0, 1.0, 0.0),
+        mass_damping=10.0,
     )
     system.add(beam, "bar")
-    system.add(parts.Joint(a=(-1.0, 1.0, 0.0), b=("bar", "root"), kind="hinge"))
+    system.add(parts.Joint(a=(-1.0, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.Cylinder(
+        parts.CylinderContact(
             body="ground", beams=["bar"], radius=1.0, law="conservative", stiffness=1e4, damping=1e3, points=1
         )
     )
-    system.add(parts.PointLoad(node=("bar", 4), force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.PointLoad(node="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
     assert solution.cylinders[-1, 0, 6] == pytest.approx(2.5, rel=5e-3)
@@ -158,20 +166,26 @@ def dragged(law: str) -> Assembly:
     """A bar, held at its root, that a growing load presses on a turning drum."""
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=0.5), "drum")
-    material = elements.Material(E=1e9, nu=0.0, density=1000.0)
+    material = elements.Material(young_modulus=1e9, poisson_ratio=0.0, density=1000.0)
     section = elements.Rectangle(thickness=0.02, width=0.02)
     beam = parts.Beam(
-        length=0.5, section=section, material=material, elements=1, position=(-0.5, 1.0, 0.0), mass_damping=5.0
+        length=0.5,
+        section=section,
+        material=material,
+        elements=1,
+        formulation="cable",
+        position=(-0.5, 1.0, 0.0),
+        mass_damping=5.0,
     )
     system.add(beam, "bar")
-    system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b=("bar", "root"), kind="hinge"))
+    system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.Cylinder(
+        parts.CylinderContact(
             body="drum", beams=["bar"], radius=1.0, law=law, stiffness=1e4, damping=1.0, points=1, friction=0.3,
             stick_stiffness=1e4,
         )
     )  # fmt: skip
-    system.add(parts.PointLoad(node=("bar", "tip"), force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.PointLoad(node="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
     return system.assemble()
 
 
@@ -204,17 +218,23 @@ def test_steps_far_too_large_for_the_contact_fail_and_say_so(law: str, step: flo
 def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     """It lies on as far as the moment reaches EI/R, which F does at the arm EI/(R F) from its end."""
     R, F, thickness = 5.0, 0.25, 0.01
-    material = elements.Material(E=6e7, nu=0.0, density=1000.0)
+    material = elements.Material(young_modulus=6e7, poisson_ratio=0.0, density=1000.0)
     section = elements.Rectangle(thickness=thickness, width=0.1)
     EI = 6e7 * 0.1 * thickness**3 / 12.0
     system = System()
     beam = parts.Beam(
-        length=1.0, section=section, material=material, elements=40, position=(0.0, R, 0.0), mass_damping=10.0
+        length=1.0,
+        section=section,
+        material=material,
+        elements=40,
+        formulation="cable",
+        position=(0.0, R, 0.0),
+        mass_damping=10.0,
     )
     system.add(beam, "beam")
-    system.add(parts.Joint(a=(0.0, R, 0.0), b=("beam", "root"), kind="clamp"))
-    system.add(parts.Cylinder(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
-    system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, -F, 0.0), ramp=0.5))
+    system.add(parts.Joint(a=(0.0, R, 0.0), b="beam.root", type="clamp"))
+    system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
+    system.add(parts.PointLoad(node="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
     points = solution.assembly.model.flexible.contact_points
@@ -263,21 +283,29 @@ def capstan(*, turning: float = 0.0, pull: float | None = None, speed: float = 0
     if turning:
         system.add(parts.RigidBody(motion="driven", rate=turning), "drum")
     section = elements.Rectangle(thickness=5e-4, width=1e-2)
-    material = elements.Material(E=1e8, nu=0.0, density=1000.0)
-    beam = parts.Beam(length=length, section=section, material=material, elements=n, nodes=nodes, mass_damping=20.0)
+    material = elements.Material(young_modulus=1e8, poisson_ratio=0.0, density=1000.0)
+    beam = parts.Beam(
+        length=length,
+        section=section,
+        material=material,
+        elements=n,
+        formulation="cable",
+        nodes=nodes,
+        mass_damping=20.0,
+    )
     system.add(beam, "cable")
     system.add(
-        parts.Cylinder(
+        parts.CylinderContact(
             body="drum" if turning else "ground", beams=["cable"], radius=RADIUS, stiffness=1e5, damping=1.0, points=2,
             friction=MU, stick_stiffness=1e4, stick_damping=1.0,
         )
     )  # fmt: skip
-    system.add(parts.PointLoad(node=("cable", "root"), force=(0.0, -1.0, 0.0), ramp=0.05))
+    system.add(parts.PointLoad(node="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
     if pull is not None:
-        system.add(parts.PointLoad(node=("cable", "tip"), force=(-pull, 0.0, 0.0), ramp=0.05))
+        system.add(parts.PointLoad(node="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
         feed = parts.RampFeed(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantFeed(rate=0.0)
-        system.add(parts.Carry(what=("cable", "tip"), feed=feed, direction=(-1.0, 0.0, 0.0)), "hand")
+        system.add(parts.PrescribedMotion(at="cable.tip", feed=feed, direction=(-1.0, 0.0, 0.0)), "hand")
     return system.assemble()
 
 

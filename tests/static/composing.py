@@ -13,7 +13,7 @@ from evolvent.elements import Material, Rectangle
 from evolvent.solvers import Solution
 
 Array = np.ndarray
-STEEL = Material(E=2e11, nu=0.3, density=7800.0)
+STEEL = Material(young_modulus=2e11, poisson_ratio=0.3, density=7800.0)
 STRIP = Rectangle(thickness=1e-3, width=2e-2)
 EI = STEEL.E * STRIP.properties(0.3).Iz
 
@@ -40,7 +40,7 @@ def beam(
     )
     places = np.asarray(system._parts["beam"].start())[[0, -1], 0]
     for kind, end, place in zip(ends, ("root", "tip"), places, strict=False):
-        system.add(parts.Joint(a=tuple(place), b=("beam", end), kind=kind), end)
+        system.add(parts.Joint(a=tuple(place), b=f"beam.{end}", type=kind), end)
     more(system)
     return system.assemble()
 
@@ -55,7 +55,7 @@ def nodes(assembly: Assembly, state: Array | Solution, name: str = "beam") -> Ar
 
 def tip_force(*force: float) -> Callable[[System], None]:
     def add(system: System) -> None:
-        system.add(parts.PointLoad(node=("beam", "tip"), force=force), "load")
+        system.add(parts.PointLoad(node="beam.tip", force=force), "load")
 
     return add
 

@@ -11,7 +11,7 @@ from evolvent.solvers.static import solve_static
 from static.composing import nodes, solved
 
 THICK = Rectangle(thickness=0.02, width=0.03)
-SOFT = Material(E=1e8, nu=0.3, density=1000.0)
+SOFT = Material(young_modulus=1e8, poisson_ratio=0.3, density=1000.0)
 
 
 def held(
@@ -21,8 +21,8 @@ def held(
     system = System()
     spec = parts.Beam(length=1.0, section=THICK, material=SOFT, elements=count, formulation=formulation)
     system.add(spec, "beam")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), kind="clamp"))
-    system.add(parts.PointLoad(node=("beam", "tip"), force=load))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"))
+    system.add(parts.PointLoad(node="beam.tip", force=load))
     assembly = system.assemble()
     found = solved(solve_static(assembly))
     return spec, spec.along(nodes(assembly, found)), float(found.balance.elastic[-1])

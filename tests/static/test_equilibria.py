@@ -70,7 +70,7 @@ def test_a_large_tip_load_bends_to_an_elastica(formulation, count, tolerance, bo
 def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
     def turned(system: System) -> None:
         system.add(parts.RigidBody(motion="free", mass=1.0, inertia=1.0, position=(1.0, 0.0, 0.0)), "grip")
-        system.add(parts.Joint(a="grip", b=("beam", "tip"), kind="clamp"), "held")
+        system.add(parts.Joint(a="grip", b="beam.tip", type="clamp"), "held")
         system.add(parts.Torque(at="grip", force=(0.0, 0.0, 2.0 * np.pi * EI)), "moment")
         if formulation == "cable":  # which knows no twist: nothing else holds the grip about its axis
             system.add(parts.Spring(a=(1.0, 0.0, 5.0), b="grip", stiffness=0.0, lateral_stiffness=0.0))
@@ -95,7 +95,7 @@ def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
 def princeton(load: float, angle: float, count: int = 8) -> np.ndarray:
     section = Rectangle(thickness=3.2024e-3, width=12.377e-3)
     a = beam(
-        "assumed_strain", count, section=section, material=Material(E=71.7e9, nu=0.31, density=2700.0), length=0.508,
+        "assumed_strain", count, section=section, material=Material(young_modulus=71.7e9, poisson_ratio=0.31, density=2700.0), length=0.508,
         more=tip_force(0.0, load * np.sin(angle), load * np.cos(angle)),
     )  # fmt: skip
     return nodes(a, solved(solve_static(a)))[-1]
@@ -213,7 +213,7 @@ def test_a_hanging_chain_is_a_catenary(book):
     start[:, 0, 0], start[:, 0, 2] = 0.5 * span + radius * np.sin(angle), radius * (np.cos(half) - np.cos(angle))
     start[:, 1, 0], start[:, 1, 2] = np.cos(angle), np.sin(angle)
     a = beam(
-        "cable", n, ("point", "point"), section=section, material=Material(E=1e8, nu=0.3, density=1e4), length=length,
+        "cable", n, ("spherical", "spherical"), section=section, material=Material(young_modulus=1e8, poisson_ratio=0.3, density=1e4), length=length,
         gravity=(0.0, 0.0, -9.81), nodes=start,
     )  # fmt: skip
     r = solved(solve_static(a))
@@ -231,7 +231,11 @@ def test_a_hanging_chain_is_a_catenary(book):
 
 
 def test_a_bar_stretches_under_its_turn(book):
-    section, material, rate = Rectangle(thickness=0.02, width=0.02), Material(E=7e5, nu=0.3, density=1000.0), 0.5
+    section, material, rate = (
+        Rectangle(thickness=0.02, width=0.02),
+        Material(young_modulus=7e5, poisson_ratio=0.3, density=1000.0),
+        0.5,
+    )
     a = beam("cable", 8, section=section, material=material)
     r = solved(solve_static(a, rotating=(0.0, 0.0, rate)))
     assert_allclose(nodes(a, r)[-1, 0, 0] - 1.0, 1000.0 * rate**2 / (3.0 * 7e5), rtol=1e-3)
@@ -246,12 +250,15 @@ def test_a_bar_stretches_under_its_turn(book):
 
 
 def test_a_cantilever_leans_on_a_cylinder(book):
-    section, material = Rectangle(thickness=0.01, width=0.02), Material(E=1e9, nu=0.3, density=1000.0)
+    section, material = (
+        Rectangle(thickness=0.01, width=0.02),
+        Material(young_modulus=1e9, poisson_ratio=0.3, density=1000.0),
+    )
 
     def prop(system: System) -> None:
         # under the tip: only its last contact point touches
         system.add(
-            parts.Cylinder(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05), axis=(0.0, 1.0, 0.0),
+            parts.CylinderContact(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05), axis=(0.0, 1.0, 0.0),
                            stiffness=1e6, points=1), "prop",
         )  # fmt: skip
 
@@ -286,8 +293,8 @@ def test_cables_and_beams_stand_in_one_model():
             ),
             name,
         )
-        system.add(parts.Joint(a=(0.0, y0, 0.0), b=(name, "root"), kind="clamp"))
-        system.add(parts.PointLoad(node=(name, "tip"), force=(0.0, 3e-4 * EI, 0.0)))
+        system.add(parts.Joint(a=(0.0, y0, 0.0), b=f"{name}.root", type="clamp"))
+        system.add(parts.PointLoad(node=f"{name}.tip", force=(0.0, 3e-4 * EI, 0.0)))
     a = system.assemble()
     r = solved(solve_static(a))
     assert_allclose(nodes(a, r, "thin")[-1, 0, 1], 1e-4, rtol=1e-5)
@@ -304,7 +311,10 @@ def test_a_strut_beyond_the_load_of_euler_is_told_to_be_unstable(formulation, wa
 
 def test_slopes_do_not_turn_over():
     # a soft cable on a fast hub stretches by more than half; its root's slope could flip under the clamp
-    section, material = Rectangle(thickness=3e-4, width=0.03), Material(E=5e6, nu=0.3, density=1600.0)
+    section, material = (
+        Rectangle(thickness=3e-4, width=0.03),
+        Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0),
+    )
     a = beam("cable_stretch", 40, section=section, material=material, length=12.0, gravity=(0.0, 0.0, -9.81))
     r = solved(solve_static(a, rotating=(0.0, 0.0, 4.0)))
     assert r.path.unstable == 0
@@ -324,14 +334,14 @@ def test_what_nothing_holds_is_named():
     assert falls.status == "failed"
     assert "nothing holds 'beam' against 6 motions" in falls.message
     assert falls.path.factor.tolist() == [0.0]  # where it stood
-    hangs = solve_static(beam("assumed_strain", 4, ("point",), gravity=(0.0, 0.0, -9.81)))
+    hangs = solve_static(beam("assumed_strain", 4, ("spherical",), gravity=(0.0, 0.0, -9.81)))
     assert hangs.success
     assert hangs.y[-1, 12 * 4 + 2] < -0.99  # it swings down
 
 
 def test_redundant_joints_are_named():
     def twice(system: System) -> None:
-        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root")), "again")
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root"), "again")
 
     with pytest.raises(InputError, match="'again' is redundant"):
         solve_static(beam("cable", 4, more=twice))

@@ -15,7 +15,7 @@ from evolvent.solvers.static import solve_static
 from static.composing import beam, nodes, solved
 
 SQUARE = Rectangle(thickness=0.02, width=0.02)
-MATERIAL = Material(E=2e11, nu=0.0, density=7800.0)
+MATERIAL = Material(young_modulus=2e11, poisson_ratio=0.0, density=7800.0)
 EI = 2e11 * 0.02**4 / 12.0
 
 
@@ -23,11 +23,11 @@ def sprung(count: int, stiffness: float, *, formulation: str = "assumed_strain",
     """A bar of 1 m on a hinge about z with a spring, and a couple about z at its tip."""
 
     def more(system: System) -> None:
-        system.add(parts.Hinge(body="ground", beam=("beam", "root"), stiffness=stiffness), "spring")
+        system.add(parts.RotationalSpring(body="ground", node="beam.root", stiffness=stiffness), "spring")
         if moment:
-            system.add(parts.PointLoad(node=("beam", "tip"), on=2, force=(-moment, 0.0, 0.0)), "moment")
+            system.add(parts.PointLoad(node="beam.tip", on=2, force=(-moment, 0.0, 0.0)), "moment")
 
-    return beam(formulation, count, ("hinge",), section=SQUARE, material=MATERIAL, more=more)
+    return beam(formulation, count, ("revolute",), section=SQUARE, material=MATERIAL, more=more)
 
 
 @pytest.mark.parametrize("formulation", ["assumed_strain", "elastic_line", "nu_split"])
@@ -67,9 +67,11 @@ def test_a_hinge_across_a_turned_section_counts_from_its_zero() -> None:
         system = System()
         system.add(parts.Beam(length=1.0, section=SQUARE, material=MATERIAL, elements=1, normal=normal,
                               formulation="assumed_strain"), "beam")  # fmt: skip
-        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), kind="hinge", axis=axis), "pin")
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="revolute", axis=axis), "pin")
         zero = (np.cos(0.3), -np.sin(0.3), 0.0)
-        system.add(parts.Hinge(body="ground", beam=("beam", "root"), axis=axis, zero=zero, stiffness=1.0), "spring")
+        system.add(
+            parts.RotationalSpring(body="ground", node="beam.root", axis=axis, zero=zero, stiffness=1.0), "spring"
+        )
         a = system.assemble()
         r = solved(solve_static(a))  # the spring turns it onto its zero
         tip = nodes(a, r)[-1, 0]
@@ -80,11 +82,14 @@ def test_a_hinge_across_a_turned_section_counts_from_its_zero() -> None:
 @pytest.mark.parametrize("formulation", ["cable", "assumed_strain"])
 def test_a_hinge_turns_about_one_axis_however_it_lies_in_the_section(formulation: str, angle: float) -> None:
     system = System()
-    section, material = Rectangle(thickness=0.02, width=0.02), Material(E=1e7, nu=0.0, density=1000.0)
+    section, material = (
+        Rectangle(thickness=0.02, width=0.02),
+        Material(young_modulus=1e7, poisson_ratio=0.0, density=1000.0),
+    )
     bar = parts.Beam(length=1.0, section=section, material=material, elements=4, formulation=formulation)
     system.add(bar, "bar")
     axis = (0.0, np.cos(np.radians(angle)), np.sin(np.radians(angle)))
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("bar", "root"), kind="hinge", axis=axis))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bar.root", type="revolute", axis=axis))
     found = modes(system.assemble(), count=3).frequency
     assert found[0] == 0.0
     assert found[1:] == pytest.approx([2.04, 9.0], rel=0.03)
@@ -93,14 +98,23 @@ def test_a_hinge_turns_about_one_axis_however_it_lies_in_the_section(formulation
 def resting(friction: float = 0.0, offset: float = 0.0, law: str = "conservative") -> Assembly:
     """A bar that rests on a cylinder with its hinged root at its top's height."""
     system = System(gravity=(0.0, -9.81, 0.0))
-    material, section = Material(E=1e7, nu=0.0, density=1000.0), Rectangle(thickness=0.02, width=0.02)
+    material, section = (
+        Material(young_modulus=1e7, poisson_ratio=0.0, density=1000.0),
+        Rectangle(thickness=0.02, width=0.02),
+    )
     bar = parts.Beam(
-        length=1.0, section=section, material=material, elements=8, position=(-1.0, 1.0, offset), mass_damping=10.0
+        length=1.0,
+        section=section,
+        material=material,
+        elements=8,
+        formulation="cable",
+        position=(-1.0, 1.0, offset),
+        mass_damping=10.0,
     )
     system.add(bar, "bar")
-    system.add(parts.Joint(a=(-1.0, 1.0, offset), b=("bar", "root"), kind="hinge"))
+    system.add(parts.Joint(a=(-1.0, 1.0, offset), b="bar.root", type="revolute"))
     common = {"law": law, "stiffness": 1e4, "damping": 1.0, "points": 1, "friction": friction}
-    system.add(parts.Cylinder(body="ground", beams=["bar"], radius=1.0, **common))
+    system.add(parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, **common))
     return system.assemble()
 
 

@@ -102,7 +102,7 @@ def driven(law, *parameters: float) -> System:
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 0.0)), "ball")
     feed = parts.LawFeed(law=law, parameters=parameters)
-    system.add(parts.Carry(what="ball", feed=feed, direction=(1.0, 0.0, 0.0)), "drive")
+    system.add(parts.PrescribedMotion(at="ball", feed=feed, direction=(1.0, 0.0, 0.0)), "drive")
     return system
 
 

@@ -33,13 +33,17 @@ def pair() -> Assembly:
 def hung_beam() -> Assembly:
     """A cable on a penalty hinge under gravity, with a load at its tip and a cylinder below."""
     system = System(gravity=(0.0, -9.81, 0.0))
-    section, material = elements.Rectangle(thickness=0.01, width=0.01), elements.Material(E=1e7, nu=0.0, density=1000.0)
+    section, material = (
+        elements.Rectangle(thickness=0.01, width=0.01),
+        elements.Material(young_modulus=1e7, poisson_ratio=0.0, density=1000.0),
+    )
     beam = parts.Beam(length=1.0, section=section, material=material, elements=6, formulation="cable", mass_damping=1.0)
     system.add(beam, "beam")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), kind="point", stiffness=1e5, damping=1.0), "pin")
-    system.add(parts.PointLoad(node=("beam", "tip"), force=(0.0, 0.1, 0.0), ramp=0.2), "load")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="spherical", stiffness=1e5, damping=1.0), "pin")
+    system.add(parts.PointLoad(node="beam.tip", force=(0.0, 0.1, 0.0), ramp=0.2), "load")
     system.add(
-        parts.Cylinder(body="ground", beams=["beam"], centre=(0.5, -0.35, 0.0), radius=0.3, stiffness=1e4), "pole"
+        parts.CylinderContact(body="ground", beams=["beam"], centre=(0.5, -0.35, 0.0), radius=0.3, stiffness=1e4),
+        "pole",
     )
     return system.assemble()
 

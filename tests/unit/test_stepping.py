@@ -17,10 +17,15 @@ def craft(gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> System:
     """A free hub with a beam clamped to it."""
     system = System(gravity=gravity)
     system.add(parts.RigidBody(mass=20.0, inertia=5.0), "hub")
-    section, material = elements.Rectangle(thickness=0.01, width=0.02), elements.Material(E=1e7, nu=0.3, density=1000.0)
-    beam = parts.Beam(length=2.0, section=section, material=material, elements=6, position=(0.5, 0.0, 0.0))
+    section, material = (
+        elements.Rectangle(thickness=0.01, width=0.02),
+        elements.Material(young_modulus=1e7, poisson_ratio=0.3, density=1000.0),
+    )
+    beam = parts.Beam(
+        length=2.0, section=section, material=material, elements=6, formulation="cable", position=(0.5, 0.0, 0.0)
+    )
     system.add(beam, "rib")
-    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b=("rib", "root"), kind="clamp"), "root")
+    system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="clamp"), "root")
     return system
 
 

@@ -32,19 +32,30 @@ def test_capstan_of_sixteen_nodes(book: Book) -> None:
 
 def test_a_tip_moment_lays_a_strip_on_a_circle(book: Book) -> None:
     """A moment of EI/R bends a strip to the circle of radius R that it is tangent to, which then need not push."""
-    radius, section, material = 0.5, Rectangle(thickness=1e-3, width=2e-2), Material(E=2e11, nu=0.3, density=7800.0)
+    radius, section, material = (
+        0.5,
+        Rectangle(thickness=1e-3, width=2e-2),
+        Material(young_modulus=2e11, poisson_ratio=0.3, density=7800.0),
+    )
     moment = material.E * section.properties(0.3).Iz / radius
     force = []
     for part in (1.0, 1.05):
         system = System()
-        strip = parts.Beam(length=1.0, section=section, material=material, elements=24, position=(0.0, radius, 0.0))
+        strip = parts.Beam(
+            length=1.0,
+            section=section,
+            material=material,
+            elements=24,
+            formulation="cable",
+            position=(0.0, radius, 0.0),
+        )
         system.add(strip, "strip")
-        system.add(parts.Joint(a=(0.0, radius, 0.0), b=("strip", "root"), kind="clamp"))
+        system.add(parts.Joint(a=(0.0, radius, 0.0), b="strip.root", type="clamp"))
         system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(1.0, radius, 0.0)), "grip")
-        system.add(parts.Joint(a="grip", b=("strip", "tip"), kind="clamp"))
+        system.add(parts.Joint(a="grip", b="strip.tip", type="clamp"))
         system.add(parts.Torque(at="grip", force=(0.0, 0.0, -part * moment)))
         system.add(parts.Spring(a=(1.0, radius, 5.0), b="grip", stiffness=0.0, lateral_stiffness=0.0))
-        system.add(parts.Cylinder(body="ground", beams=["strip"], radius=radius, stiffness=1e4, points=4))
+        system.add(parts.CylinderContact(body="ground", beams=["strip"], radius=radius, stiffness=1e4, points=4))
         r = solve_static(system.assemble())
         assert r.success, r.message
         force.append(r.cylinders[-1, 0, 6] / (moment / radius))

@@ -32,20 +32,20 @@ def spin_up(t, parameters):  # type: ignore[no-untyped-def]
 def spinning(n: int) -> System:
     """L 10, EA 2.8e7, EI 1.4e4, rho A 1.2, clamped to an axis."""
     thickness = np.sqrt(12.0 * 1.4e4 / 2.8e7)
-    material = Material(E=2.8e7 / thickness, nu=0.3, density=1.2 / thickness)
+    material = Material(young_modulus=2.8e7 / thickness, poisson_ratio=0.3, density=1.2 / thickness)
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
     system.add(
         parts.Beam(length=10.0, section=Rectangle(thickness=thickness, width=1.0), material=material, elements=n,
                    formulation="cable_stretch"), "beam",
     )  # fmt: skip
-    system.add(parts.Joint(a="hub", b=("beam", "root"), kind="clamp"))
+    system.add(parts.Joint(a="hub", b="beam.root", type="clamp"))
     return system
 
 
 def test_spin_up(book: Book) -> None:
     system = spinning(8)
-    system.add(parts.Turn(body="hub", feed=parts.LawFeed(law=spin_up, parameters=(6.0, 15.0))), "turn")
+    system.add(parts.PrescribedRotation(body="hub", feed=parts.LawFeed(law=spin_up, parameters=(6.0, 15.0))), "turn")
     assembly = system.assemble()
     times = np.concatenate([[0.0], np.linspace(6.5, 7.0, 101), np.linspace(15.0, 20.0, 501)])
     found = run(assembly, times, step=5e-3, spectral_radius=0.9)
@@ -99,10 +99,10 @@ def test_flexible_pendulum(
     """
     system = System(gravity=(0.0, -G, 0.0))
     part = parts.Beam(length=1.0, section=Rectangle(thickness=0.02, width=0.02), elements=n, formulation=formulation,
-                      material=Material(E=2e7, nu=0.3, density=7200.0))  # fmt: skip
+                      material=Material(young_modulus=2e7, poisson_ratio=0.3, density=7200.0))  # fmt: skip
     system.add(part, "beam")
-    kind = "hinge" if formulation == "assumed_strain" else "point"
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("beam", "root"), kind=kind))
+    kind = "revolute" if formulation == "assumed_strain" else "spherical"
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type=kind))
     assembly = system.assemble()
     found = run(assembly, [0.0, 0.5, 1.0], step=5e-4, spectral_radius=0.9)
     tip = coordinates(assembly, found.y, "beam")[1:, -1, 0, :2]
@@ -129,7 +129,7 @@ def test_generalized_alpha_on_a_pendulum(book: Book) -> None:
         la = y[1] ** 2 + G * np.cos(y[0])
         system = System(gravity=(0.0, -G, 0.0))
         system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "bob")
-        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", kind="distance"))
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="distance"))
         found = run(system.assemble(), times, step=h, spectral_radius=0.9, newton=1e-14, largest_gain=10.0)
         pairs = ((found.y[:, :2], x), (found.y[:, 3:5], v), (np.abs(found.la[:, 0]), np.abs(la)))
         errors.append([np.abs(a - b).max() for a, b in pairs])
@@ -220,9 +220,9 @@ def test_flexible_beam_in_free_flight(formulation: str, n: int, allowed: float, 
     force, end, mass = np.array([2.0, 4.0]), 0.2, 7200.0 * 0.02**2
     system = System()
     part = parts.Beam(length=1.0, section=Rectangle(thickness=0.02, width=0.02), elements=n, formulation=formulation,
-                      material=Material(E=2e7, nu=0.3, density=7200.0))  # fmt: skip
+                      material=Material(young_modulus=2e7, poisson_ratio=0.3, density=7200.0))  # fmt: skip
     system.add(part, "beam")
-    system.add(parts.PointLoad(node=("beam", "root"), force=(*force, 0.0), end=end), "pull")
+    system.add(parts.PointLoad(node="beam.root", force=(*force, 0.0), end=end), "pull")
     assembly, times = system.assemble(), np.array([0.0, 0.5, 1.0])
     found = coordinates(assembly, run(assembly, times, step=2.5e-4, spectral_radius=0.9).y, "beam")[1:, :, :2, :2]
     name = f"Flexible beam in free flight ({formulation}, {n} elements)"

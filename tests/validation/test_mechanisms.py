@@ -30,7 +30,7 @@ def four_bars(count: int) -> System:
             parts.RigidBody(mass=1.0, inertia=(1.0 / 12.0, THIN, 1.0 / 12.0), position=(k, 0.5, 0.0),
                             velocity=(0.5, 0.0, 0.0), angular_velocity=(0.0, 0.0, -1.0)), f"up{k}",
         )  # fmt: skip
-        system.add(parts.Joint(a=(float(k), 0.0, 0.0), b=(f"up{k}", (0.0, -0.5, 0.0)), kind="hinge"))
+        system.add(parts.Joint(a=(float(k), 0.0, 0.0), b=(f"up{k}", (0.0, -0.5, 0.0)), type="revolute"))
     for k in range(count):
         system.add(
             parts.RigidBody(mass=1.0, inertia=(THIN, 1.0 / 12.0, 1.0 / 12.0), position=(k + 0.5, 1.0, 0.0),
@@ -38,7 +38,9 @@ def four_bars(count: int) -> System:
         )  # fmt: skip
         for side in (0, 1):
             system.add(
-                parts.Joint(a=(f"up{k + side}", (0.0, 0.5, 0.0)), b=(f"level{k}", (side - 0.5, 0.0, 0.0)), kind="point")
+                parts.Joint(
+                    a=(f"up{k + side}", (0.0, 0.5, 0.0)), b=(f"level{k}", (side - 0.5, 0.0, 0.0)), type="spherical"
+                )
             )
     return system
 
@@ -196,11 +198,11 @@ def bricard() -> System:
             f"rod{k}",
         )
         a = tuple(CORNERS[0]) if k == 0 else (f"rod{k - 1}", tuple(0.5 * (CORNERS[k] - CORNERS[k - 1])))
-        system.add(parts.Joint(a=a, b=(f"rod{k}", tuple(-0.5 * d)), kind="hinge", axis=AXES[k]), f"joint{k}")
+        system.add(parts.Joint(a=a, b=(f"rod{k}", tuple(-0.5 * d)), type="revolute", axis=AXES[k]), f"joint{k}")
     end = 0.5 * (CORNERS[5] - CORNERS[4])
-    system.add(parts.Joint(a=tuple(CORNERS[5]), b=("rod4", tuple(end)), kind="point"), "joint5")
+    system.add(parts.Joint(a=tuple(CORNERS[5]), b=("rod4", tuple(end)), type="spherical"), "joint5")
     # a point of the last axis stays as far from one beside the corner: the axis stays across that side
-    system.add(parts.Joint(a=tuple(CORNERS[5] + SIDE), b=("rod4", tuple(end + AXES[5])), kind="distance"), "direction")
+    system.add(parts.Joint(a=tuple(CORNERS[5] + SIDE), b=("rod4", tuple(end + AXES[5])), type="distance"), "direction")
     return system
 
 
@@ -289,9 +291,9 @@ def andrews() -> System:
     for k in range(7):
         system.add(parts.RigidBody(mass=MASSES[k], inertia=MOMENTS[k], position=(*x["middles"][k], 0.0)), f"k{k + 1}")
     for body, pivot in ((1, np.zeros(2)), (3, B), (5, A), (7, A)):
-        system.add(parts.Joint(a=(*pivot, 0.0), b=local(body, pivot), kind="hinge", axis=(0.0, 0.0, 1.0)))
+        system.add(parts.Joint(a=(*pivot, 0.0), b=local(body, pivot), type="revolute", axis=(0.0, 0.0, 1.0)))
     for one, other, place in ((1, 2, "F"), (3, 2, "E"), (5, 4, "G"), (3, 4, "E"), (7, 6, "H"), (3, 6, "E")):
-        system.add(parts.Joint(a=local(one, x[place]), b=local(other, x[place]), kind="point"))
+        system.add(parts.Joint(a=local(one, x[place]), b=local(other, x[place]), type="spherical"))
     system.add(parts.Spring(a=(*C, 0.0), b=local(3, x["D"]), stiffness=STIFFNESS, length=LENGTH))
     system.add(parts.Torque(at="k1", force=(0.0, 0.0, MOTOR)))
     return system

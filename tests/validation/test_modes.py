@@ -18,10 +18,14 @@ CHAPTER = "Modes"
 
 def test_hanging_chain(book: Book) -> None:
     """A cable of hardly any bending stiffness, hung by one end; zeros of Bessel's J0."""
-    thin, material, n = Rectangle(thickness=1e-5, width=1e-2), Material(E=1e9, nu=0.3, density=1000.0), 32
+    thin, material, n = (
+        Rectangle(thickness=1e-5, width=1e-2),
+        Material(young_modulus=1e9, poisson_ratio=0.3, density=1000.0),
+        32,
+    )
     start = np.zeros((n + 1, 2, 3))
     start[:, 0, 1], start[:, 1, 1] = -np.linspace(0.0, 1.0, n + 1), -1.0
-    a = beam("cable", n, ("point",), section=thin, material=material, nodes=start, gravity=(0.0, -9.81, 0.0))
+    a = beam("cable", n, ("spherical",), section=thin, material=material, nodes=start, gravity=(0.0, -9.81, 0.0))
     found = modes(a, count=6)
     w = found.frequency[found.frequency > 0.1][::2][:2] / np.sqrt(9.81)
     book(
@@ -49,7 +53,7 @@ def test_second_modes_of_a_turning_cantilever(eta: float, book: Book) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ends", "name", "factor"), [(("clamp",), "clamped and free", 0.25), (("point", "point"), "pinned", 1.0)]
+    ("ends", "name", "factor"), [(("clamp",), "clamped and free", 0.25), (("spherical", "spherical"), "pinned", 1.0)]
 )
 def test_euler_buckling(ends: tuple[str, ...], name: str, factor: float, book: Book) -> None:
     section = Rectangle(thickness=1e-3, width=2e-2)
@@ -83,7 +87,7 @@ def test_timoshenko_beam(book: Book) -> None:
     exact = np.sqrt((b - np.sqrt(b * b - 4.0 * a * E * p.Iz * k**4)) / (2.0 * a))
     counts, errors = (16, 32, 64), []
     for count in counts:
-        found = modes(beam("assumed_strain", count, ("point", "point"), section=section), count=12)
+        found = modes(beam("assumed_strain", count, ("spherical", "spherical"), section=section), count=12)
         bent = found.frequency[across(found, 1)]
         errors.append(bent[bent > 1.0][:3] / exact - 1.0)  # but the turn about its own axis
     order = fitted_order([1.0 / n for n in counts], [np.abs(e).max() for e in errors])

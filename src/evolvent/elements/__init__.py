@@ -17,19 +17,38 @@ from evolvent.elements.forms import (
     straight_cable,
 )
 from evolvent.elements.inertia import axis_shape, beam_mass, cable_mass, gravity_vector, load_vector
-from evolvent.elements.sections import General, Material, Properties, Rectangle, Section, Taper
+from evolvent.elements.sections import (
+    ALUMINIUM,
+    CFRP,
+    KAPTON,
+    STEEL,
+    CrossSection,
+    General,
+    Material,
+    Properties,
+    Rectangle,
+    Rod,
+    Taper,
+    Tube,
+)
 
 __all__ = [
+    "ALUMINIUM",
+    "CFRP",
     "FORMULATIONS",
+    "KAPTON",
     "PARTS",
+    "STEEL",
     "STRAIGHT",
+    "CrossSection",
     "Form",
     "General",
     "Material",
     "Properties",
     "Rectangle",
-    "Section",
+    "Rod",
     "Taper",
+    "Tube",
     "axis_shape",
     "beam_form",
     "beam_mass",

@@ -18,7 +18,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evolvent.elements.sections import Material, Properties, Rectangle, Section
+from evolvent.elements.sections import CrossSection, Material, Properties, Rectangle
 from evolvent.errors import InputError
 
 Array = NDArray[np.float64]
@@ -164,13 +164,13 @@ def volume_rows(length: float, xi: float, y: float, z: float) -> Array:
     return np.array([k * product_row(u, w) for k, u, w in pairs])
 
 
-def _volume(length: float, section: Section, D: Callable[[Properties], Array], nu: float) -> Array:
+def _volume(length: float, section: CrossSection, D: Callable[[Properties], Array], nu: float) -> Array:
     """Integral of W^T D W over the volume."""
 
     def integrand(xi: float) -> Array:
         here = section.at(xi)
         if not isinstance(here, Rectangle):
-            raise InputError("a General section has no volume; formulations full and nu_split need a Rectangle")
+            raise InputError(f"formulations full and nu_split need a Rectangle; the section is a {type(here).__name__}")
         H = np.zeros((28, 28))
         for y, weight_y in gauss(3):
             for z, weight_z in gauss(3):
@@ -183,7 +183,7 @@ def _volume(length: float, section: Section, D: Callable[[Properties], Array], n
 
 
 def _line_parts(
-    length: float, section: Section, material: Material, rules: dict[str, Rule], *, warping: bool
+    length: float, section: CrossSection, material: Material, rules: dict[str, Rule], *, warping: bool
 ) -> dict[str, Array]:
     E, G, nu = material.E, material.shear_modulus, material.nu
 
@@ -207,7 +207,7 @@ def _line_parts(
 
 
 def beam_parts(
-    formulation: str, length: float, section: Section, material: Material, *, rest: ArrayLike | None = None
+    formulation: str, length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> dict[str, Form]:
     """The form of a beam element, split into what its energy is made of.
 
@@ -221,7 +221,7 @@ def beam_parts(
         ``assumed_strain``: the same strains, thickness from the nodes, shear at 0, 1/2, 1, membrane at 3 points,
         bending and torsion at 2.
     length : float, m, without stress
-    section : Section; ``full`` and ``nu_split`` need rectangles, which twist without warping (J = Iy + Iz)
+    section : CrossSection; ``full`` and ``nu_split`` need rectangles, which twist without warping (J = Iy + Iz)
     material : Material
     rest : (24,) float, optional, coordinates of the shape without stress; straight if not given
 
@@ -264,14 +264,14 @@ def beam_parts(
 
 
 def beam_form(
-    formulation: str, length: float, section: Section, material: Material, *, rest: ArrayLike | None = None
+    formulation: str, length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> Form:
     """The whole form of a beam element; arguments as of `beam_parts`."""
     parts = beam_parts(formulation, length, section, material, rest=rest)
     return functools.reduce(operator.add, parts.values())
 
 
-def line_stiffness(xi: float, section: Section, material: Material) -> Array:
+def line_stiffness(xi: float, section: CrossSection, material: Material) -> Array:
     """Stiffness of the section against each of `kernels.ancf.STRAINS`; (9,), N and N m2."""
     s, E, G = section.at(xi).properties(material.nu), material.E, material.shear_modulus
     A = s.area
@@ -287,7 +287,7 @@ def _curvature(length: float, xi: float) -> Array:
 
 
 def cable_parts(
-    length: float, section: Section, material: Material, *, rest: ArrayLike | None = None
+    length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> dict[str, Form]:
     """The form of a thin cable, split into membrane and bending; arguments as of `cable_form`."""
     _check_length(length)
@@ -312,13 +312,13 @@ def cable_parts(
     }
 
 
-def cable_form(length: float, section: Section, material: Material, *, rest: ArrayLike | None = None) -> Form:
+def cable_form(length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None) -> Form:
     """The form of a thin cable element, E A against stretch and E Iz against bending in whatever plane.
 
     Parameters
     ----------
     length : float, m, without stress
-    section : Section
+    section : CrossSection
     material : Material
     rest : (12,) float, optional
         Coordinates of a shape whose stretch is without stress. Its curvature is not: a cable is straight at rest.
@@ -332,7 +332,7 @@ def cable_form(length: float, section: Section, material: Material, *, rest: Arr
     return parts["membrane"] + parts["bending"]
 
 
-def cable_bending(length: float, section: Section, material: Material) -> Array:
+def cable_bending(length: float, section: CrossSection, material: Material) -> Array:
     """B : (2, 4) of `kernels.cable.add_bending_damping`: the root of weight and EI times r,xx at two points, and eps.
 
     Notes
@@ -350,7 +350,7 @@ def cable_bending(length: float, section: Section, material: Material) -> Array:
 
 
 def cable_stretch_parts(
-    length: float, section: Section, material: Material, *, rest: ArrayLike | None = None
+    length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> dict[str, Form]:
     """The constants of `cable_stretch_form`, with membrane and bending one at a time; their energies add up."""
     _check_length(length)
@@ -366,7 +366,9 @@ def cable_stretch_parts(
     return {name: Form(rows + weight, stretches.copy(), 0.0) for name, weight in weights.items()}
 
 
-def cable_stretch_form(length: float, section: Section, material: Material, *, rest: ArrayLike | None = None) -> Form:
+def cable_stretch_form(
+    length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
+) -> Form:
     """Constants of the thin cable with engineering strain, for `kernels.cable.cable_stretch_force`.
 
     They stand where those of a quadratic form would, but are none: not to be added, nor given to `cable_force`.
@@ -374,7 +376,7 @@ def cable_stretch_form(length: float, section: Section, material: Material, *, r
     Parameters
     ----------
     length : float, m, without stress
-    section : Section
+    section : CrossSection
     material : Material
     rest : (12,) float, optional
         Coordinates of a shape whose stretch is without stress. Its curvature is not: a cable is straight at rest.

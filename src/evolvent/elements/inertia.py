@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.elements.forms import Array, gauss
-from evolvent.elements.sections import Material, Section
+from evolvent.elements.sections import CrossSection, Material
 
 
 def axis_shape(length: float, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any, Any]:
@@ -42,7 +42,7 @@ def axis_shape(length: float, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any
     )
 
 
-def beam_mass(length: float, section: Section, material: Material) -> Array:
+def beam_mass(length: float, section: CrossSection, material: Material) -> Array:
     """M : (8, 8), kg and kg m2: int rho S^T S dV of the beam; section about its centroid and principal axes."""
     M = np.zeros((8, 8))
     for xi, weight in gauss(7):
@@ -56,7 +56,7 @@ def beam_mass(length: float, section: Section, material: Material) -> Array:
     return M
 
 
-def cable_mass(length: float, section: Section, material: Material) -> Array:
+def cable_mass(length: float, section: CrossSection, material: Material) -> Array:
     """M : (4, 4), kg and kg m2: int rho A S^T S dx of the cable."""
     M = np.zeros((4, 4))
     for xi, weight in gauss(6):

@@ -2,41 +2,43 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from typing import NamedTuple, Protocol, Self, TypeVar
+from typing import Annotated, Any, NamedTuple, Self
 
-from evolvent.errors import InputError
+from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
+from pydantic_core import PydanticCustomError
 
-_T = TypeVar("_T", bound="Rectangle | General")
-
-
-def _check(what: object, *names: str) -> None:
-    for name in names:
-        value = getattr(what, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} of a {type(what).__name__} is {value}; it must be above 0 and finite")
+from evolvent import units
+from evolvent.errors import nearest
+from evolvent.schema import OneOf, Section
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Material:
+class Material(Section):
     """Isotropic and linearly elastic.
 
     Parameters
     ----------
-    E : float, Pa, Young's modulus
-    nu : float, Poisson's ratio, above -1 and below 0.5
-    density : float, kg/m3
+    young_modulus : float, Pa
+        Young's modulus.
+    poisson_ratio : float
+        Poisson's ratio, above -1 and below 0.5.
+    density : float, kg/m^3
+        Mass per volume.
     """
 
-    E: float
-    nu: float
-    density: float
+    young_modulus: units.Modulus
+    poisson_ratio: units.PoissonRatio = 0.3
+    density: units.Density
 
-    def __post_init__(self) -> None:
-        _check(self, "E", "density")
-        if not -1.0 < self.nu < 0.5:
-            raise InputError(f"nu of a Material is {self.nu}; it must be above -1 and below 0.5")
+    @property
+    def E(self) -> float:  # noqa: N802  (the letter of the formulas)
+        """Young's modulus, Pa."""
+        return self.young_modulus
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+        return self.poisson_ratio
 
     @property
     def shear_modulus(self) -> float:
@@ -58,31 +60,40 @@ class Properties(NamedTuple):
     shear_z: float
 
 
-class Section(Protocol):
+class CrossSection(Section):
     """A cross-section, the same or changing along an element."""
 
-    def at(self, xi: float) -> Rectangle | General:
-        """The section at x = xi length."""
-        ...
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Rectangle:
-    """Solid rectangle, `thickness` along y and `width` along z, m."""
-
-    thickness: float
-    width: float
-
-    def __post_init__(self) -> None:
-        _check(self, "thickness", "width")
-
-    def at(self, xi: float) -> Self:
-        """Itself."""
+    def at(self, xi: float) -> CrossSection:
+        """The section at x = xi length; itself, where it is the same all along."""
         return self
 
+    def between(self, first: float, last: float) -> CrossSection:
+        """The piece of a beam's section from x = first to last, in parts of its length: one element of it."""
+        return self
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and shear factors, which depend on Poisson's ratio."""
+        raise NotImplementedError(f"{type(self).__name__} has no properties()")
+
     def towards(self, other: Self, xi: float) -> Self:
-        """Between itself (xi = 0) and another one (xi = 1)."""
-        return _blend(self, other, xi)
+        """Between itself (xi = 0) and another one of its kind (xi = 1)."""
+        keys = type(self).model_fields
+        return type(self)(**{key: (1.0 - xi) * getattr(self, key) + xi * getattr(other, key) for key in keys})
+
+
+class Rectangle(CrossSection):
+    """Solid rectangle.
+
+    Parameters
+    ----------
+    thickness : float, m
+        Side along y, the beam's normal.
+    width : float, m
+        Side along z.
+    """
+
+    thickness: units.Length
+    width: units.Length
 
     def properties(self, nu: float) -> Properties:
         """Area, moments and factors.
@@ -100,62 +111,156 @@ class Rectangle:
         return Properties(y * z, y * z**3 / 12.0, z * y**3 / 12.0, J, shear, shear)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class General:
+class Tube(CrossSection):
+    """Circular tube.
+
+    Parameters
+    ----------
+    radius : float, m
+        Outer radius.
+    thickness : float, m
+        Of the wall, at most the radius.
+    """
+
+    radius: units.Length
+    thickness: units.Length
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.thickness > self.radius:
+            raise PydanticCustomError("section", "the wall's thickness must not exceed the outer radius")
+        return self
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors.
+
+        Notes
+        -----
+        With a and b the outer and inner radius, m = b/a: A = pi (a^2 - b^2), I = pi (a^4 - b^4)/4, J = 2 I; shear
+        6 (1 + nu) (1 + m^2)^2/((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2) (Cowper 1966, hollow circle), of a thin wall
+        2 (1 + nu)/(4 + 3 nu).
+        """
+        a, b = self.radius, self.radius - self.thickness
+        area, I = math.pi * (a - b) * (a + b), 0.25 * math.pi * (a - b) * (a + b) * (a * a + b * b)  # noqa: E741
+        m2 = (b / a) ** 2
+        whole = (1.0 + m2) ** 2
+        shear = 6.0 * (1.0 + nu) * whole / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * m2)
+        return Properties(area, I, I, 2.0 * I, shear, shear)
+
+
+class Rod(CrossSection):
+    """Solid circle.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the circle.
+    """
+
+    radius: units.Length
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors; shear 6 (1 + nu)/(7 + 6 nu) (Cowper 1966)."""
+        I = 0.25 * math.pi * self.radius**4  # noqa: E741
+        shear = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)
+        return Properties(math.pi * self.radius**2, I, I, 2.0 * I, shear, shear)
+
+
+class General(CrossSection):
     """Any section, by its properties about its principal axes y and z.
 
     Parameters
     ----------
-    area : float, m2
-    Iy, Iz : float, m4, int z^2 dA and int y^2 dA
-    J : float, m4, torsion constant
-    shear_y, shear_z : float, shear correction factors
+    area : float, m^2
+        Area of the section.
+    Iy, Iz : float, m^4
+        Second moments int z^2 dA (bending about y) and int y^2 dA (bending about z).
+    J : float, m^4
+        Torsion constant.
+    shear_y, shear_z : float
+        Shear correction factors.
     """
 
-    area: float
-    Iy: float
-    Iz: float
-    J: float
-    shear_y: float = 5.0 / 6.0
-    shear_z: float = 5.0 / 6.0
-
-    def __post_init__(self) -> None:
-        _check(self, "area", "Iy", "Iz", "J", "shear_y", "shear_z")
-
-    def at(self, xi: float) -> Self:
-        """Itself."""
-        return self
-
-    def towards(self, other: Self, xi: float) -> Self:
-        """Between itself (xi = 0) and another one (xi = 1)."""
-        return _blend(self, other, xi)
+    area: units.Area
+    Iy: units.SecondMoment
+    Iz: units.SecondMoment
+    J: units.SecondMoment
+    shear_y: units.PositiveNumber = 5.0 / 6.0
+    shear_z: units.PositiveNumber = 5.0 / 6.0
 
     def properties(self, nu: float) -> Properties:
         """Its own properties, whatever nu."""
         return Properties(self.area, self.Iy, self.Iz, self.J, self.shear_y, self.shear_z)
 
 
-@dataclasses.dataclass(frozen=True)
-class Taper:
-    """A section whose sides (rectangles) or properties (general sections) change linearly along an element."""
+UNIFORM: dict[str, type[CrossSection]] = {"rectangle": Rectangle, "tube": Tube, "rod": Rod, "general": General}
+UniformSection = Annotated[CrossSection, OneOf(UNIFORM)]
 
-    start: Rectangle | General
-    end: Rectangle | General
 
-    def __post_init__(self) -> None:
-        if type(self.start) is not type(self.end):
-            kinds = f"{type(self.start).__name__} and {type(self.end).__name__}"
-            raise InputError(f"start and end of a Taper are {kinds}; they must be of the same kind")
+class Taper(CrossSection):
+    """A section whose sides (of general sections: properties) change linearly along the beam.
 
-    def at(self, xi: float) -> Rectangle | General:
+    Parameters
+    ----------
+    root, tip : section
+        At the ends of the beam, of the same kind.
+    """
+
+    root: UniformSection
+    tip: UniformSection
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if type(self.root) is not type(self.tip):
+            kinds = f"{type(self.root).__name__} and {type(self.tip).__name__}"
+            raise PydanticCustomError(
+                "section", "root and tip are {kinds}; they must be of the same kind", {"kinds": kinds}
+            )
+        return self
+
+    def at(self, xi: float) -> CrossSection:
         """The section at x = xi length."""
-        return self.start.towards(self.end, xi)  # type: ignore[arg-type]
+        return self.root.towards(self.tip, xi)
 
     def between(self, first: float, last: float) -> Taper:
-        """The piece of a tapered rib from x = first to last, in parts of its length: one element of it."""
-        return Taper(self.at(first), self.at(last))
+        """The piece of a tapered beam from x = first to last, in parts of its length: one element of it."""
+        return Taper(root=self.at(first), tip=self.at(last))
 
 
-def _blend(one: _T, other: _T, xi: float) -> _T:
-    names = [field.name for field in dataclasses.fields(one)]
-    return type(one)(**{name: (1.0 - xi) * getattr(one, name) + xi * getattr(other, name) for name in names})
+AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
+
+
+# ---------------------------------------------------------------------------------------------- materials
+
+#: Carbon fibre in epoxy, quasi-isotropic laminate of T300/5208: E = 69.7 GPa, nu = 0.296 by laminate theory from the
+#: ply's 181, 10.3 and 7.17 GPa and nu = 0.28, density 1600 kg/m^3 (Tsai & Hahn 1980, Introduction to Composite
+#: Materials, table 1.7). Of a laminate with most fibres along the beam E is higher and the shear modulus lower.
+CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0)
+#: Aluminium 6061-T6: 9.9e3 ksi, 0.33, 0.098 lb/in^3 (MIL-HDBK-5J 2003, table 3.6.2.0).
+ALUMINIUM = Material(young_modulus=68.3e9, poisson_ratio=0.33, density=2710.0)
+#: Structural steel (EN 1993-1-1:2005, 3.2.6; density EN 1991-1-1:2002, table A.4).
+STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0)
+#: Polyimide film Kapton HN at 23 C (DuPont, Kapton HN data sheet).
+KAPTON = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0)
+#: Materials by name in case files.
+MATERIALS = {"cfrp": CFRP, "aluminium": ALUMINIUM, "steel": STEEL, "kapton": KAPTON}
+
+
+class _Named:
+    """A pydantic annotation: the name of a material stands for it."""
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A name, or the keys of a material."""
+        return {"anyOf": [{"enum": sorted(MATERIALS)}, handler(schema)]}
+
+
+def _by_name(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    if value not in MATERIALS:
+        message = f"a material by name must be known; {nearest(value, MATERIALS)}"
+        raise PydanticCustomError("material", "{message}", {"message": message})
+    return MATERIALS[value]
+
+
+MaterialOrName = Annotated[Material, BeforeValidator(_by_name), _Named()]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -14,11 +13,10 @@ from pydantic_core import PydanticCustomError, core_schema
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.schema import Section
+from evolvent.references import check_name, split_reference
+from evolvent.schema import Section, marks
 
-#: A name: no dot, bracket or slash, which stand between a part and what is on it, or between groups of a file.
-_NAME = re.compile(r"[^\W\d][\w -]*(?<! )")
-_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)|\[(?P<node>\d+)\])?")
+__all__ = ["Arrays", "Part", "Place", "Reference", "check_name", "split_reference", "unit"]
 
 
 class Part(Section):
@@ -31,40 +29,23 @@ class Part(Section):
         """Append rows, coordinates and parameters; register `name`."""
         raise NotImplementedError(f"{type(self).__name__} has no write()")
 
+    def replaced(self, **changes: Any) -> Self:
+        """The same part with other values of some keys, checked like a new one."""
+        return type(self)(**{key: getattr(self, key) for key in self.model_fields_set} | changes)
+
+    def as_keys(self) -> dict[str, Any]:
+        """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""
+        given = self.model_dump(mode="json", exclude_defaults=True)
+        return {"kind": type(self).model_fields["kind"].default, **given}
+
     def references(self) -> Iterator[str]:
         """Names of the parts that this one refers to, which must be written before it."""
         for key, field in type(self).model_fields.items():
-            mark = next((m for m in field.metadata if isinstance(m, Reference)), None)
+            mark = next((m for m in marks(field) if isinstance(m, Reference)), None)
             if mark is not None:
                 for name in mark.names(getattr(self, key)):
                     if name != "ground":
                         yield name
-
-
-def check_name(name: Any) -> str:
-    """The name of a part; refused where it cannot be one.
-
-    Raises
-    ------
-    InputError
-    """
-    if not isinstance(name, str) or _NAME.fullmatch(name) is None:
-        raise InputError(
-            f"the name of a part is {name!r}; it must start with a letter and hold letters, digits, '-', '_' and blanks"
-        )
-    if name == "ground":
-        raise InputError("the name of a part is 'ground', which stands for the inertial frame; take another")
-    return name
-
-
-def split_reference(text: str) -> tuple[str, str | int | None]:
-    """Name of a part, and what on it: 'hub' -> (hub, None), 'boom.tip' -> (boom, tip), 'boom[5]' -> (boom, 5)."""
-    match = _REFERENCE.fullmatch(text.strip())
-    if match is None:
-        raise InputError(f"{text!r} is no reference; give a name, or one such as 'boom.tip' or 'boom[5]'")
-    if match["node"] is not None:
-        return match["name"], int(match["node"])
-    return match["name"], match["point"]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -175,18 +156,27 @@ class Arrays:
             array = np.full(1, np.nan)
         if array.ndim == 0 or not np.all(np.isfinite(array)):
             raise PydanticCustomError("array", "it must be finite numbers, {shape}", {"shape": self.shape})
-        array.setflags(write=False)
-        return array
+        return _nested(array.tolist())
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """A validator, and a serializer to nested lists."""
         return core_schema.no_info_plain_validator_function(
             self.read,
             serialization=core_schema.plain_serializer_function_ser_schema(
-                lambda array: np.asarray(array).tolist(), when_used="json"
+                lambda value: np.asarray(value).tolist(), when_used="json"
             ),
         )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An array."""
         return {"type": "array", "description": self.shape}
+
+
+def _nested(value: Any) -> Any:
+    return tuple(_nested(v) for v in value) if isinstance(value, list) else value
+
+
+def unit(direction: Any) -> np.ndarray:
+    """(3,) float of length 1, of a direction that is not zero."""
+    array = np.array(direction, dtype=float)
+    return array / np.linalg.norm(array)

@@ -2,70 +2,86 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from evolvent import elements, jit
+from evolvent import elements, jit, units
 from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
+from evolvent.errors import InputError
 from evolvent.kernels import ancf, element_calls
 from evolvent.kernels import flexible as kernels
-from evolvent.parts.checks import not_negative, positive, unit_vector, vector
+from evolvent.parts.base import Arrays, Part, unit
 
 CABLES = ("cable", "cable_stretch")
-FORMULATIONS = (*CABLES, *elements.FORMULATIONS)
-DAMPINGS = (element_calls.OBJECTIVE, element_calls.PAPER)
+#: Nodal vectors: positions and slopes of all nodes.
+Nodal = Annotated[
+    tuple[tuple[units.Triple, ...], ...],
+    Arrays(shape="of the shape (elements + 1, 4, 3), of a cable (elements + 1, 2, 3)"),
+]
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Beam:
-    """A beam, straight without stress; its ends are called "root" and "tip", its nodes go by number from 0.
+class Beam(Part):
+    """A beam, straight without stress; places on it are "boom.root", "boom.tip" and its nodes, from "boom[0]".
 
     Parameters
     ----------
     length : float, m
-    section : elements.Rectangle, General or Taper
-        Thickness along the second, width along the third direction of the beam.
-    material : elements.Material
+        Length of the axis without stress.
+    section : Rectangle, Tube, Rod, General or Taper
+        Cross-section; y is the beam's normal, z the third direction.
+    material : Material, or the name of a known one
+        Isotropic and linearly elastic.
     elements : int
-    formulation : {"cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"}
-        Cables differ where they stretch by more than a per cent: of Green's strain (r'.r' - 1)/2 and r'', or of the
-        stretch ``|r'| - 1`` and the curvature.
-    position, direction, normal : (3,) float, m and unit vectors, inertial axes
-        Root, direction of the axis and of the thickness of a beam that starts straight.
+        Number of elements.
+    formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}
+        A beam with bending, shear and torsion: assumed_strain does not lock, the other three are for comparison. A
+        cable bends and stretches, but has no torsion; the two cables differ where they stretch by more than a per cent:
+        by Green's strain (r'.r' - 1)/2 and r'', or by the stretch ``|r'| - 1`` and the curvature.
+    position : (3,) float, m
+        Root of a beam that starts straight, inertial axes.
+    direction : (3,) float
+        Of its axis, inertial axes.
+    normal : (3,) float, optional
+        Of its thickness (y of the section), inertial axes, across the axis; left out, as near to y as it can be.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
-        Places and slopes at the start (a cable's r and r,x; a beam's r, r,x, r,y, r,z), in place of a straight one; by
-        arc length of the shape without stress.
-    rates : (n + 1, 2 or 4, 3) float, optional, m/s and 1/s; at rest if left out
+        Nodal vectors at the start in place of a straight beam: of a cable position r and slope r,x, of a beam r, r,x,
+        r,y and r,z, by arc length without stress.
+    rates : (n + 1, 2 or 4, 3) float, optional, m/s and 1/s
+        Their rates at the start; at rest if left out.
     rest : {"straight", "start"}
         Shape without stress: straight, or as it starts (a cable's curvature is never without stress).
-    mass_damping : float, alpha, 1/s, forces -alpha M e'
-    stiffness_damping : float, beta, s, forces -beta times the rate of the elastic ones
+    mass_damping : float, 1/s
+        alpha, of damping forces -alpha M e'.
+    stiffness_damping : float, s
+        beta, of damping forces -beta times the rate of the elastic ones.
     damping : {"objective", "paper"}
-        The rate of the stresses, which a rigid turn does not know, or K_e(e) e' (Yi et al. 2017), which damps that too.
-    damped : sequence of int, optional, elements with damping, from 0; all if left out
+        Rate of the stresses, which a rigid rotation leaves zero, or K_e(e) e' (Yi et al. 2017), which damps that too.
+    damped : list of int, optional
+        Elements with damping, from 0; all if left out.
     """
 
-    length: float
-    section: Any
-    material: elements.Material
-    elements: int
-    formulation: str = "cable"
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    direction: Sequence[float] = (1.0, 0.0, 0.0)
-    normal: Sequence[float] = (0.0, 1.0, 0.0)
-    nodes: ArrayLike | None = None
-    rates: ArrayLike | None = None
-    rest: str = "straight"
-    mass_damping: float = 0.0
-    stiffness_damping: float = 0.0
-    damping: str = "objective"
-    damped: Sequence[int] | None = None
+    kind: Literal["beam"] = "beam"
+    length: units.Length
+    section: AnySection
+    material: MaterialOrName
+    elements: Annotated[int, units.Whole(least=1, most=100_000)]
+    formulation: Literal["assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"] = (
+        "assumed_strain"
+    )
+    position: units.Position = (0.0, 0.0, 0.0)
+    direction: units.Direction = (1.0, 0.0, 0.0)
+    normal: units.Direction | None = None
+    nodes: Nodal | None = None
+    rates: Nodal | None = None
+    rest: Literal["straight", "start"] = "straight"
+    mass_damping: units.RateOrZero = 0.0
+    stiffness_damping: units.DurationOrZero = 0.0
+    damping: Literal["objective", "paper"] = "objective"
+    damped: tuple[Annotated[int, units.Whole(least=0, most=100_000)], ...] | None = None
 
     @property
     def vectors(self) -> int:
@@ -76,21 +92,26 @@ class Beam:
         """Coordinates at the start, (n + 1, vectors, 3)."""
         n = self.elements
         if self.nodes is not None:
-            found = np.array(self.nodes, dtype=float)
-            if found.shape != (n + 1, self.vectors, 3) or not np.all(np.isfinite(found)):
-                raise InputError(
-                    f"{name}.nodes has the shape {found.shape}; it must be {(n + 1, self.vectors, 3)}, finite numbers"
-                )
-            return found
-        e1 = unit_vector(f"{name}.direction", self.direction)
-        e2 = unit_vector(f"{name}.normal", self.normal)
+            return self._nodal(name, "nodes")
+        e1 = unit(self.direction)
         found = np.empty((n + 1, self.vectors, 3))
-        found[:, 0] = vector(f"{name}.position", self.position) + np.outer(np.linspace(0.0, self.length, n + 1), e1)
+        found[:, 0] = np.array(self.position) + np.outer(np.linspace(0.0, self.length, n + 1), e1)
         found[:, 1] = e1
         if self.vectors == 4:
+            e2 = _across(e1) if self.normal is None else unit(self.normal)
             if abs(e1 @ e2) > 1e-9:
-                raise InputError(f"{name}.normal is {self.normal!r}; it must be perpendicular to the direction")
+                raise InputError(
+                    f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, "
+                    f"{self.direction!r}"
+                )
             found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
+        return found
+
+    def _nodal(self, name: str, key: str) -> np.ndarray:
+        """`nodes` or `rates` as (n + 1, vectors, 3) float."""
+        found, wanted = np.array(getattr(self, key), dtype=float), (self.elements + 1, self.vectors, 3)
+        if found.shape != wanted:
+            raise InputError(f"{name}.{key} has the shape {found.shape}; it must be {wanted}")
         return found
 
     def along(self, nodes: ArrayLike) -> dict[str, np.ndarray]:
@@ -125,8 +146,7 @@ class Beam:
         found = {name: np.zeros((len(flat), 2 * n)) for name in names}
         values = self._of_cable if self.vectors == 2 else self._of_beam
         for i in range(n):
-            tapered = isinstance(self.section, elements.Taper)
-            section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
+            section = self.section.between(i / n, (i + 1) / n)
             for k, xi in enumerate(at):
                 unloaded = None if rest is None else rest[None, i : i + 2]
                 for name, value in values(flat[:, i : i + 2], unloaded, section, length, xi).items():
@@ -135,7 +155,7 @@ class Beam:
         return {"arc": arc, **{key: value.reshape(*x.shape[:-3], 2 * n) for key, value in found.items()}}
 
     def _of_beam(
-        self, e: np.ndarray, rest: np.ndarray | None, section: Any, length: float, xi: float
+        self, e: np.ndarray, rest: np.ndarray | None, section: CrossSection, length: float, xi: float
     ) -> dict[str, np.ndarray]:
         """What `along` gives at a point of elements of 24 coordinates (k, 2, 4, 3)."""
         off = self._beam_strains(e, length, xi)
@@ -150,7 +170,7 @@ class Beam:
         }
 
     def _of_cable(
-        self, e: np.ndarray, rest: np.ndarray | None, section: Any, length: float, xi: float
+        self, e: np.ndarray, rest: np.ndarray | None, section: CrossSection, length: float, xi: float
     ) -> dict[str, np.ndarray]:
         """What `along` gives at a point of cables (k, 2, 2, 3)."""
         s = section.at(xi).properties(self.material.nu)
@@ -181,23 +201,11 @@ class Beam:
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
-        if self.formulation not in FORMULATIONS:
-            raise InputError(f"{name}.formulation is {self.formulation!r}; {nearest(self.formulation, FORMULATIONS)}")
-        if isinstance(self.elements, bool) or not isinstance(self.elements, int) or self.elements < 1:
-            raise InputError(f"{name}.elements is {self.elements!r}; it must be a whole number from 1")
-        if self.damping not in DAMPINGS:
-            raise InputError(f"{name}.damping is {self.damping!r}; {nearest(self.damping, DAMPINGS)}")
-        if self.rest not in ("straight", "start"):
-            raise InputError(f"{name}.rest is {self.rest!r}; it must be 'straight' or 'start'")
-        length = positive(f"{name}.length", self.length)
         n, k = self.elements, self.vectors
         nodes = self.start(name)
-        rates = np.zeros_like(nodes) if self.rates is None else np.array(self.rates, dtype=float)
-        if rates.shape != nodes.shape or not np.all(np.isfinite(rates)):
-            raise InputError(f"{name}.rates has the shape {rates.shape}; it must be {nodes.shape}, finite numbers")
+        rates = np.zeros_like(nodes) if self.rates is None else self._nodal(name, "rates")
         q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
-        alpha = not_negative(f"{name}.mass_damping", self.mass_damping)
-        beta = not_negative(f"{name}.stiffness_damping", self.stiffness_damping)
+        alpha, beta = self.mass_damping, self.stiffness_damping
         kind = kernels.CABLE if k == 2 else kernels.BEAM
         first = len(builder.rows["elements"])
         node = sum(row["nodes"] for row in builder.rows["beams"])
@@ -211,10 +219,10 @@ class Beam:
             elements=n,
             first_node=node,
             paper=int(beta > 0.0 and self.damping == element_calls.PAPER),
-            length=length,
+            length=self.length,
         )
         builder.names[name] = ("beams", index)
-        tapered = isinstance(self.section, elements.Taper)
+        tapered = type(self.section) is elements.Taper
         damped = set(range(n)) if self.damped is None else set(self.damped)
         if not damped <= set(range(n)):
             odd = next(k for k in self.damped or () if k not in range(n))
@@ -227,9 +235,9 @@ class Beam:
                 raise InputError(f"{name}.damping is 'paper'; a cable_stretch has the objective one only")
         for i in range(n):
             if i == 0 or tapered or self.rest == "start":
-                section = self.section.between(i / n, (i + 1) / n) if tapered else self.section
+                section = self.section.between(i / n, (i + 1) / n)
                 rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
-                form, mass = self._constants(builder, length / n, section, rest)
+                form, mass = self._constants(builder, self.length / n, section, rest)
             functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.ELASTIC]
             builder.add(
                 "elements",
@@ -241,12 +249,14 @@ class Beam:
                 force=jit.slot(functions.force),
                 tangent=jit.slot(functions.tangent),
                 energy=jit.slot(functions.energy),
-                length=length / n,
+                length=self.length / n,
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
             )
 
-    def _constants(self, builder: Builder, length: float, section: Any, rest: np.ndarray | None) -> tuple[int, int]:
+    def _constants(
+        self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None
+    ) -> tuple[int, int]:
         """Places of an element's form and mass in the pools."""
         if self.formulation in CABLES:
             parts = elements.cable_parts(length, section, self.material, rest=rest)
@@ -263,16 +273,20 @@ class Beam:
         return builder.pooled(H24=whole.H, h24=whole.h, U24=whole.U0, bend24=parts["bending"].H), mass
 
 
-def node_of(builder: Builder, where: Any) -> tuple[int, int, int, int]:
+def _across(e1: np.ndarray) -> np.ndarray:
+    """The unit vector across e1 that is nearest to y; to z, where e1 is along y."""
+    near = np.array([0.0, 1.0, 0.0])
+    if abs(e1[1]) > 1.0 - 1e-9:
+        near = np.array([0.0, 0.0, 1.0])
+    return unit(near - (near @ e1) * e1)
+
+
+def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, int, int]:
     """Index of a beam, its kind, and places of coordinates and velocities (as the builder counts) of one of its nodes.
 
-    `where` is (name, "root" | "tip" | number).
+    `where` is a reference such as "boom.root", "boom.tip" or "boom[5]"; `key` says what it is given for.
     """
-    name, at = where
-    index = builder.find(name, "beams")
-    row = builder.rows["beams"][index]
-    number = {"root": 0, "tip": row["nodes"] - 1}.get(at, at) if isinstance(at, str) else at
-    if isinstance(number, str) or not 0 <= number < row["nodes"]:
-        raise InputError(f"{name!r} has no node {at!r}; give 'root', 'tip' or a number from 0 to {row['nodes'] - 1}")
-    size = 3 * kernels.NODE_VECTORS[row["kind"]]
-    return index, row["kind"], row["iq"] + size * number, row["iv"] + size * number
+    at = builder.place(where, key)
+    if at.family != "beams":
+        raise InputError(f"{key} is {where!r}; it must be a node of a beam, such as 'boom.tip' or 'boom[5]'")
+    return at.index, at.beam, at.iq, at.iv

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import Any
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import field_serializer, model_validator
+from pydantic_core import PydanticCustomError
 
+from evolvent import units
 from evolvent.builder import Builder
-from evolvent.errors import InputError
 from evolvent.kernels import ancf, contact_laws, flexible
-from evolvent.parts.checks import choice, not_negative, number, positive
+from evolvent.parts.base import Part
 
 LAWS = {
     "paper": contact_laws.PAPER,
@@ -19,54 +22,80 @@ LAWS = {
 }
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Contact:
+class Contact(Part):
     """The law of a contact, and the contact points of a beam at which it acts.
 
     Parameters
     ----------
     law : {"hunt-crossley", "conservative", "paper"}
-    stiffness : float, N/m^n, exponent : float, n, of each contact point
-    damping : float, s/m (N s/m of the paper's law)
-    points : int, contact points of an element, evenly spaced, its second node included
-    friction : float, coefficient mu
-    stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a contact point that sticks
+        Law of the normal force against the depth.
+    stiffness : float, N/m^n
+        Of each contact point.
+    exponent : float
+        n, of the depth.
+    damping : float, s/m (N s/m of the law paper)
+        Of the normal force.
+    points : int
+        Contact points of an element, evenly spaced, its second node included.
+    friction : float
+        Coefficient of friction.
+    stick_stiffness, stick_damping : float, N/m and N s/m
+        Of the tangential spring of a contact point that sticks.
     """
 
-    law: str = "hunt-crossley"
-    stiffness: float = 1e4
-    exponent: float = 1.0
-    damping: float = 0.0
-    points: int = 2
-    friction: float = 0.0
-    stick_stiffness: float = 1e3
-    stick_damping: float = 0.0
+    kind: str = "contact"
+    law: Literal["hunt-crossley", "conservative", "paper"] = "hunt-crossley"
+    stiffness: units.ContactStiffness = 1e4
+    exponent: units.Exponent = 1.0
+    damping: units.ContactDampingOrZero = 0.0
+    points: Annotated[int, units.Whole(least=1, most=1000)] = 2
+    friction: units.NumberOrZero = 0.0
+    stick_stiffness: units.StiffnessOrZero = 1e3
+    stick_damping: units.DampingOrZero = 0.0
 
-    def law_fields(self, name: str) -> dict[str, Any]:
-        """Fields of the law in the model, checked."""
-        fields = {
-            "law": choice(f"{name}.law", self.law, LAWS),
-            "stiffness": positive(f"{name}.stiffness", self.stiffness),
-            "exponent": number(f"{name}.exponent", self.exponent, least=1.0, allowed="a number from 1"),
-            "share": 1.0,
-        }
-        for key in ("damping", "friction", "stick_stiffness", "stick_damping"):
-            fields[key] = not_negative(f"{name}.{key}", getattr(self, key))
-        return fields
+    @model_validator(mode="before")
+    @classmethod
+    def _check_units(cls, values: Any) -> Any:
+        """Refuse units that belong to another exponent or law."""
+        if not isinstance(values, Mapping):
+            return values
+        power = re.search(r"N/m(?:\^(\d+(?:\.\d+)?))?\s*$", str(values.get("stiffness", "")))
+        exponent = str(values.get("exponent", cls.model_fields["exponent"].default)).strip()
+        if power is not None and re.fullmatch(r"\d+\.?\d*", exponent) and float(power[1] or 1) != float(exponent):
+            wanted = f"N/m^{float(exponent):g}"
+            message = f"stiffness is {values['stiffness']!r}, but exponent is {exponent}; give stiffness in {wanted}"
+            raise PydanticCustomError("contact", "{message}", {"message": message})
+        damping, paper = str(values.get("damping", "")), values.get("law") == "paper"
+        newtons = re.search(r"N s/m\s*$", damping) is not None
+        if re.search(r"[a-z]", damping) and newtons != paper and damping.rstrip().endswith("s/m"):
+            law = values.get("law", cls.model_fields["law"].default)
+            message = f"damping is {damping!r}; law {law!r} takes it in {'N s/m' if paper else 's/m'}"
+            raise PydanticCustomError("contact", "{message}", {"message": message})
+        return values
 
-    def contact_points(self, builder: Builder, name: str, beam: int) -> list[dict[str, Any]]:
+    @field_serializer("stiffness", when_used="json")
+    def _write_stiffness(self, value: float) -> str:
+        return f"{value!r} N/m" if self.exponent == 1.0 else f"{value!r} N/m^{self.exponent!r}"
+
+    @field_serializer("damping", when_used="json")
+    def _write_damping(self, value: float) -> str:
+        return f"{value!r} N s/m" if self.law == "paper" else f"{value!r} s/m"
+
+    def law_fields(self) -> dict[str, Any]:
+        """Fields of the law in the model."""
+        keys = ("stiffness", "exponent", "damping", "friction", "stick_stiffness", "stick_damping")
+        return {"law": LAWS[self.law], "share": 1.0, **{key: getattr(self, key) for key in keys}}
+
+    def contact_points(self, builder: Builder, beam: int) -> list[dict[str, Any]]:
         """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""
-        points = self.points
-        if isinstance(points, bool) or not isinstance(points, int) or points < 1:
-            raise InputError(f"{name}.points is {points!r}; it must be a whole number from 1")
         row, found = builder.rows["beams"][beam], []
         k = flexible.NODE_VECTORS[row["kind"]]
         vectors = np.array([0, 1, k, k + 1])
         for c in range(row["first_element"], row["first_element"] + row["elements"]):
             element = builder.rows["elements"][c]
-            for i in range(1, points + 1):
+            for i in range(1, self.points + 1):
                 shape = np.empty(8)
-                ancf.beam_shape(element["length"], i / points, 0.0, 0.0, shape)
+                ancf.beam_shape(element["length"], i / self.points, 0.0, 0.0, shape)
                 at = {"iq": element["iq"] + 3 * vectors, "iv": element["iv"] + 3 * vectors}
                 found.append({"element": c, **at, "S": shape[[0, 1, 4, 5]], "reach": 1.5 * element["length"]})
         return found

@@ -2,50 +2,52 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import constraint_rows, joint, rigid
-from evolvent.parts.checks import unit_vector
+from evolvent.parts.base import BodyName, Part, unit
 from evolvent.parts.joint import add_row, direction_side, place_side
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Guide:
+class Guide(Part):
     """One motion of a free body held: of its centre along a direction, or of one of its axes out of a plane.
 
     Parameters
     ----------
     body : str
-    direction : (3,) float, inertial frame
-    axis : (3,) float, body axes, optional
-        Left out, the centre of mass keeps its coordinate along `direction`. Given, this axis of the body stays
-        perpendicular to `direction`, as it must be at the start.
+        A free body.
+    direction : (3,) float
+        Inertial axes.
+    axis : (3,) float, optional
+        Body axes. Left out, the centre of mass keeps its coordinate along `direction`. Given, this axis of the body
+        stays perpendicular to `direction`, as it must be at the start.
 
     Notes
     -----
     The first pulls along `direction` at the centre of mass; the second turns about axis x direction.
     """
 
-    body: str
-    direction: Sequence[float]
-    axis: Sequence[float] | None = None
+    kind: Literal["guide"] = "guide"
+    body: BodyName
+    direction: units.Direction
+    axis: units.Direction | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the guide into the family `guides`."""
         body = builder.find(self.body, "bodies")
         if builder.rows["bodies"][body]["motion"] != rigid.FREE:
             raise InputError(f"{name}.body is {self.body!r}; only a free body can be guided")
-        direction = unit_vector(f"{name}.direction", self.direction)
+        direction = unit(self.direction)
         pose = builder.poses[body]
         if self.axis is None:
             kind, axis, value = constraint_rows.CENTRE, np.zeros(3), float(direction @ pose.x)
         else:
-            kind, axis, value = constraint_rows.AXIS, unit_vector(f"{name}.axis", self.axis), 0.0
+            kind, axis, value = constraint_rows.AXIS, unit(self.axis), 0.0
             off = float((pose.R @ axis) @ direction)
             if abs(off) > 1e-9:
                 raise InputError(

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError
 from evolvent.kernels import flexible, rigid, sides
 from evolvent.kernels import joint as kernels
-from evolvent.parts.beam import node_of
-from evolvent.parts.checks import not_negative, number, positive, unit_vector, vector
+from evolvent.parts.base import BodyName, Part, Place, unit
 from evolvent.parts.feed import Feed, RampFeed
+from evolvent.parts.law import Drive
+from evolvent.references import Location
 
-KINDS = ("point", "hinge", "clamp", "distance")
 _LEAST_OFF = 1e-6
 
 
@@ -33,20 +32,16 @@ class Side(NamedTuple):
     node: tuple[int, int] | None  # kind of beam, place of the node's first coordinate
 
 
-def place_side(builder: Builder, where: Any) -> Side:
-    """The side of a place: a point's or body's name, (body, place in its axes), (beam, node), a place on the ground."""
-    if isinstance(where, tuple | list) and len(where) == 2 and builder.names.get(where[0], ("",))[0] == "beams":
-        _, kind, iq, iv = node_of(builder, where)
-        u = np.array(builder.q[iq : iq + 3])
-        return Side(sides.ON_COORDINATES, -1, iq, iv, np.zeros(3), u, (kind, iq))
-    row = builder.rows["markers"][builder.marker(where)]
-    builder.rows["markers"].pop()
-    if row["kind"] == 1:  # a point
-        point = builder.rows["points"][row["index"]]
-        u = np.array(builder.q[point["iq"] :][:3])
-        return Side(sides.ON_COORDINATES, -1, point["iq"], point["iv"], np.zeros(3), u, None)
-    pose = builder.poses[row["index"]]
-    return Side(sides.ON_BODY, row["index"], -1, -1, row["local"], pose.x + pose.R @ row["local"], None)
+def place_side(builder: Builder, where: Any, key: str = "a place") -> Side:
+    """The side of a reference to a place (`Builder.place`)."""
+    return _side(builder.place(where, key))
+
+
+def _side(at: Location) -> Side:
+    if at.family == "bodies":
+        return Side(sides.ON_BODY, at.index, -1, -1, at.local, at.x, None)
+    node = (at.beam, at.iq) if at.family == "beams" else None
+    return Side(sides.ON_COORDINATES, -1, at.iq, at.iv, np.zeros(3), at.x, node)
 
 
 def direction_side(builder: Builder, index: int, direction: np.ndarray) -> Side:
@@ -61,56 +56,84 @@ def _slope(builder: Builder, node: Side, which: int) -> Side:
     return Side(sides.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Joint:
-    """A joint between two places: of beams' nodes, bodies, points or the ground.
+class Joint(Part):
+    """A joint between two places of beams, bodies, points or the ground, which holds how they stand at the start.
 
     Parameters
     ----------
-    a, b : str, (str, (3,) float), (str, "root" | "tip" | int) or (3,) float
-        A point's or body's name, a body's name with a place in its axes, a beam's name with a node, a place on the
-        ground. The joint holds how the two stand at the start.
-    kind : {"point", "hinge", "clamp", "distance"}
-        Places coincide; so, and turn about `axis` only; so, and do not turn; places keep their distance.
-    axis : (3,) float, of a hinge, inertial axes at the start
-    stiffness : float, N/m and N m; above 0, a penalty in place of the constraint
-    turn_stiffness : float, N m, optional, of the penalties that hold directions; `stiffness` if left out
-    damping : float, N s/m and N m s, of the penalty
-    until : float, s, when the joint is released
+    a, b : place
+        Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
+        a point mass, or a position on the ground. A body named alone, "hub", means its point where the other end is at
+        the start; in a joint of type "distance" its origin.
+    type : {"spherical", "revolute", "clamp", "distance"}
+        The places coincide; and turn about `axis` only; and do not turn; or they keep their distance.
+    axis : (3,) float
+        Of a revolute joint, inertial axes at the start.
+    position : (3,) float, m, optional
+        Where the joint is at the start, inertial axes, where both ends are bodies named alone.
+    stiffness : float, N/m and N m
+        Above 0, a penalty in place of the constraint.
+    turn_stiffness : float, N m/rad, optional
+        Of the penalties that hold directions; `stiffness` if left out.
+    damping : float, N s/m and N m s
+        Of the penalty.
+    until : float, s, optional
+        When the joint is released; never if left out.
 
     Notes
     -----
     Of a cable only the direction of its axis can be held; it has no twist. A clamp leaves the length of slopes free.
     """
 
-    a: Any
-    b: Any
-    kind: str = "point"
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
-    stiffness: float = 0.0
-    turn_stiffness: float | None = None
-    damping: float = 0.0
-    until: float = math.inf
+    kind: Literal["joint"] = "joint"
+    a: Place
+    b: Place
+    type: Literal["spherical", "revolute", "clamp", "distance"] = "spherical"
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    position: units.Position | None = None
+    stiffness: units.StiffnessOrZero = 0.0
+    turn_stiffness: units.RotationalStiffnessOrZero | None = None
+    damping: units.DampingOrZero = 0.0
+    until: units.Duration | None = None
+
+    def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
+        """Both ends; a body named alone takes the place of the other end, or `position`."""
+        ends = [builder.place(self.a, f"{name}.a"), builder.place(self.b, f"{name}.b")]
+        if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].index == ends[1].index:
+            raise InputError(f"{name}.a and {name}.b are on one body, {self.a!r}; a joint needs two parts")
+        if self.type == "distance":
+            if self.position is not None:
+                raise InputError(f"{name}.position is given; a joint of type 'distance' has no position")
+            return _side(ends[0]), _side(ends[1])
+        alone = [end.alone for end in ends]
+        if self.position is not None and not any(alone):
+            raise InputError(f"{name}.position is given, but {name}.a and {name}.b already say where the joint is")
+        if self.position is None and all(alone):
+            raise InputError(
+                f"{name}.a and {name}.b are both bodies named alone, {self.a!r} and {self.b!r}; give {name}.position "
+                f"(inertial axes, at the start), or a point of one of them, such as {[self.a, [0, 0, 1]]!r}"
+            )
+        found = []
+        for end, other in zip(ends, reversed(ends), strict=True):
+            if end.alone:
+                x = other.x if self.position is None else np.array(self.position)
+                pose = builder.poses[end.index]
+                end = end._replace(x=x, local=pose.R.T @ (x - pose.x))
+            found.append(_side(end))
+        return found[0], found[1]
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the joint's scalar constraints into the family `joints`."""
-        if self.kind not in KINDS:
-            raise InputError(f"{name}.kind is {self.kind!r}; {nearest(str(self.kind), KINDS)}")
-        _check_until(name, self.until)
-        a, b = place_side(builder, self.a), place_side(builder, self.b)
+        a, b = self._ends(builder, name)
         if a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
-        common = {
-            "stiffness": not_negative(f"{name}.stiffness", self.stiffness),
-            "damping": not_negative(f"{name}.damping", self.damping),
-            "until": float(self.until),
-        }
+        common = {"stiffness": self.stiffness, "damping": self.damping, "until": _until(self.until)}
         first = len(builder.rows["joints"])
         builder.names[name] = ("joints", first)
-        if self.kind == "distance":
+        if self.type == "distance":
             length = float(np.linalg.norm(b.u - a.u))
             if length == 0.0:
-                raise InputError(f"{name}: its two places coincide; a joint of kind 'distance' needs them apart")
+                raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")
             add_row(builder, kernels.DISTANCE, a, b, value=length, **common)
             return
         apart = float(np.linalg.norm(b.u - a.u))
@@ -118,11 +141,11 @@ class Joint:
             raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
         for along in np.eye(3):
             add_row(builder, kernels.PLACE, a, b, along=along, **common)
-        if self.kind == "point":
+        if self.type == "spherical":
             return
-        axis = unit_vector(f"{name}.axis", self.axis)
+        axis = unit(self.axis)
         if self.turn_stiffness is not None:
-            common["stiffness"] = not_negative(f"{name}.turn_stiffness", self.turn_stiffness)
+            common["stiffness"] = self.turn_stiffness
             if (common["stiffness"] > 0.0) != (self.stiffness > 0.0):
                 raise InputError(
                     f"{name}.turn_stiffness is {self.turn_stiffness!r}, but {name}.stiffness is {self.stiffness!r}; "
@@ -135,16 +158,19 @@ class Joint:
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[tuple[Side, Side]]:
         """Pairs of directions whose products the joint keeps."""
         if a.on == sides.ON_COORDINATES and b.node is not None and a.node is not None:
-            raise InputError(f"{name}: a {self.kind} between two beams is not known; join each to a body")
+            raise InputError(
+                f"{name}.type is {self.type!r}, which two beams or points do not take yet; join each of them to a "
+                f"body, or take type 'spherical'"
+            )
         if b.on == sides.ON_COORDINATES and b.node is None:
-            raise InputError(f"{name}: a point has no directions; a {self.kind} needs a body or a beam")
+            raise InputError(f"{name}.type is {self.type!r}, but a point mass has no directions; take type 'spherical'")
         body = a.body
         if b.node is not None:
             along = _slope(builder, b, 1)
             e1 = along.u / np.linalg.norm(along.u)
-            if self.kind == "hinge" and b.node[0] == flexible.CABLE:
+            if self.type == "revolute" and b.node[0] == flexible.CABLE:
                 return [(direction_side(builder, body, axis), along)]
-            if self.kind == "hinge":  # of its section, as for a clamp below
+            if self.type == "revolute":  # of its section, as for a clamp below
                 across = [_slope(builder, b, i) for i in (2, 3)]
                 parallel = max(across, key=lambda s: abs(float(s.u @ axis)) / float(np.linalg.norm(s.u)))
                 if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
@@ -167,7 +193,7 @@ class Joint:
             return [(direction_side(builder, body, e2), along), (direction_side(builder, body, e3), along)]
         f2, f3 = _across(axis)
         held = [(direction_side(builder, body, axis), direction_side(builder, b.body, f)) for f in (f2, f3)]
-        if self.kind == "clamp":
+        if self.type == "clamp":
             held.append((direction_side(builder, body, f2), direction_side(builder, b.body, f3)))
         return held
 
@@ -200,9 +226,8 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, **fields: Any) -> int
     )
 
 
-def _check_until(name: str, until: Any) -> None:
-    if isinstance(until, str) or not until > 0.0:
-        raise InputError(f"{name}.until is {until!r}; it must be a time above 0 s")
+def _until(time: float | None) -> float:
+    return math.inf if time is None else time
 
 
 def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
@@ -219,20 +244,23 @@ def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
         before = rate
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Turn:
-    """A spinning body turned by a feed law: its angle is that of the feed.
+class PrescribedRotation(Part):
+    """A spinning body turned by a drive: its angle is that of the drive.
 
     Parameters
     ----------
-    body : str, with motion "spin"
-    feed : a feed of `evolvent.parts`, rad; its rate must not jump
-    until : float, s, when the body turns free
+    body : str
+        A body with motion "spin".
+    feed : a feed of `evolvent.parts`, rad
+        Its rate must not jump.
+    until : float, s, optional
+        When the body turns free; never if left out.
     """
 
-    body: str
-    feed: Feed
-    until: float = math.inf
+    kind: Literal["prescribed-rotation"] = "prescribed-rotation"
+    body: BodyName
+    feed: Drive
+    until: units.Duration | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the row."""
@@ -240,149 +268,73 @@ class Turn:
         body = builder.rows["bodies"][index]
         if body["motion"] != rigid.SPIN:
             raise InputError(f"{name}.body is {self.body!r}; only a body with motion 'spin' can be turned")
-        feed = self.feed.write(builder, name)
-        _check_until(name, self.until)
-        _check_jumps(name, self.feed, float(self.until), "rad/s")
+        feed, until = self.feed.write(builder, name), _until(self.until)
+        _check_jumps(name, self.feed, until, "rad/s")
         side = Side(sides.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
         path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
-        row = add_row(builder, kernels.ANGLE, side, side, until=float(self.until), **path)
+        row = add_row(builder, kernels.ANGLE, side, side, until=until, **path)
         builder.names[name] = ("joints", row)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Carry:
-    """A place (a beam's node or a point) carried along a line or round an involute by a feed law.
+class PrescribedMotion(Part):
+    """A node of a beam, or a point mass, moved along a line or round an involute by a drive.
 
     Parameters
     ----------
-    what : as the ends of a `Joint`
+    at : place
+        "boom.tip", "boom[5]", or a point mass.
     feed : a feed of `evolvent.parts`
         Along a line, m; round an involute, the angle wound so far, rad. Its rate must not jump.
-    direction : (3,) float, of the line, inertial axes; the place is held across it as well
-    radius, centre, axis, zero, length : float and (3,) float, optional
-        Of an involute (`radius` above 0): the circle's radius (m), a point and the direction of its axis, the direction
-        from its centre to where the thread begins, and the thread's length (m).
-    until : float, s, when the place is released
+    direction : (3,) float
+        Of the line, inertial axes; the place is held across it as well.
+    radius : float, m
+        Of the circle of an involute; 0 for a line.
+    centre : (3,) float, m
+        A point on the circle's axis, inertial axes.
+    axis : (3,) float
+        Of the circle, inertial axes.
+    zero : (3,) float
+        From the circle's centre to where the thread begins, inertial axes.
+    length : float, m, optional
+        Of the thread of an involute.
+    until : float, s, optional
+        When the place is released; never if left out.
     """
 
-    what: Any
-    feed: Feed
-    direction: Sequence[float] = (1.0, 0.0, 0.0)
-    radius: float = 0.0
-    centre: Sequence[float] = (0.0, 0.0, 0.0)
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
-    zero: Sequence[float] = (1.0, 0.0, 0.0)
-    length: float = 0.0
-    until: float = math.inf
+    kind: Literal["prescribed-motion"] = "prescribed-motion"
+    at: Place
+    feed: Drive
+    direction: units.Direction = (1.0, 0.0, 0.0)
+    radius: units.LengthOrZero = 0.0
+    centre: units.Position = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    zero: units.Direction = (1.0, 0.0, 0.0)
+    length: units.Length | None = None
+    until: units.Duration | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write three rows."""
-        b = place_side(builder, self.what)
+        b = place_side(builder, self.at, f"{name}.at")
         if b.on != sides.ON_COORDINATES:
-            raise InputError(f"{name}.what is {self.what!r}; only a beam's node or a point can be carried")
-        feed = self.feed.write(builder, name)
-        _check_until(name, self.until)
-        _check_jumps(name, self.feed, float(self.until), "rad/s" if self.radius > 0.0 else "m/s")
+            raise InputError(f"{name}.at is {self.at!r}; only a beam's node or a point mass can be moved so")
+        feed, until = self.feed.write(builder, name), _until(self.until)
+        _check_jumps(name, self.feed, until, "rad/s" if self.radius > 0.0 else "m/s")
         fields: dict[str, Any] = {"feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
-        fields["until"] = float(self.until)
+        fields["until"] = until
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.radius > 0.0:
-            z = unit_vector(f"{name}.axis", self.axis)
-            e = unit_vector(f"{name}.zero", self.zero)
-            centre = vector(f"{name}.centre", self.centre)
-            length = positive(f"{name}.length", self.length)
+            if self.length is None:
+                raise InputError(f"{name}.length is missing; an involute needs the length of its thread")
+            z, e = unit(self.axis), unit(self.zero)
             ground = Side(sides.ON_BODY, 0, -1, -1, np.zeros(3), np.zeros(3), None)
             for along in (e, np.cross(z, e), z):
                 add_row(
-                    builder, kernels.PLACE, ground, b, along=along, centre=centre, axis=z, zero=e, value=length,
-                    radius=number(f"{name}.radius", self.radius), path=kernels.INVOLUTE, **fields,
+                    builder, kernels.PLACE, ground, b, along=along, centre=np.array(self.centre), axis=z, zero=e,
+                    value=self.length, radius=self.radius, path=kernels.INVOLUTE, **fields,
                 )  # fmt: skip
             return
-        d = unit_vector(f"{name}.direction", self.direction)
+        d = unit(self.direction)
         ground = Side(sides.ON_BODY, 0, -1, -1, b.u, b.u, None)
         add_row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
         for across in _across(d):
-            add_row(builder, kernels.PLACE, ground, b, along=across, until=float(self.until))
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Hinge:
-    """Spring, damper, stops and latch at the hinge by which a beam's end stands on a body.
-
-    Parameters
-    ----------
-    body : str
-    beam : (str, "root" | "tip" | int), the node
-    axis : (3,) float, of the angle, inertial axes at the start
-    zero : (3,) float, direction from which it counts, inertial axes at the start; the beam's own if left out
-    stiffness, damping, rest : float, N m/rad, N m s/rad and rad
-    low, high : float, rad, stops; stop : float, N m/rad, their stiffness
-    latch : float, rad, optional, angle at which the hinge locks for good
-    latch_stiffness, latch_damping : float, N m/rad and N m s/rad, of the lock
-
-    Notes
-    -----
-    Of a cable the angle is that of its axis, of a beam that of its section, a quarter turn from the slope across it:
-    what turns the axis passes moments on by the shear of half an element alone.
-    """
-
-    body: str
-    beam: Any
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
-    zero: Sequence[float] | None = None
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest: float = 0.0
-    low: float = -math.inf
-    high: float = math.inf
-    stop: float = 0.0
-    latch: float | None = None
-    latch_stiffness: float = 0.0
-    latch_damping: float = 0.0
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Write the hinge."""
-        index = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
-        _, kind, iq, iv = node_of(builder, self.beam)
-        R = builder.poses[index].R
-        axis = unit_vector(f"{name}.axis", self.axis)
-        slope = np.array(builder.q[iq + 3 : iq + 6])
-        zero = slope / np.linalg.norm(slope) if self.zero is None else unit_vector(f"{name}.zero", self.zero)
-        if abs(zero @ axis) > 1e-6:
-            raise InputError(f"{name}.zero is {tuple(zero)!r}; it must be across the axis")
-        zero = zero - (zero @ axis) * axis
-        zero /= np.linalg.norm(zero)
-        if self.low > self.high:
-            raise InputError(f"{name}.low is {self.low!r} rad, above {name}.high, {self.high!r} rad")
-        if (math.isfinite(self.low) or math.isfinite(self.high)) and self.stop <= 0.0:
-            raise InputError(f"{name}.stop is {self.stop!r}; stops need a stiffness above 0 N m/rad")
-        if self.latch is not None and self.latch_stiffness <= 0.0:
-            raise InputError(f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 N m/rad")
-        which = 1
-        if kind == flexible.BEAM:
-            across = np.array(builder.q[iq + 6 : iq + 12]).reshape(2, 3)
-            which = 2 + int(np.argmin(np.abs(across @ axis) / np.linalg.norm(across, axis=1)))
-            quarter = np.cross(axis, zero)
-            zero = quarter if across[which - 2] @ np.cross(axis, slope) > 0.0 else -quarter
-            slope = across[which - 2]
-        angle = math.atan2(slope @ np.cross(axis, zero), slope @ zero)
-        latch = math.inf if self.latch is None else float(self.latch)
-        found = builder.add(
-            "hinges",
-            body=index,
-            iq=iq + 3 * which,
-            iv=iv + 3 * which,
-            axis=R.T @ axis,
-            zero=R.T @ zero,
-            stiffness=not_negative(f"{name}.stiffness", self.stiffness),
-            damping=not_negative(f"{name}.damping", self.damping),
-            rest=number(f"{name}.rest", self.rest),
-            low=float(self.low),
-            high=float(self.high),
-            stop=not_negative(f"{name}.stop", self.stop),
-            latch=latch,
-            latch_stiffness=not_negative(f"{name}.latch_stiffness", self.latch_stiffness),
-            latch_damping=not_negative(f"{name}.latch_damping", self.latch_damping),
-            side=1.0 if angle > latch else -1.0,
-        )
-        builder.names[name] = ("hinges", found)
+            add_row(builder, kernels.PLACE, ground, b, along=across, until=until)

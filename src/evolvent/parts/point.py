@@ -19,9 +19,12 @@ class Point(Part):
     Parameters
     ----------
     mass : float, kg
-    position, velocity : (3,) float, m and m/s, inertial frame, at the start
-    at : a place, optional, of a body or beam ("boom.tip") that the mass is fixed to; position and velocity are those of
-        that place
+        Of the point.
+    position, velocity : (3,) float, m and m/s
+        At the start, inertial axes.
+    at : place, optional
+        Place of a body or beam, such as "boom.tip" or "hub.left", that the mass is fixed to; position and velocity are
+        those of that place.
     """
 
     kind: Literal["point"] = "point"
@@ -39,8 +42,9 @@ class Point(Part):
             for key in ("position", "velocity"):
                 if key in self.model_fields_set:
                     raise InputError(f"{name}.{key} and {name}.at are both given; {name}.at says where the point is")
-            held = place_side(builder, self.at)
-            position, velocity = tuple(held.u), tuple(builder.velocity_of(self.at))
+            key = f"{name}.at"
+            held = place_side(builder, self.at, key)
+            position, velocity = tuple(held.u), tuple(builder.velocity_of(self.at, key))
         q, v = builder.coordinates(position, velocity)
         index = builder.add("points", iq=q, iv=v, mass=self.mass, compliance=1.0 / self.mass)
         builder.names[name] = ("points", index)

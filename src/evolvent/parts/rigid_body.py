@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
 
+from evolvent import units
 from evolvent.builder import Builder, Pose
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.parts.checks import choice, not_negative, number, unit_vector, vector
+from evolvent.parts.base import Part, unit
+from evolvent.parts.shapes import AnyShape
+from evolvent.references import is_name
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class RigidBody:
+def _check_names(points: dict[str, units.Triple]) -> dict[str, units.Triple]:
+    for name in points:
+        if not is_name(name):
+            message = f"the name {name!r} must start with a letter and hold letters, digits, '-', '_' and blanks"
+            raise PydanticCustomError("name", "{message}", {"message": message})
+    return points
+
+
+class RigidBody(Part):
     """A rigid body; its axes start from its centre of mass.
 
     Parameters
@@ -25,14 +36,29 @@ class RigidBody:
     motion : {"free", "spin", "driven"}
         Free in six degrees of freedom, free to turn about `axis` through its fixed origin, or turning about `axis` at
         the constant `rate` whatever acts on it (a `rate` of 0 holds it fixed).
-    mass : float, kg (used by free bodies)
-    inertia : float, (3,) or (3, 3) float, kg m2
-        Moment of inertia about every axis, principal moments, or the tensor in body axes.
-    position, velocity : (3,) float, m and m/s, inertial frame, of the centre of mass
-    orientation : (4,) float, quaternion body to inertial at the start, scalar part first
-    angular_velocity : (3,) float, rad/s, body axes (free bodies)
-    axis : (3,) float, body axes (spinning and driven bodies)
-    rate : float, rad/s about `axis` (spinning and driven bodies)
+    mass : float, kg
+        Of a free body; of `density` and `shape` if left out.
+    inertia : float, (3,) or (3, 3) float, kg m^2
+        Moment of inertia about every axis, principal moments, or the tensor in body axes; of `shape` with uniform
+        density if left out.
+    shape : box, cylinder or sphere, optional
+        By which the body is drawn, about its centre of mass.
+    density : float, kg/m^3, optional
+        Of the shape, in place of mass and inertia.
+    points : mapping of names to (3,) float, m
+        Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
+    position : (3,) float, m
+        Of the centre of mass at the start, inertial axes.
+    velocity : (3,) float, m/s
+        Of the centre of mass at the start, inertial axes (free bodies).
+    orientation : (4,) float
+        Quaternion from body to inertial axes at the start, scalar part first.
+    angular_velocity : (3,) float, rad/s
+        At the start, body axes (free bodies).
+    axis : (3,) float
+        Body axes (spinning and driven bodies).
+    rate : float, rad/s
+        About `axis` (spinning and driven bodies).
 
     Notes
     -----
@@ -40,62 +66,84 @@ class RigidBody:
     spinning body its angle, unwrapped, and rate.
     """
 
-    motion: str = "free"
-    mass: float = 0.0
-    inertia: float | Sequence[float] | Sequence[Sequence[float]] = 0.0
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    velocity: Sequence[float] = (0.0, 0.0, 0.0)
-    orientation: Sequence[float] = (1.0, 0.0, 0.0, 0.0)
-    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
-    rate: float = 0.0
+    kind: Literal["rigid-body"] = "rigid-body"
+    motion: Literal["free", "spin", "driven"] = "free"
+    mass: units.MassOrZero | None = None
+    inertia: units.InertiaTensor | None = None
+    shape: AnyShape | None = None
+    density: units.Density | None = None
+    points: Annotated[dict[str, units.Position], AfterValidator(_check_names)] = {}  # noqa: RUF012  (pydantic copies it)
+    position: units.Position = (0.0, 0.0, 0.0)
+    velocity: units.Velocity = (0.0, 0.0, 0.0)
+    orientation: units.Quaternion = (1.0, 0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    rate: units.AngularRate = 0.0
 
-    def inertia_tensor(self) -> np.ndarray:
-        """Inertia as a (3, 3) tensor in body axes."""
-        given = " ".join(str(self.inertia).split())
-        try:
-            tensor = np.array(self.inertia, dtype=float)
-        except (TypeError, ValueError):
-            tensor = np.full(0, np.nan)
+    def mass_properties(self, name: str = "body") -> tuple[float, np.ndarray]:
+        """Mass (kg) and inertia (3, 3) in body axes (kg m2), given or of the shape; zero where neither says.
+
+        Raises
+        ------
+        InputError
+            If what is given contradicts itself, or no body has such an inertia.
+        """
+        mass, shape = self.mass, self.shape
+        if self.density is not None:
+            if shape is None:
+                raise InputError(f"{name}.density is given without {name}.shape, which it needs for the mass")
+            for key in ("mass", "inertia"):
+                if getattr(self, key) is not None:
+                    raise InputError(f"{name}.density and {name}.{key} are both given; leave one of them out")
+            mass = self.density * shape.volume
+        if self.inertia is not None:
+            tensor = self.inertia_tensor(name)
+        elif shape is not None and mass is not None:
+            tensor = mass * shape.inertia_per_mass()
+        else:
+            tensor = np.zeros((3, 3))
+        return 0.0 if mass is None else mass, tensor
+
+    def inertia_tensor(self, name: str = "body") -> np.ndarray:
+        """The given inertia as a (3, 3) tensor in body axes."""
+        tensor = np.array(self.inertia, dtype=float)
         if tensor.shape in ((), (3,)):
             tensor = np.diag(np.broadcast_to(tensor, 3).astype(float))
-        if tensor.shape != (3, 3) or not np.all(np.isfinite(tensor)):
-            raise InputError(f"inertia is {given}; give a number, three, or a 3 x 3 tensor")
+        given = f"{name}.inertia is {self.inertia!r}"
         if not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-            raise InputError(f"inertia is {given}; the tensor must be symmetric")
+            raise InputError(f"{given}; the tensor must be symmetric")
         moments = np.linalg.eigvalsh(tensor)
         if moments[0] < 0.0 or (self.motion == "free" and moments[0] <= 0.0):
-            raise InputError(f"inertia is {given}; its principal moments must be above 0")
+            raise InputError(f"{given}; its principal moments must be above 0")
         if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
-            raise InputError(f"inertia is {given}; no body has it: one principal moment exceeds the sum of the others")
+            raise InputError(f"{given}; no body has it: one principal moment exceeds the sum of the others")
         return tensor
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the body into the family `bodies`."""
-        motion = choice(f"{name}.motion", self.motion, MOTIONS)
-        mass = not_negative(f"{name}.mass", self.mass)
-        tensor = self.inertia_tensor()
-        axis = unit_vector(f"{name}.axis", self.axis)
-        rate = number(f"{name}.rate", self.rate)
+        motion = MOTIONS[self.motion]
+        mass, tensor = self.mass_properties(name)
+        axis, q4, x = unit(self.axis), unit(self.orientation), np.array(self.position)
         spin_inertia = float(axis @ tensor @ axis)
-        q4 = unit_vector4(f"{name}.orientation", self.orientation)
         R = np.empty((3, 3))
         rotation_from_quaternion(*q4, R)
-        x = vector(f"{name}.position", self.position)
         if motion == rigid.FREE:
             if mass == 0.0:
-                raise InputError(f"{name}.mass is 0; a free body needs a mass above 0")
-            velocity = vector(f"{name}.velocity", self.velocity)
-            w = vector(f"{name}.angular_velocity", self.angular_velocity)
+                state = "missing" if self.mass is None else "0"
+                raise InputError(f"{name}.mass is {state}; a free body needs a mass above 0, or a density and a shape")
+            if spin_inertia == 0.0:
+                raise InputError(f"{name}.inertia is missing; a free body needs it, or a shape")
+            velocity, w = np.array(self.velocity), np.array(self.angular_velocity)
             q, v = builder.coordinates([*x, *q4], [*velocity, *w])
             pose = Pose(x, R, velocity, R @ w)
         else:
             if motion == rigid.SPIN and spin_inertia <= 0.0:
-                raise InputError(f"{name}.inertia is {self.inertia!r}; about the spin axis it must be above 0")
-            q, v = (-1, -1) if motion == rigid.DRIVEN else builder.coordinates([0.0], [rate])
+                given = "missing" if self.inertia is None else repr(self.inertia)
+                raise InputError(f"{name}.inertia is {given}; about the axis of a spinning body it must be above 0")
+            q, v = (-1, -1) if motion == rigid.DRIVEN else builder.coordinates([0.0], [self.rate])
             turned = np.empty((3, 3))
             rotation_about_axis(axis, 0.0, R, turned)
-            pose = Pose(x, turned, np.zeros(3), turned @ axis * rate)
+            pose = Pose(x, turned, np.zeros(3), turned @ axis * self.rate)
         builder.poses.append(pose)
         index = builder.add(
             "bodies",
@@ -107,15 +155,8 @@ class RigidBody:
             axis=axis,
             R0=R,
             x0=x,
-            rate=rate,
+            rate=self.rate,
             spin_inertia=spin_inertia,
         )
         builder.names[name] = ("bodies", index)
-
-
-def unit_vector4(name: str, value: Sequence[float]) -> np.ndarray:
-    """A quaternion of length 1."""
-    q = vector(name, value, 4)
-    if not np.any(q):
-        raise InputError(f"{name} is {value!r}; a quaternion must not be zero")
-    return q / np.linalg.norm(q)
+        builder.body_points[name] = dict(self.points)

@@ -1,72 +1,75 @@
-"""Spring-damper between two markers."""
+"""Spring-damper between two points."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.parts.checks import not_negative, unit_vector
+from evolvent.parts.base import Part, Place, unit
+from evolvent.parts.law import SpringLaw
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Spring:
-    """A spring-damper along the line between two points.
+class Spring(Part):
+    """A spring-damper along the line between two places of bodies, points or the ground.
 
     Parameters
     ----------
-    a, b : str, (str, (3,) float) or (3,) float
-        Ends: a point's or body's name, a body's name with a position in its axes, or a position on the ground.
+    a, b : place
+        Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, or a position on the
+        ground. For a node of a beam add a `Point` there and name that.
     stiffness : float, N/m
+        Along the line.
     damping : float, N s/m
-    length : float, m, natural length; the distance at the start if left out
+        Along the line.
+    length : float, m, optional
+        Natural length; the distance at the start if left out.
     law : function under ``@evolvent.spring_law``, optional
         ``law(extension, rate, t, parameters) -> tension`` in place of stiffness and damping.
-    parameters : sequence of float, of the law
+    parameters : list of float
+        Of the law.
     lateral_stiffness, lateral_damping : float, N/m and N s/m
         Against displacement of `b` across the axis of the spring's mount; `a` must then be on the ground.
-    axis : (3,) float, of that mount, inertial frame; from `a` to `b` at the start if left out
+    axis : (3,) float, optional
+        Of that mount, inertial axes; from `a` to `b` at the start if left out.
     """
 
-    a: Any
-    b: Any
-    stiffness: float = 0.0
-    damping: float = 0.0
-    length: float | None = None
-    law: Any = None
-    parameters: Sequence[float] = ()
-    lateral_stiffness: float = 0.0
-    lateral_damping: float = 0.0
-    axis: Sequence[float] | None = None
+    kind: Literal["spring"] = "spring"
+    a: Place
+    b: Place
+    stiffness: units.StiffnessOrZero = 0.0
+    damping: units.DampingOrZero = 0.0
+    length: units.LengthOrZero | None = None
+    law: SpringLaw | None = None
+    parameters: units.Parameters = ()
+    lateral_stiffness: units.StiffnessOrZero = 0.0
+    lateral_damping: units.DampingOrZero = 0.0
+    axis: units.Direction | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the spring into the family `springs`."""
-        a, b = builder.marker(self.a), builder.marker(self.b)
+        a, b = builder.marker(self.a, f"{name}.a"), builder.marker(self.b, f"{name}.b")
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
-        length = float(np.linalg.norm(apart)) if self.length is None else self.length
-        sideways = [
-            not_negative(f"{name}.lateral_stiffness", self.lateral_stiffness),
-            not_negative(f"{name}.lateral_damping", self.lateral_damping),
-        ]
         axis = np.zeros(3)
-        if any(sideways):
+        if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
             if isinstance(self.a, str) or isinstance(self.a[0], str):
                 raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must stand on the ground")
-            axis = unit_vector(f"{name}.axis", apart if self.axis is None else self.axis)
+            if self.axis is None and not np.any(apart):
+                raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
+            axis = unit(apart if self.axis is None else self.axis)
         first, last = builder.parameters(self.parameters)
         index = builder.add(
             "springs",
             a=a,
             b=b,
-            stiffness=not_negative(f"{name}.stiffness", self.stiffness),
-            damping=not_negative(f"{name}.damping", self.damping),
-            length=not_negative(f"{name}.length", length),
-            lateral_stiffness=sideways[0],
-            lateral_damping=sideways[1],
+            stiffness=self.stiffness,
+            damping=self.damping,
+            length=float(np.linalg.norm(apart)) if self.length is None else self.length,
+            lateral_stiffness=self.lateral_stiffness,
+            lateral_damping=self.lateral_damping,
             axis=axis,
             law=0 if self.law is None else builder.law(self.law, "spring"),
             first=first,

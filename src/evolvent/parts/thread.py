@@ -2,43 +2,54 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels import thread as kernels
-from evolvent.parts.checks import choice, not_negative, number, positive, unit_vector, vector
+from evolvent.parts.base import Part, ReelName, unit
 from evolvent.parts.feed import RampFeed
 from evolvent.parts.reel import Reel
 
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Thread:
+class Thread(Part):
     """A thread of n equal segments, its tip first off the reel.
 
     Parameters
     ----------
-    reel : str, name of the reel that holds it
+    reel : str
+        Reel that holds it.
     length : float, m
+        Of the whole thread.
     line_density : float, kg/m
-    nodes : int, number n of lumped masses
-    tip_mass : float, kg, added to the first node
+        Mass per length.
+    nodes : int
+        Number n of lumped masses.
+    tip_mass : float, kg
+        Added to the first node.
     segments : {"springs", "inextensible"}
-    stiffness, damping : float, N/m and N s/m of one segment (springs)
-    direction : (3,) float, of the thread already out at the start, body axes; the feed's direction if left out
-    velocity_turn : bool, whether a released node's velocity is turned along the thread (springs; eq. 12)
+        Springs, or segments of fixed length.
+    stiffness, damping : float, N/m and N s/m
+        Of one segment (springs).
+    direction : (3,) float, optional
+        Of the thread already out at the start, body axes; that in which the reel lets it out if left out.
+    velocity_turn : bool
+        Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}
         Whether wound thread acts on the body that carries it. Ignored, as in the paper, momentum appears with
         every released node; carried, momentum is kept.
-    lets_go : bool, whether the thread leaves the spool when it is all out (separation)
-    copies : int, number of identical threads, evenly spaced about the spin axis, that this one stands for
-    capture : float, fraction of a segment at which a node that is reeled in goes back onto the spool
+    lets_go : bool
+        Whether the thread leaves the spool when it is all out (separation).
+    copies : int
+        Number of identical threads, evenly spaced about the spin axis, that this one stands for.
+    capture : float
+        Fraction of a segment at which a node that is reeled in goes back onto the spool.
 
     Notes
     -----
@@ -48,20 +59,21 @@ class Thread:
     momentum at Q differs from its share of the ring acts on the body as an impulse when the node leaves or comes back.
     """
 
-    reel: str
-    length: float
-    line_density: float
-    nodes: int = 20
-    tip_mass: float = 0.0
-    segments: str = "springs"
-    stiffness: float = 1e4
-    damping: float = 0.0
-    direction: Sequence[float] | None = None
+    kind: Literal["thread"] = "thread"
+    reel: ReelName
+    length: units.Length
+    line_density: units.LineDensity
+    nodes: Annotated[int, units.Whole(least=1, most=1_000_000)] = 20
+    tip_mass: units.MassOrZero = 0.0
+    segments: Literal["springs", "inextensible"] = "springs"
+    stiffness: units.StiffnessOrZero = 1e4
+    damping: units.DampingOrZero = 0.0
+    direction: units.Direction | None = None
     velocity_turn: bool = True
-    wound_mass: str = "ignored"
+    wound_mass: Literal["ignored", "carried"] = "ignored"
     lets_go: bool = False
-    copies: int = 1
-    capture: float = 1e-3
+    copies: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
+    capture: units.PositiveNumber = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the thread into the families `threads` and `nodes`."""
@@ -69,25 +81,16 @@ class Thread:
         if not isinstance(reel, Reel):
             known = [n for n, part in builder.specs.items() if isinstance(part, Reel)]
             raise InputError(f"{name}.reel is {self.reel!r}; {nearest(self.reel, known)}")
-        kind = choice(f"{name}.segments", self.segments, SEGMENTS)
-        carried = choice(f"{name}.wound_mass", self.wound_mass, {"ignored": 0, "carried": 1})
-        allowed = "a whole number, 1 or above"
-        n = int(number(f"{name}.nodes", self.nodes, least=1.0, allowed=allowed))
-        if isinstance(self.nodes, bool) or n != self.nodes:
-            raise InputError(f"{name}.nodes is {self.nodes!r}; it must be {allowed}")
-        length = positive(f"{name}.length", self.length)
-        density = positive(f"{name}.line_density", self.line_density)
-        tip = not_negative(f"{name}.tip_mass", self.tip_mass)
-        stiffness = not_negative(f"{name}.stiffness", self.stiffness)
-        if kind == kernels.SPRINGS:
-            positive(f"{name}.stiffness", self.stiffness)
+        kind, n, length, tip = SEGMENTS[self.segments], self.nodes, self.length, self.tip_mass
+        if kind == kernels.SPRINGS and self.stiffness == 0.0:
+            raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
         l0 = length / n
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
-        if self.copies < 1 or (self.copies > 1 and motion == rigid.FREE):
+        if self.copies > 1 and motion == rigid.FREE:
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)
-        centre = vector(f"{self.reel}.centre", reel.centre)
+        centre = np.array(reel.centre)
         feed = reel.feed.write(builder, self.reel)
         jerks = isinstance(reel.feed, RampFeed) and any(duration == 0.0 for _, duration, _ in reel.feed.steps)
         if kind == kernels.INEXTENSIBLE and jerks:
@@ -104,14 +107,14 @@ class Thread:
         if out > length * (1.0 + 1e-12):
             raise InputError(f"{name}: {out:g} m are out at the start, more than its length {length:g} m")
         released = min(int(np.ceil(round(out / l0, 9))), n)
-        direction = X if self.direction is None else unit_vector(f"{name}.direction", self.direction)
+        direction = X if self.direction is None else unit(self.direction)
         q, v = self._start(
             builder, body, centre + reel.radius * Z, direction, kind, n, released, out, rate * reel.radius
         )
         first = len(builder.rows["nodes"])
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
-            mass = density * span + (tip if i == 0 else 0.0)
+            mass = self.line_density * span + (tip if i == 0 else 0.0)
             builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
         index = builder.add(
             "threads",
@@ -120,16 +123,16 @@ class Thread:
             iv=v,
             n=n,
             node=first,
-            copies=int(self.copies),
+            copies=self.copies,
             segment=l0,
-            stiffness=stiffness,
-            damping=not_negative(f"{name}.damping", self.damping),
+            stiffness=self.stiffness,
+            damping=self.damping,
             body=body,
             departure=centre + reel.radius * Z,
             feed_axis=X,
             chord=Y,
             normal=Z,
-            radius=positive(f"{self.reel}.radius", reel.radius),
+            radius=reel.radius,
             feed=feed.kind,
             first=feed.first,
             last=feed.last,
@@ -139,9 +142,9 @@ class Thread:
             spool_inertia=feed.inertia,
             spool_torque=feed.torque,
             turned=int(self.velocity_turn),
-            carried=carried,
+            carried=int(self.wound_mass == "carried"),
             lets_go=int(self.lets_go),
-            capture=positive(f"{name}.capture", self.capture),
+            capture=self.capture,
         )
         builder.released.append(released)
         builder.names[name] = ("threads", index)

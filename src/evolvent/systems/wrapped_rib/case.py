@@ -13,8 +13,7 @@ from evolvent.schema import Section
 from evolvent.systems.wrapped_rib import reference
 
 if TYPE_CHECKING:
-    from evolvent.elements import Material
-    from evolvent.elements import Section as CrossSection
+    from evolvent.elements import CrossSection, Material
 
 #: The implicit method; the explicit ones take penalties in place of joints.
 IMPLICIT = "generalized-alpha"
@@ -125,7 +124,7 @@ class Rib(Section):
         """What `evolvent.elements` takes."""
         from evolvent.elements import Material
 
-        return Material(E=self.young_modulus, nu=self.poisson, density=self.density)
+        return Material(young_modulus=self.young_modulus, poisson_ratio=self.poisson, density=self.density)
 
     def thickness_at(self, share: Any) -> Any:
         """Thickness at shares of the length from the root, m."""
@@ -140,7 +139,7 @@ class Rib(Section):
         if self.tip_thickness is None:
             return root
         tip = Rectangle(thickness=self.tip_thickness, width=self.width)
-        return Taper(root, tip).between(element / self.elements, (element + 1) / self.elements)
+        return Taper(root=root, tip=tip).between(element / self.elements, (element + 1) / self.elements)
 
 
 class Hub(Section):

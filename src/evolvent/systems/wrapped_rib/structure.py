@@ -54,8 +54,8 @@ def build(case: Case, *, begin: Start | None = None) -> System:
         place, turn_stiffness = (0.0, None) if case.solver.method == IMPLICIT else case.penalty
         joint = parts.Joint(
             a=("hub", root),
-            b=(f"rib-{k}", "root"),
-            kind=case.rib.root,
+            b=f"rib-{k}.root",
+            type="clamp" if case.rib.root == "clamp" else "revolute",
             axis=tuple(R[:, 2]),
             stiffness=place,
             turn_stiffness=turn_stiffness,
@@ -64,9 +64,9 @@ def build(case: Case, *, begin: Start | None = None) -> System:
         if case.rib.root_stiffness > 0.0 or case.rib.root_damping > 0.0:
             rest = turn + begin.directions[b]
             system.add(
-                parts.Hinge(
+                parts.RotationalSpring(
                     body="hub",
-                    beam=(f"rib-{k}", "root"),
+                    node=f"rib-{k}.root",
                     axis=tuple(R[:, 2]),
                     zero=tuple(R @ [math.cos(rest), math.sin(rest), 0.0]),
                     stiffness=case.rib.root_stiffness,
@@ -75,13 +75,13 @@ def build(case: Case, *, begin: Start | None = None) -> System:
                 f"hinge-{k}",
             )
         system.add(
-            parts.Cylinder(
+            parts.CylinderContact(
                 body="hub",
                 beams=[f"rib-{k}"],
                 radius=case.hub.radius,
                 half_length=0.5 * case.hub.height,
                 **_law(case, begin),
-                sunk=1e-3 if case.begins in ("straight", "wound") else SUNK,
+                initial_overlap=1e-3 if case.begins in ("straight", "wound") else SUNK,
             ),
             f"contact-{k}",
         )
@@ -91,8 +91,8 @@ def build(case: Case, *, begin: Start | None = None) -> System:
         if drive is not None and drive.kind == "tip":
             taut = case.rib.length * (1.0 + drive.stretch)
             system.add(
-                parts.Carry(
-                    what=(f"rib-{k}", "tip"),
+                parts.PrescribedMotion(
+                    at=f"rib-{k}.tip",
                     feed=_feed(case, taut / case.hub.radius),
                     radius=case.hub.radius,
                     zero=tuple(outwards),
@@ -104,7 +104,7 @@ def build(case: Case, *, begin: Start | None = None) -> System:
         for k in range(1, case.rib.count + 1):
             system.add(_layers(case, begin, k), f"layer-{k}")
     if motion == "driven":
-        system.add(parts.Turn(body="hub", feed=_feed(case, None)), "turn")
+        system.add(parts.PrescribedRotation(body="hub", feed=_feed(case, None)), "turn")
     return system
 
 
@@ -132,7 +132,7 @@ def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     rib, damping = case.rib, case.damping
     section: Any = elements.Rectangle(thickness=rib.thickness, width=rib.width)
     if rib.tip_thickness is not None:
-        section = elements.Taper(section, elements.Rectangle(thickness=rib.tip_thickness, width=rib.width))
+        section = elements.Taper(root=section, tip=elements.Rectangle(thickness=rib.tip_thickness, width=rib.width))
     return parts.Beam(
         length=rib.length,
         section=section,
@@ -167,10 +167,10 @@ def _layers(case: Case, begin: Start, k: int) -> Any:
     from evolvent import parts
 
     rib = case.rib
-    return parts.Layers(
+    return parts.SelfContact(
         body="hub",
         over=f"rib-{k}",
-        under=f"rib-{k % rib.count + 1}" if rib.count > 1 else "",
+        under=f"rib-{k % rib.count + 1}" if rib.count > 1 else None,
         thickness=[rib.thickness_at((i + 0.5) / rib.elements) for i in range(rib.elements)],
         width=rib.width,
         **_law(case, begin),

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import contact_laws
 from evolvent.kernels.layers import UNKNOWN
-from evolvent.parts.checks import unit_vector, vector
+from evolvent.parts.base import BeamName, BodyName, unit
 from evolvent.parts.contact import Contact
 
+_THICKNESS = units.Quantity(what="a length", unit="m", example="0.3 mm", above=0.0)
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Layers(Contact):
+
+class SelfContact(Contact):
     """Turns of a beam wound round a body, which lie on turns of the same beam or of a neighbour.
 
     Needs `generalized-alpha` or statics. A point that moves past the end of the beam below gains or loses the energy of
@@ -25,50 +25,49 @@ class Layers(Contact):
 
     Parameters
     ----------
-    body : str, that the beams are wound round
-    over : str, beam whose contact points are pushed out
-    under : str, beam on whose turns they lie; "" for `over` itself. Of several beams hinged round a body, the next one
-        in the sense of winding
-    thickness : float or one of each element, m, of both beams across their flat side: the distance of touching axes
-    width : float, m, of the beams along the axis, beyond which they lie side by side
-    sense : {1, -1}, of winding about the axis
-    centre, axis : (3,) float, body axes
     law : {"hunt-crossley", "paper"}
-    stiffness : float, N/m^n, exponent : float, n, of each contact point
-    damping : float, s/m (N s/m of the paper's law)
-    points : int, contact points of an element, evenly spaced, its second node included
-    friction : float, coefficient mu
-    stick_stiffness, stick_damping : float, N/m and N s/m, of the bristle of a contact point that sticks
+        Law of the normal force against the depth.
+    body : str
+        Body that the beams are wound round, or ground.
+    over : str
+        Beam whose contact points are pushed out.
+    under : str, optional
+        Beam on whose turns they lie; `over` itself if left out. Of several beams hinged round a body, the next one in
+        the sense of winding.
+    thickness : float or one of each element, m
+        Of both beams across their flat side: the distance of touching axes.
+    width : float, m, optional
+        Of the beams along the axis, beyond which they lie side by side; without limit if left out.
+    sense : {1, -1}
+        Of winding about the axis.
+    centre : (3,) float, m
+        Body axes.
+    axis : (3,) float
+        Body axes.
     """
 
-    body: str
-    over: str
-    under: str = ""
-    thickness: float | Sequence[float]
-    width: float = math.inf
-    sense: int = 1
-    centre: Sequence[float] = (0.0, 0.0, 0.0)
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
+    kind: Literal["self-contact"] = "self-contact"
+    law: Literal["hunt-crossley", "paper"] = "hunt-crossley"
+    body: BodyName
+    over: BeamName
+    under: BeamName | None = None
+    thickness: Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_THICKNESS, each="one of each element")]
+    width: units.Length | None = None
+    sense: Literal[1, -1] = 1
+    centre: units.Position = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the layer and its contact points."""
-        body = builder.names["ground"][1] if self.body == "ground" else builder.find(self.body, "bodies")
+        body = builder.find(self.body, "bodies")
         over = builder.find(self.over, "beams")
-        under = builder.find(self.under, "beams") if self.under else over
-        law = self.law_fields(name)
-        if law["law"] == contact_laws.CONSERVATIVE:
-            raise InputError(f"{name}.law is 'conservative', which layers do not know; take 'hunt-crossley' or 'paper'")
-        if self.sense not in (1, -1):
-            raise InputError(f"{name}.sense is {self.sense!r}; it must be 1 or -1")
-        if not self.width > 0.0:
-            raise InputError(f"{name}.width is {self.width!r}; it must be above 0 m")
-        centre = vector(f"{name}.centre", self.centre)
-        axis = unit_vector(f"{name}.axis", self.axis)
+        under = over if self.under is None else builder.find(self.under, "beams")
+        centre, axis = np.array(self.centre), unit(self.axis)
         pose = builder.poses[body]
         for beam, owner in {over: self.over, under: self.under or self.over}.items():
             self._thicken(builder, name, beam, owner)
         first = len(builder.rows["contact_points"])
-        for fields in self.contact_points(builder, name, over):
+        for fields in self.contact_points(builder, over):
             builder.add("contact_points", carrier=UNKNOWN, **fields)
         index = builder.add(
             "cylinders",
@@ -80,8 +79,8 @@ class Layers(Contact):
             shift=self._shift(builder, over, under, pose.x + pose.R @ centre, pose.R @ axis),
             centre=centre,
             axis=axis,
-            half_length=float(self.width),
-            **law,
+            half_length=math.inf if self.width is None else self.width,
+            **self.law_fields(),
         )
         builder.names[name] = ("cylinders", index)
 
@@ -91,10 +90,10 @@ class Layers(Contact):
         found = np.array(self.thickness, dtype=float)
         if found.ndim == 0:
             found = np.full(row["elements"], found)
-        if found.shape != (row["elements"],) or not np.all(np.isfinite(found)) or not np.all(found > 0.0):
+        if found.shape != (row["elements"],):
             raise InputError(
-                f"{name}.thickness is {self.thickness!r}; it must be a number above 0 m, or {row['elements']} of them, "
-                f"one for each element of {owner!r}"
+                f"{name}.thickness has {found.size} values; it must be one value, or {row['elements']} of them, one "
+                f"for each element of {owner!r}"
             )
         for c in range(row["elements"]):
             builder.rows["elements"][row["first_element"] + c]["thickness"] = found[c]

@@ -1,0 +1,102 @@
+"""Shapes of rigid bodies, by which they are drawn; of uniform density, their mass properties in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+
+from evolvent import units
+from evolvent.parts.base import unit
+from evolvent.schema import OneOf, Section
+
+_SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
+
+
+class Shape(Section):
+    """A solid about the body's centre of mass, in body axes."""
+
+    @property
+    def volume(self) -> float:
+        """m3."""
+        raise NotImplementedError(f"{type(self).__name__} has no volume")
+
+    def inertia_per_mass(self) -> np.ndarray:
+        """(3, 3) float, m2, about the centre of mass, of uniform density."""
+        raise NotImplementedError(f"{type(self).__name__} has no inertia_per_mass()")
+
+
+class Box(Shape):
+    """A box.
+
+    Parameters
+    ----------
+    size : (3,) float, m
+        Sides along x, y and z.
+    """
+
+    size: Annotated[units.Triple, units.Vector(quantity=_SIDE)]
+
+    @property
+    def volume(self) -> float:
+        """m3."""
+        return math.prod(self.size)
+
+    def inertia_per_mass(self) -> np.ndarray:
+        """(3, 3) float, m2: (y^2 + z^2)/12 and so on."""
+        squares = np.array(self.size) ** 2
+        return np.diag(squares.sum() - squares) / 12.0
+
+
+class Cylinder(Shape):
+    """A circular cylinder.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the circle.
+    length : float, m
+        Along the axis.
+    axis : (3,) float
+        Body axes.
+    """
+
+    radius: units.Length
+    length: units.Length
+    axis: units.Direction = (0.0, 0.0, 1.0)
+
+    @property
+    def volume(self) -> float:
+        """m3."""
+        return math.pi * self.radius**2 * self.length
+
+    def inertia_per_mass(self) -> np.ndarray:
+        """(3, 3) float, m2: r^2/2 along the axis, (3 r^2 + l^2)/12 across."""
+        e, along, across = unit(self.axis), 0.5 * self.radius**2, (3.0 * self.radius**2 + self.length**2) / 12.0
+        found: np.ndarray = across * np.eye(3) + (along - across) * np.outer(e, e)
+        return found
+
+
+class Sphere(Shape):
+    """A sphere.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the sphere.
+    """
+
+    radius: units.Length
+
+    @property
+    def volume(self) -> float:
+        """m3."""
+        return 4.0 / 3.0 * math.pi * self.radius**3
+
+    def inertia_per_mass(self) -> np.ndarray:
+        """(3, 3) float, m2: 2 r^2/5."""
+        return 0.4 * self.radius**2 * np.eye(3)
+
+
+AnyShape = Annotated[Shape, OneOf({"box": Box, "cylinder": Cylinder, "sphere": Sphere})]
