@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 from evolvent.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
-    import xarray
-
     from evolvent import parts
     from evolvent.elements.sections import (
         ALUMINIUM,
@@ -51,6 +49,7 @@ __all__ = [
     "event_law",
     "feed_law",
     "force_law",
+    "load",
     "open",
     "parts",
     "run",
@@ -85,13 +84,45 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'evolvent' has no attribute {name!r}")
 
 
+def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
+    """The system of a case, to be changed, simulated or analysed part by part.
+
+    Parameters
+    ----------
+    case, overrides : as of `run`
+
+    Returns
+    -------
+    System
+        Its `simulate` takes what the case says where an argument is left out.
+
+    Raises
+    ------
+    InputError
+        If the case cannot be used, or its system has no parts of its own.
+
+    Examples
+    --------
+    >>> import evolvent
+    >>> system = evolvent.load("boom-slew")  # doctest: +SKIP
+    >>> system.simulate().ev.plot("boom.tip_deflection")  # doctest: +SKIP
+    """
+    from evolvent import cases
+
+    loaded = cases.load(case, overrides)
+    definition = cases.system(loaded.system)
+    system: System = definition.build(loaded)
+    system.settings = {name: value for name, value in definition.settings(loaded).items() if value is not None}
+    return system
+
+
 def run(
     case: Any,
     overrides: Mapping[str, Any] | None = None,
     *,
     laws: Mapping[str, Any] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> xarray.Dataset:
+) -> Any:
     """Run a case and return its results.
 
     Parameters
@@ -105,8 +136,10 @@ def run(
 
     Returns
     -------
-    xarray.Dataset
-        Every variable has its units. Its attribute ``status`` is "success", "stopped by event" or "interrupted".
+    xarray.DataTree
+        One group a part; times, balances and quantities of the system's field at the root (of some systems a Dataset
+        with these alone). Every variable has its units. Its attribute ``status`` is "success", "stopped by event" or
+        "interrupted".
 
     Raises
     ------

@@ -196,3 +196,25 @@ def tree(
     if warning:
         attrs["warning"] = warning
     return tree_of(solution, attrs, root)
+
+
+def simulate(
+    assembly: Assembly,
+    *,
+    case: str,
+    until: float,
+    every: float | None = None,
+    progress: Callable[[float], None] | None = None,
+    **settings: Any,
+) -> xr.DataTree:
+    """Run an assembled system; returns the tree, whatever its status.
+
+    Parameters
+    ----------
+    case : str, as YAML
+    until, every : float, s
+    settings : method and options of `plan`
+    """
+    samples = sample_times(until, every, values=assembly.y.size)
+    prepared, why = plan(assembly, samples, **settings)
+    return tree(prepared.run(progress).or_start(float(samples[0])), case=case, why=why)

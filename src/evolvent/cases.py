@@ -212,7 +212,11 @@ _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 def to_yaml(case: Section) -> str:
     """The whole case, defaults included, as YAML that can be run again and gives the same numbers."""
-    content = case.model_dump(mode="json", exclude_none=True)
+    return dump(case.model_dump(mode="json", exclude_none=True))
+
+
+def dump(content: Mapping[str, Any]) -> str:
+    """Plain content of a case as YAML."""
     return str(
         yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
     )

@@ -182,10 +182,13 @@ def _check(run: Any) -> None:
             mapping = False
         if not mapping:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
-    case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
-    if case.system != attrs["system"]:
-        raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
-    for name, sizes in cases.system(case.system).layout(case).items():
+    case = None
+    if attrs["case"]:  # there is none of a system composed in Python with laws in Python
+        case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
+        if case.system != attrs["system"]:
+            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
+    _check_groups(run)
+    for name, sizes in cases.system(attrs["system"]).layout(case).items():
         if name not in run.variables:
             raise InputError(f"the variable {name!r} is missing")
         found = dict(run.variables[name].sizes)
@@ -203,6 +206,18 @@ def _check(run: Any) -> None:
             raise InputError(f"the variable {name!r} is not finite")
         if name == "time" and not np.all(np.diff(run.variables[name].values) > 0.0):
             raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def _check_groups(run: Any) -> None:
+    """Refuse groups of parts that do not say how they are shown."""
+    for name, group in getattr(run, "children", {}).items():
+        for key in ("drawn", "plots"):
+            try:
+                listed = isinstance(json.loads(group.attrs.get(key, "")), list)
+            except (TypeError, ValueError):
+                listed = False
+            if not listed:
+                raise InputError(f"the attribute {key!r} of its part {name!r} is not a list in JSON")
 
 
 def save(dataset: Any, path: str | os.PathLike[str]) -> None:

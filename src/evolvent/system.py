@@ -22,6 +22,7 @@ class System:
     Parameters
     ----------
     gravity : (3,) float, m/s2, inertial frame; acts on every mass
+    settings : mapping, optional, arguments that `simulate` takes where they are left out
 
     Examples
     --------
@@ -32,11 +33,14 @@ class System:
     >>> assembly = system.assemble()
     """
 
-    def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    def __init__(
+        self, gravity: Sequence[float] = (0.0, 0.0, 0.0), *, settings: Mapping[str, Any] | None = None
+    ) -> None:
         self._gravity = np.array(gravity, dtype=float)
         if self._gravity.shape != (3,) or not np.all(np.isfinite(self._gravity)):
             raise InputError(f"gravity is {gravity!r}; it must be 3 finite numbers")
         self._parts: dict[str, Part] = {}
+        self.settings = dict(settings or {})
 
     def add(self, part: Part, name: str | None = None) -> str:
         """Add a part; later parts refer to it by the name that is returned.
@@ -69,7 +73,7 @@ class System:
 
     def copy(self) -> System:
         """The same parts in a system of its own."""
-        other = System(gravity=self._gravity.tolist())
+        other = System(gravity=self._gravity.tolist(), settings=self.settings)
         other._parts = dict(self._parts)
         return other
 
@@ -93,9 +97,9 @@ class System:
     def simulate(
         self,
         *,
-        until: Any,
+        until: Any = None,
         every: Any = None,
-        method: str = "auto",
+        method: str | None = None,
         step: Any = None,
         tolerance: float | None = None,
         spectral_radius: float | None = None,
@@ -105,7 +109,7 @@ class System:
 
         Parameters
         ----------
-        until : float, s, or a text with a unit ("20 s"), end of the run
+        until : float, s, or a text with a unit ("20 s"), end of the run; needed unless the system was read from a case
         every : float, s, or a text, between samples; a 400th of the run if left out
         method : {"auto", "generalized-alpha", "dopri5", "rk4", "heun"}
             "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
@@ -129,18 +133,15 @@ class System:
         """
         from evolvent import analysis
 
-        assembly = self.assemble()
-        samples = analysis.sample_times(until, every, values=assembly.y.size)
-        prepared, why = analysis.plan(
-            assembly,
-            samples,
-            method=method,
-            step=None if step is None else analysis.seconds("step", step),
-            tolerance=tolerance,
-            spectral_radius=spectral_radius,
-        )
-        solution = prepared.run(progress).or_start(float(samples[0]))
-        run = analysis.tree(solution, case="", why=why)
+        given = {"until": until, "every": every, "method": method, "step": step, "tolerance": tolerance}
+        given["spectral_radius"] = spectral_radius
+        settings = self.settings | {name: value for name, value in given.items() if value is not None}
+        if "until" not in settings:
+            raise InputError("until is missing; give the end of the run, such as until='20 s'")
+        for name in ("until", "every", "step"):
+            if name in settings:
+                settings[name] = analysis.seconds(name, settings[name])
+        run = analysis.simulate(self.assemble(), case=self._case(settings), progress=progress, **settings)
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         return run
@@ -176,7 +177,9 @@ class System:
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
             tolerance=tolerance, progress=progress,
         )  # fmt: skip
-        run = analysis.tree(found.chosen(slice(-1, None)), case="", why="equilibrium under the loads")
+        run = analysis.tree(
+            found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads"
+        )
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         return run
@@ -198,6 +201,47 @@ class System:
         from evolvent.solvers.modes import modes
 
         return modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
+
+    def to_yaml(self, **settings: Any) -> str:
+        """The system as a case file, which `evolvent.load` and ``evolvent run`` read.
+
+        Parameters
+        ----------
+        settings : arguments of `simulate`, such as until="20 s"
+
+        Raises
+        ------
+        InputError
+            If a part holds a law in Python, which no file can hold; the sentence names the part.
+        """
+        from evolvent import analysis, cases
+
+        found = self.settings | settings
+        for name in ("until", "every", "step"):
+            if found.get(name) is not None:
+                found[name] = f"{analysis.seconds(name, found[name])!r} s"
+        content: dict[str, Any] = {"system": "structure"}
+        if np.any(self._gravity):
+            content["gravity"] = self._gravity.tolist()
+        content["parts"] = {name: self._written(name) for name in self._parts}
+        if found:
+            content["simulate"] = found
+        return cases.dump(content)
+
+    def _written(self, name: str) -> dict[str, Any]:
+        """A part as a case file holds it."""
+        part = self._parts[name]
+        try:
+            return part.as_keys()
+        except InputError as error:
+            raise InputError(f"{name!r} cannot be written: {error}") from None
+
+    def _case(self, settings: Mapping[str, Any]) -> str:
+        """The system as a case, '' where it cannot be written."""
+        try:
+            return self.to_yaml(**settings)
+        except InputError:
+            return ""
 
     def _in_order(self) -> list[str]:
         """Names in an order in which every part follows those that it refers to, else as they were added."""

@@ -51,7 +51,7 @@ class Modes(Section):
     damped: bool = Field(False, description="whether dampers count")
 
 
-class Case(Section):
+class StructureCase(Section):
     """A case of the system `structure`."""
 
     system: Literal["structure"] = "structure"
@@ -66,9 +66,9 @@ class Case(Section):
 class Structure(SystemDefinition):
     """Any system of parts."""
 
-    Case = Case
+    Case = StructureCase
 
-    def build(self, case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
+    def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
         from evolvent.system import System
         from evolvent.systems._common import refuse_laws
@@ -79,7 +79,7 @@ class Structure(SystemDefinition):
             system.add(part, name)
         return system
 
-    def settings(self, case: Case) -> dict[str, Any]:
+    def settings(self, case: StructureCase) -> dict[str, Any]:
         """How a case is run."""
         if case.simulate is None:
             raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
