@@ -334,9 +334,16 @@ def info(path: str) -> None:
     _say(f"{found.attrs['title']}, version {found.attrs['version']}")
     _table(found)
     _say("\ncase:\n" + "".join(f"  {line}\n" for line in found.attrs["case"].splitlines()))
-    width = max(len(str(name)) for name in found.variables)
-    _say("variables:")
-    for name, variable in found.variables.items():
+    _variables("variables:", found.variables)
+    for name, group in getattr(found, "children", {}).items():
+        _variables(f"{name} ({group.attrs['kind']}):", group.to_dataset(inherit=False).variables)
+
+
+def _variables(title: str, variables: Mapping[Any, Any]) -> None:
+    """Print names, units and dimensions of variables."""
+    _say(title)
+    width = max((len(str(name)) for name in variables), default=0)
+    for name, variable in variables.items():
         attrs = variable.attrs
         dims = ", ".join(str(d) for d in variable.dims)
         unit = attrs.get("units", "")
@@ -348,13 +355,31 @@ def info(path: str) -> None:
 @click.option(
     "--figures", multiple=True, callback=once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
 )
-def plot(path: str, figures: str | None) -> None:
-    """Draw figures and an animation of a results file."""
+@click.option(
+    "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
+)
+def plot(path: str, figures: str | None, variables: str | None) -> None:
+    r"""Draw figures and an animation of a results file, or the variables that are named.
+
+    \b
+    evolvent plot slew.nc
+    evolvent plot slew.nc --variables hub.rate,boom.tip_deflection.y
+    """
     from evolvent import results
 
     found = results.open(path)
+    drawn = None
+    if variables is not None:
+        from evolvent import show
+
+        drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
     folder = results.claim_folder(_beside(path) if figures is None else figures)
-    _draw(found, folder, quiet=False)
+    if drawn is None:
+        _draw(found, folder, quiet=False)
+        return
+    from evolvent import plots
+
+    _say(f"figures: {os.path.basename(plots.draw([drawn], folder)[0])} in {folder}")
 
 
 commands.add_command(sweep)

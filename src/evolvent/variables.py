@@ -96,3 +96,35 @@ def values(found: xr.DataArray) -> np.ndarray:
     """Values over time: (nt, k), components and places in columns."""
     array = found.transpose("time", ...).values
     return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
+
+
+#: Dimensions that mean the same in every group.
+SHARED = ("time", "axis", "quaternion")
+
+
+def flat(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """All variables of a run in one data set, by their full names; dimensions of a part's own carry its name.
+
+    Parameters
+    ----------
+    run : xarray.DataTree or Dataset; a Dataset is returned as it is
+
+    Examples
+    --------
+    >>> flat(run)["boom.deflection"].dims  # doctest: +SKIP
+    ('time', 'boom.node', 'axis')
+    """
+    if not isinstance(run, xr.DataTree):
+        return run
+    found = run.to_dataset()
+    data: dict[str, xr.Variable] = {}
+    for part in parts(run):
+        group = run[part].to_dataset(inherit=False)  # type: ignore[union-attr]
+        for name, variable in group.variables.items():
+            if name in SHARED:
+                continue
+            dims = tuple(d if d in SHARED else f"{part}.{d}" for d in variable.dims)
+            data[f"{part}.{name}"] = xr.Variable(dims, variable.values, variable.attrs)
+    found = found.assign(data)
+    found.attrs = dict(run.attrs)
+    return found
