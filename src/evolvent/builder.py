@@ -244,7 +244,7 @@ class Builder:
                 f"and name that"
             )
         kind = springs.ON_BODY if at.family == "bodies" else springs.ON_POINT
-        return self.add("markers", kind=kind, index=at.index, local=at.local)
+        return self.add("markers", kind=kind, index=at.row, local=at.local)
 
     def marker_state(self, marker: int) -> tuple[Array, Array]:
         """Position and velocity of a marker at the start."""

@@ -19,7 +19,7 @@ class Location(NamedTuple):
 
     Attributes
     ----------
-    family : {"bodies", "points", "beams"}, index : int, in that family
+    family : {"bodies", "points", "beams"}, row : int, in that family
     local : (3,) float, m, body axes; zero of points and nodes
     iq, iv : int, offsets of the place's first coordinate and velocity as the builder counts; -1 of bodies
     beam : int, kind of the beam (`kernels.flexible`); -1 of bodies and points
@@ -28,7 +28,7 @@ class Location(NamedTuple):
     """
 
     family: str
-    index: int
+    row: int
     local: np.ndarray
     iq: int
     iv: int

@@ -7,7 +7,7 @@ import functools
 import inspect
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, get_args
+from typing import Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import PydanticCustomError, core_schema
@@ -33,6 +33,13 @@ class Section(BaseModel):
 
     # pydantic then validates inner sections itself, and keeps the place of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise InputError(f"{type(self).__name__}.{name} cannot be changed; make another one, with replaced({name}=...)")
+
+    def replaced(self, **changes: Any) -> Self:
+        """The same section with other values of some keys, checked like a new one."""
+        return type(self)(**{key: getattr(self, key) for key in self.model_fields_set} | changes)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -113,7 +120,7 @@ class OneOf:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         """A union of the kinds."""
-        choices = {
+        choices: dict[Any, Any] = {
             name: core_schema.no_info_before_validator_function(self._inner, handler.generate_schema(kind))
             for name, kind in self.kinds.items()
         }

@@ -258,7 +258,7 @@ class Vector:
         """What is allowed, as the end of a sentence."""
         unit = f" (plain numbers are in {self.quantity.unit})" if self.quantity.unit else ""
         number = f"{self.size} values" if self.size else "values"
-        example = ", ".join(["0", "0", "1"][: self.size or 2]) + (
+        example = ", ".join(["1", "0", "0", "0"] if self.size == 4 else ["0", "0", "1"][: self.size or 2]) + (
             f" {self.quantity.unit}" if self.quantity.unit else ""
         )
         return f"a list of {number}, such as [{example}]{unit}" + (", not all zero" if self.direction else "")
@@ -348,7 +348,7 @@ class Tensor:
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
-        return f"{self.quantity.allowed}, a list of the three principal ones, or the rows of a 3 x 3 tensor"
+        return f"{self.quantity.allowed}, three principal ones, or the rows of a 3 x 3 tensor"
 
     def read(self, value: Any) -> Any:
         """`value` as a float, a tuple of three, or three of them."""

@@ -386,12 +386,12 @@ def test_a_taper_can_be_cut():
     [
         (
             lambda: Material(young_modulus=-1.0, poisson_ratio=0.3, density=1.0),
-            "E of a Material is -1.0; it must be above 0",
+            "Material.young_modulus is -1.0; it must be a modulus above 0",
         ),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5, density=1.0), "nu of a Material is 0.5"),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, density=float("nan")), "density of a Material is nan"),
-        (lambda: Rectangle(thickness=0.0, width=1.0), "thickness of a Rectangle is 0.0"),
-        (lambda: General(area=1.0, Iy=1.0, Iz=1.0, J=-1.0), "J of a General is -1.0"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5, density=1.0), "Material.poisson_ratio is 0.5"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, density=float("nan")), "Material.density is nan"),
+        (lambda: Rectangle(thickness=0.0, width=1.0), "Rectangle.thickness is 0.0"),
+        (lambda: General(area=1.0, Iy=1.0, Iz=1.0, J=-1.0), "General.J is -1.0"),
         (
             lambda: Taper(root=BAR, tip=General(area=1.0, Iy=1.0, Iz=1.0, J=1.0)),
             "Rectangle and General; they must be of the",

@@ -173,7 +173,7 @@ def layer() -> Case:
         )
         found.add(below, "below")
         for end, x in (("root", -0.8), ("tip", -1.2)):
-            found.add(parts.Joint(a=(x, *place[1:]), b=("below", end), type="clamp"), f"below-{end}")
+            found.add(parts.Joint(a=(x, *place[1:]), b=f"below.{end}", type="clamp"), f"below-{end}")
         given: dict[str, Any] = {"thickness": thickness, "stiffness": K_TOUCH, "points": 1, "centre": (-0.5, -3.0, 0.0)}
         found.add(parts.SelfContact(body="ground", over="rod", under="below", **given), "layer")
 

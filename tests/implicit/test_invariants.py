@@ -169,8 +169,8 @@ def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
         nodes[:, 1, 0] = 1.0
         rates = np.cross([0.0, 0.0, 2.0], nodes)
         beam = parts.Beam(
-            length=1.0, section=STRIP, material=SOFT, elements=4, formulation="cable", nodes=nodes, rates=rates, mass_damping=0.5,
-            stiffness_damping=1e-3,
+            length=1.0, section=STRIP, material=SOFT, elements=4, formulation="cable", nodes=nodes, rates=rates,
+            mass_damping=0.5, stiffness_damping=1e-3,
         )  # fmt: skip
         system.add(beam, "rib")
         system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b="rib.root"))

@@ -52,10 +52,10 @@ def cable(
     tension = E * THICKNESS * WIDTH * strain * (1.0 + strain)
     for end, k, sign in (("root", 0, -1.0), ("tip", -1, 1.0)):
         if held:
-            system.add(parts.Joint(a=tuple(nodes[k, 0]), b=("cable", end), type="spherical"), end)
+            system.add(parts.Joint(a=tuple(nodes[k, 0]), b=f"cable.{end}", type="spherical"), end)
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
-            system.add(parts.PointLoad(node=("cable", end), force=tuple(force)), end)
+            system.add(parts.PointLoad(node=f"cable.{end}", force=tuple(force)), end)
     drum = parts.CylinderContact(
         body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, initial_overlap=0.05
     )

@@ -95,7 +95,8 @@ def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
 def princeton(load: float, angle: float, count: int = 8) -> np.ndarray:
     section = Rectangle(thickness=3.2024e-3, width=12.377e-3)
     a = beam(
-        "assumed_strain", count, section=section, material=Material(young_modulus=71.7e9, poisson_ratio=0.31, density=2700.0), length=0.508,
+        "assumed_strain", count, section=section, length=0.508,
+        material=Material(young_modulus=71.7e9, poisson_ratio=0.31, density=2700.0),
         more=tip_force(0.0, load * np.sin(angle), load * np.cos(angle)),
     )  # fmt: skip
     return nodes(a, solved(solve_static(a)))[-1]
@@ -213,7 +214,8 @@ def test_a_hanging_chain_is_a_catenary(book):
     start[:, 0, 0], start[:, 0, 2] = 0.5 * span + radius * np.sin(angle), radius * (np.cos(half) - np.cos(angle))
     start[:, 1, 0], start[:, 1, 2] = np.cos(angle), np.sin(angle)
     a = beam(
-        "cable", n, ("spherical", "spherical"), section=section, material=Material(young_modulus=1e8, poisson_ratio=0.3, density=1e4), length=length,
+        "cable", n, ("spherical", "spherical"), section=section, length=length,
+        material=Material(young_modulus=1e8, poisson_ratio=0.3, density=1e4),
         gravity=(0.0, 0.0, -9.81), nodes=start,
     )  # fmt: skip
     r = solved(solve_static(a))
@@ -258,8 +260,8 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     def prop(system: System) -> None:
         # under the tip: only its last contact point touches
         system.add(
-            parts.CylinderContact(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05), axis=(0.0, 1.0, 0.0),
-                           stiffness=1e6, points=1), "prop",
+            parts.CylinderContact(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05),
+                                  axis=(0.0, 1.0, 0.0), stiffness=1e6, points=1), "prop",
         )  # fmt: skip
 
     a = beam("cable", 8, section=section, material=material, gravity=(0.0, 0.0, -9.81), more=prop)

@@ -227,7 +227,8 @@ def bend(load: float, n: int) -> Array:
     start[:, 2, 0], start[:, 2, 1] = -np.sin(angle), np.cos(angle)
     start[:, 3, 2] = 1.0
     a = beam(
-        "assumed_strain", n, section=BEND, material=Material(young_modulus=1e7, poisson_ratio=0.0, density=1.0), length=25.0 * np.pi,
+        "assumed_strain", n, section=BEND, length=25.0 * np.pi,
+        material=Material(young_modulus=1e7, poisson_ratio=0.0, density=1.0),
         nodes=start, rest="start", more=tip_force(0.0, 0.0, load),
     )  # fmt: skip
     return nodes(a, solved(solve_static(a)))[-1, 0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -28,10 +28,6 @@ class Part(Section):
     def write(self, builder: Builder, name: str) -> None:
         """Append rows, coordinates and parameters; register `name`."""
         raise NotImplementedError(f"{type(self).__name__} has no write()")
-
-    def replaced(self, **changes: Any) -> Self:
-        """The same part with other values of some keys, checked like a new one."""
-        return type(self)(**{key: getattr(self, key) for key in self.model_fields_set} | changes)
 
     def as_keys(self) -> dict[str, Any]:
         """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""

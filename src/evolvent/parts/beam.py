@@ -289,4 +289,4 @@ def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, 
     at = builder.place(where, key)
     if at.family != "beams":
         raise InputError(f"{key} is {where!r}; it must be a node of a beam, such as 'boom.tip' or 'boom[5]'")
-    return at.index, at.beam, at.iq, at.iv
+    return at.row, at.beam, at.iq, at.iv

@@ -39,7 +39,7 @@ def place_side(builder: Builder, where: Any, key: str = "a place") -> Side:
 
 def _side(at: Location) -> Side:
     if at.family == "bodies":
-        return Side(sides.ON_BODY, at.index, -1, -1, at.local, at.x, None)
+        return Side(sides.ON_BODY, at.row, -1, -1, at.local, at.x, None)
     node = (at.beam, at.iq) if at.family == "beams" else None
     return Side(sides.ON_COORDINATES, -1, at.iq, at.iv, np.zeros(3), at.x, node)
 
@@ -99,7 +99,7 @@ class Joint(Part):
     def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
         """Both ends; a body named alone takes the place of the other end, or `position`."""
         ends = [builder.place(self.a, f"{name}.a"), builder.place(self.b, f"{name}.b")]
-        if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].index == ends[1].index:
+        if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].row == ends[1].row:
             raise InputError(f"{name}.a and {name}.b are on one body, {self.a!r}; a joint needs two parts")
         if self.type == "distance":
             if self.position is not None:
@@ -117,7 +117,7 @@ class Joint(Part):
         for end, other in zip(ends, reversed(ends), strict=True):
             if end.alone:
                 x = other.x if self.position is None else np.array(self.position)
-                pose = builder.poses[end.index]
+                pose = builder.poses[end.row]
                 end = end._replace(x=x, local=pose.R.T @ (x - pose.x))
             found.append(_side(end))
         return found[0], found[1]
