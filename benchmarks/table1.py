@@ -60,7 +60,7 @@ def winding(formulation: str, n: int, *, penalty: bool, law: str = "hunt-crossle
         parts.Cylinder(body="ground", beams=["rib"], radius=RADIUS, half_length=1.5, law=law, points=4, **contact),
         "hub",
     )
-    system.add(parts.FieldTorque(beam="rib", torque=TORQUE), "drive")
+    system.add(parts.DistributedTorque(beam="rib", torque=TORQUE), "drive")
     return system.assemble()
 
 

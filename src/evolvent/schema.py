@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticSerializationError
 
 from evolvent.errors import InputError, nearest
 
@@ -29,6 +30,21 @@ class Section(BaseModel):
 
     # pydantic then validates inner sections itself, and keeps the place of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def model_dump(self, **options: Any) -> dict[str, Any]:
+        """The section as a mapping; ``mode="json"``: as a file holds it.
+
+        Raises
+        ------
+        InputError
+            If a value cannot stand in a file, such as a Python function.
+        """
+        try:
+            return super().model_dump(**options)
+        except PydanticSerializationError as error:
+            if isinstance(error.__cause__, InputError):
+                raise error.__cause__ from None
+            raise
 
 
 def sections(annotation: Any) -> Iterator[type[Section]]:

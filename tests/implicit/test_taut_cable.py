@@ -52,7 +52,7 @@ def cable(
             system.add(parts.Joint(a=tuple(nodes[k, 0]), b=("cable", end), kind="point"), end)
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
-            system.add(parts.PointLoad(node=("cable", end), force=tuple(force)), end)
+            system.add(parts.Force(at=f"cable.{end}", force=tuple(force)), end)
     drum = parts.Cylinder(
         body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, sunk=0.05
     )

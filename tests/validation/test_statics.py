@@ -154,7 +154,7 @@ def frame(load: float, n: int) -> float:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("first", "root"), kind="clamp"))
     system.add(parts.Joint(a="corner", b=("first", "tip"), kind="clamp"))
     system.add(parts.Joint(a="corner", b=("second", "root"), kind="clamp"))
-    system.add(parts.PointLoad(node=("second", "tip"), force=(load, 0.0, 0.0)))
+    system.add(parts.Force(at="second.tip", force=(load, 0.0, 0.0)))
     return float(modes(system.assemble(), count=1).square[0])
 
 
@@ -267,8 +267,8 @@ def test_torsion_of_a_held_rod(kind: str, book: Book) -> None:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("rod", "root"), kind=kind))
     if kind == "hinge":
         system.add(parts.Hinge(body="ground", beam=("rod", "root"), stiffness=100.0))
-    system.add(parts.PointLoad(node=("rod", "tip"), force=(0.0, 0.0, 0.5 * torque), on=2))
-    system.add(parts.PointLoad(node=("rod", "tip"), force=(0.0, -0.5 * torque, 0.0), on=3))
+    system.add(parts.SlopeLoad(at="rod.tip", slope=2, force=(0.0, 0.0, 0.5 * torque)))
+    system.add(parts.SlopeLoad(at="rod.tip", slope=3, force=(0.0, -0.5 * torque, 0.0)))
     a = system.assemble()
     tip = nodes(a, solved(solve_static(a)), "rod")[-1]
     book(

@@ -1,16 +1,17 @@
 """What a user composes: each part is a frozen specification that writes itself into the model's arrays."""
 
 from evolvent.parts.beam import Beam
-from evolvent.parts.beam_load import FieldTorque, LineLoad, PointLoad
+from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.cylinder import Cylinder
+from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
-from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Carry, Hinge, Joint, Turn
 from evolvent.parts.layers import Layers
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
+from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.spring import Spring
@@ -19,28 +20,30 @@ from evolvent.parts.thread import Thread
 __all__ = [
     "Beam",
     "Carry",
-    "ConstantFeed",
+    "ConstantDrive",
     "Cylinder",
+    "DistributedTorque",
     "Event",
-    "FieldTorque",
+    "ExpressionDrive",
     "Force",
     "FreeSpool",
     "Guide",
     "Hinge",
     "Joint",
-    "LawFeed",
+    "LawDrive",
     "LawLoad",
     "Layers",
     "LineLoad",
     "Link",
     "Point",
-    "PointLoad",
+    "Profile",
     "RadiationPressure",
-    "RampFeed",
+    "RampDrive",
     "Reel",
     "RigidBody",
+    "SlopeLoad",
     "Spring",
-    "TableFeed",
+    "TableDrive",
     "Thread",
     "Torque",
     "Turn",

@@ -15,7 +15,7 @@ from evolvent.kernels import flexible, rigid, sides
 from evolvent.kernels import joint as kernels
 from evolvent.parts.beam import node_of
 from evolvent.parts.checks import not_negative, number, positive, unit_vector, vector
-from evolvent.parts.feed import Feed, RampFeed
+from evolvent.parts.drive import DriveKind, RampDrive
 
 KINDS = ("point", "hinge", "clamp", "distance")
 _LEAST_OFF = 1e-6
@@ -205,16 +205,16 @@ def _check_until(name: str, until: Any) -> None:
         raise InputError(f"{name}.until is {until!r}; it must be a time above 0 s")
 
 
-def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
+def _check_jumps(name: str, feed: DriveKind, until: float, unit: str) -> None:
     """Refuse a feed whose rate jumps under a constraint: it would take an infinite force."""
-    if not isinstance(feed, RampFeed):
+    if not isinstance(feed, RampDrive):
         return
     before = feed.rate
     for time, duration, rate in feed.steps:
         if duration == 0.0 and rate != before and 0.0 < time < until:
             raise InputError(
                 f"{name}.feed jumps from {before:.6g} to {rate:.6g} {unit} at t = {time:.6g} s, for which what is held "
-                f"to it needs an infinite force; give the step of the RampFeed a duration above 0 s"
+                f"to it needs an infinite force; give the step of the RampDrive a duration above 0 s"
             )
         before = rate
 
@@ -231,7 +231,7 @@ class Turn:
     """
 
     body: str
-    feed: Feed
+    feed: DriveKind
     until: float = math.inf
 
     def write(self, builder: Builder, name: str) -> None:
@@ -266,7 +266,7 @@ class Carry:
     """
 
     what: Any
-    feed: Feed
+    feed: DriveKind
     direction: Sequence[float] = (1.0, 0.0, 0.0)
     radius: float = 0.0
     centre: Sequence[float] = (0.0, 0.0, 0.0)

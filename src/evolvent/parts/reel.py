@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.parts.checks import positive, unit_vector, vector
-from evolvent.parts.feed import Feed, FreeSpool
+from evolvent.parts.drive import DriveKind, FreeSpool
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class Reel:
 
     body: str
     radius: float
-    feed: Feed
+    feed: DriveKind
     centre: Sequence[float] = (0.0, 0.0, 0.0)
     feed_axis: Sequence[float] = (1.0, 0.0, 0.0)
     spool_axis: Sequence[float] = (0.0, 1.0, 0.0)
