@@ -15,7 +15,7 @@ from evolvent import laws, units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import feed as kernels
-from evolvent.parts.expression import Constants, DriveLaw, Parameters, write_law
+from evolvent.parts.expression import Constants, DriveLaw, Parameters, TimeExpression, write_law
 from evolvent.schema import Section
 
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
@@ -153,7 +153,7 @@ class ExpressionDrive(DriveKind):
     constants : mapping of names to numbers, SI units
     """
 
-    expression: DriveLaw
+    expression: TimeExpression
     constants: Constants | None = None
 
     def write(self, builder: Builder, name: str) -> DriveRow:
@@ -231,7 +231,7 @@ class _Keys(Section, Generic[A, R]):
     ramp: RampDrive[A, R] | None = None
     table: TableDrive[A, R] | None = None
     free: FreeSpool | None = None
-    expression: DriveLaw | None = None
+    expression: TimeExpression | None = None
     constants: Constants | None = None
 
 

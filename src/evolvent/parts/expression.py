@@ -39,20 +39,23 @@ class Law:
     Parameters
     ----------
     kind : {"spring", "force", "feed", "event"}
+    python : bool, whether a Python law is allowed
     """
 
     kind: str
+    python: bool = True
 
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
         example = _EXAMPLES[self.kind]
         text = f"{example!r}" if self.kind != "force" else f"three of them, {example}"
-        return f"an expression such as {text}, or a function under @evolvent.{self.kind}_law"
+        function = f", or a function under @evolvent.{self.kind}_law" if self.python else ""
+        return f"an expression such as {text}{function}"
 
     def read(self, value: Any) -> Any:
         """`value`, an expression with single blanks."""
-        if callable(value):
+        if callable(value) and self.python:
             return value
         texts = value if self.kind == "force" and isinstance(value, (list, tuple)) else [value]
         if not all(isinstance(text, str) for text in texts) or (self.kind == "force" and len(texts) != 3):
@@ -143,6 +146,8 @@ SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
 DriveLaw = Annotated[Any, Law("feed")]
 EventLaw = Annotated[Any, Law("event")]
+#: An expression of t.
+TimeExpression = Annotated[str, Law("feed", python=False)]
 #: Constants of an expression, and parameters of a Python law.
 Constants = Annotated[dict[str, float], _Constants()]
 Parameters = Annotated[tuple[float, ...], _Parameters()]

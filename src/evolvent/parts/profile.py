@@ -14,7 +14,7 @@ from evolvent import expressions, units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import profile as kernels
-from evolvent.parts.expression import Constants
+from evolvent.parts.expression import Constants, TimeExpression
 from evolvent.schema import Section
 
 V = TypeVar("V")
@@ -126,7 +126,7 @@ class Profile(Section, Generic[V]):
     sine: Sine[V] | None = None
     pulse: Pulse[V] | None = None
     constant: V | None = None
-    expression: str | None = None
+    expression: TimeExpression | None = None
     constants: Constants | None = None
 
 
