@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.checks import not_negative, unit_vector
+from evolvent.parts.law import write_law
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -24,9 +25,10 @@ class Spring:
     stiffness : float, N/m
     damping : float, N s/m
     length : float, m, natural length; the distance at the start if left out
-    law : function under ``@evolvent.spring_law``, optional
-        ``law(extension, rate, t, parameters) -> tension`` in place of stiffness and damping.
-    parameters : sequence of float, of the law
+    law : optional, tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v
+        (m/s) and t (s), or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``
+    parameters : list of numbers, of a Python law
+    constants : mapping of names to numbers, of an expression
     lateral_stiffness, lateral_damping : float, N/m and N s/m
         Against displacement of `b` across the axis of the spring's mount; `a` must then be on the ground.
     axis : (3,) float, of that mount, inertial frame; from `a` to `b` at the start if left out
@@ -39,6 +41,7 @@ class Spring:
     length: float | None = None
     law: Any = None
     parameters: Sequence[float] = ()
+    constants: Any = None
     lateral_stiffness: float = 0.0
     lateral_damping: float = 0.0
     axis: Sequence[float] | None = None
@@ -57,7 +60,9 @@ class Spring:
             if isinstance(self.a, str) or isinstance(self.a[0], str):
                 raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must stand on the ground")
             axis = unit_vector(f"{name}.axis", apart if self.axis is None else self.axis)
-        first, last = builder.parameters(self.parameters)
+        law = {"law": 0, "first": 0, "last": 0}
+        if self.law is not None:
+            law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         index = builder.add(
             "springs",
             a=a,
@@ -68,8 +73,6 @@ class Spring:
             lateral_stiffness=sideways[0],
             lateral_damping=sideways[1],
             axis=axis,
-            law=0 if self.law is None else builder.law(self.law, "spring"),
-            first=first,
-            last=last,
+            **law,
         )
         builder.names[name] = ("springs", index)
