@@ -62,7 +62,7 @@ def winding(formulation: str, n: int, *, penalty: bool, law: str = "hunt-crossle
         ),
         "hub",
     )
-    system.add(parts.FieldTorque(beam="rib", torque=TORQUE), "drive")
+    system.add(parts.DistributedTorque(beam="rib", torque=TORQUE), "drive")
     return system.assemble()
 
 

@@ -51,7 +51,7 @@ def ours(n: int, span: float, *, step: float | None = None, tolerance: float = 1
     system.add(rib, "rib")
     system.add(parts.Joint(a=("hub", (HUB, 0.0, 0.0)), b="rib.root"))
     system.add(parts.CylinderContact(body="hub", beams=["rib"], radius=HUB, stiffness=STIFFNESS, points=POINTS))
-    system.add(parts.PointLoad(node="rib.tip", force=(0.0, FORCE, 0.0)))
+    system.add(parts.Force(at="rib.tip", force=(0.0, FORCE, 0.0)))
     assembly = system.assemble()
     found = solve_implicit(
         assembly, samples=[0.0, span], step=step, tolerance=tolerance, spectral_radius=RADIUS

@@ -122,7 +122,7 @@ def heliogyro(
     """The paper's heliogyro: one thread for two on a body that spins about Z, `out` metres already out."""
     system = System(gravity=gravity)
     system.add(parts.RigidBody(motion=motion, inertia=J, rate=rate), "hub")
-    feed = parts.ConstantFeed(rate=spool, angle=out / R) if feed is None else feed
+    feed = parts.ConstantDrive(rate=spool, angle=out / R) if feed is None else feed
     system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
     given: dict[str, Any] = {
         "length": L,

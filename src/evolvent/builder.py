@@ -51,6 +51,7 @@ class Assembly:
     laws : dict, address -> user's law, kept alive as long as the model uses it
     joint_parts : list of str, the part that wrote each row of the family `joints`
     parts : dict, name -> part, as the user wrote them
+    expressions : dict, first place of its parameters -> the compiled function that runs it, and the text
     """
 
     model: mdl.Model
@@ -60,6 +61,7 @@ class Assembly:
     laws: dict[int, Any]
     joint_parts: list[str]
     parts: dict[str, Any] = dataclasses.field(default_factory=dict)
+    expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
 
     def index(self, name: str, family: str | None = None) -> int:
         """Index of the part called `name` in its family."""
@@ -89,6 +91,9 @@ class Builder:
         self.values: list[float] = []
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
+        self.expressions: dict[int, tuple[Any, str]] = {}
+        #: Places of parameters that hold places in the velocities, counted from their start while parts are written.
+        self.velocity_parameters: list[int] = []
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
         self._ground()
 
@@ -151,6 +156,19 @@ class Builder:
             raise InputError(str(error)) from None
         self.laws[address] = law
         return address
+
+    def expression(self, run: Any, kind: str, code: Sequence[float], text: str) -> dict[str, int]:
+        """Store an expression as the law of a row; returns the row's fields.
+
+        Parameters
+        ----------
+        run : compiled function of `evolvent.kernels.expression` with the signature of a law of that kind
+        code : its parameters
+        text : what messages call it
+        """
+        first, last = self.parameters(code)
+        self.expressions[first] = run, text
+        return {"law": laws.law_address(run, kind), "first": first, "last": last}
 
     def find(self, name: str, family: str) -> int:
         """Index of an already added part."""
@@ -276,10 +294,12 @@ class Builder:
             bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
+        values = np.array(self.values, dtype=float)
+        values[self.velocity_parameters] += n_q
         model = mdl.Model(
             info=info,
             breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
-            parameters=np.array(self.values, dtype=float),
+            parameters=values,
             rows=rows,
             pairs=pairs,
             A=np.zeros((rows.size, bandwidth + 1)),
@@ -293,7 +313,10 @@ class Builder:
         if np.any(self.gravity):
             load_weight(model)
             add_weight(self.gravity, n_q, model, model.flexible.G)
-        assembly = Assembly(model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs))
+        assembly = Assembly(
+            model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
+            dict(self.expressions),
+        )  # fmt: skip
         _check_constraints(assembly)
         return assembly
 

@@ -20,7 +20,20 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.errors import InputError
-from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, layers, loads, rigid, sides, springs, thread
+from evolvent.kernels import (
+    beam_loads,
+    contact,
+    flexible,
+    hinge,
+    joint,
+    layers,
+    loads,
+    profile,
+    rigid,
+    sides,
+    springs,
+    thread,
+)
 from evolvent.kernels.feed import FREE
 from evolvent.model import Model
 
@@ -125,14 +138,27 @@ FAMILIES = (
     ),
     Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
     Family(
-        "a force or torque", "loads", EVERY, which=lambda found: found["kind"] >= loads.AT_MARKER,
+        "a force or torque", "loads", EVERY,
+        which=lambda found: (found["kind"] >= loads.AT_MARKER) & ~_has_profile(found, loads.PROFILE),
+    ),
+    Family(
+        "a force or torque by a profile", "loads", EVERY,
+        which=lambda found: (found["kind"] >= loads.AT_MARKER) & _has_profile(found, loads.PROFILE),
+        forces=(profile.profile,),
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(
         "a beam", "beams", EVERY, forces=(flexible.add_elements, flexible.beam_energies, flexible.beam_momenta),
         tangents=(flexible.add_element_tangents,),
     ),
-    Family("a load on a beam", "beam_loads", EVERY, forces=(beam_loads.add_beam_loads,)),
+    Family(
+        "a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0),
+        forces=(beam_loads.add_beam_loads,),
+    ),
+    Family(
+        "a load on a beam by a profile", "beam_loads", EVERY, which=lambda found: _has_profile(found, 0),
+        forces=(beam_loads.add_beam_loads, profile.profile),
+    ),
     Family(
         "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
         tangents=_JOINT_TANGENT,
@@ -176,6 +202,11 @@ FAMILIES = (
 
 def _is_driven(found: Array) -> Array:
     return (found["path"] != joint.STILL) | (found["kind"] == joint.ANGLE)
+
+
+def _has_profile(found: Array, others: int) -> Array:
+    """Whether loads have more than `others` parameters."""
+    return np.asarray(found["last"] - found["first"] > others)
 
 
 def check(assembly: Any, solver: str) -> None:

@@ -289,6 +289,38 @@ def _compiled_view(typingctx, values, at, rows, columns):  # type: ignore[no-unt
 matrix_view = _matrix_view if config.DISABLE_JIT else _compiled_view
 
 
+#: Size of a `local_vector`.
+LOCAL = 40
+
+
+def _plain_vector() -> np.ndarray:
+    return np.empty(LOCAL)
+
+
+@intrinsic
+def _local_vector(typingctx):  # type: ignore[no-untyped-def]
+    kind = types.Array(f8, 1, "C")
+
+    def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        number = context.get_value_type(f8)
+        size = context.get_constant(types.intp, LOCAL)
+        data = cgutils.alloca_once(builder, number, size=LOCAL)
+        view = context.make_array(kind)(context, builder)
+        item = context.get_constant(types.intp, 8)
+        view.data, view.itemsize, view.nitems = data, item, size
+        view.shape = cgutils.pack_array(builder, [size])
+        view.strides = cgutils.pack_array(builder, [item])
+        view.meminfo = context.get_constant_null(types.MemInfoPointer(f8))
+        view.parent = context.get_constant_null(types.pyobject)
+        return view._getvalue()
+
+    return kind(), codegen
+
+
+#: ``local_vector()``: (LOCAL,) float, scratch memory of the function that asks for it, for as long as that runs.
+local_vector = _plain_vector if config.DISABLE_JIT else _local_vector
+
+
 @entry()
 @kernel
 def _fail() -> None:

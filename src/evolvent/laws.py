@@ -12,7 +12,7 @@ from numba.core.errors import NumbaError
 
 from evolvent.codecache import CACHE_DIR
 from evolvent.errors import InputError
-from evolvent.jit import LAWS, PLAIN, pointer_of
+from evolvent.jit import LAWS, PLAIN, Kernel, pointer_of
 
 #: How a law of each kind is called, and what it returns.
 FORMS = {
@@ -68,14 +68,15 @@ def _one_line(message: str) -> str:
     return " ".join(said[: 2 if said[0].endswith(":") else 1])
 
 
-def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
-    """What a user's law returns, as a tuple of finite numbers.
+def try_law(law: Any, *arguments: Any, described: str = "") -> tuple[float, ...]:
+    """What a user's law returns, as a tuple of finite numbers; `described` names it in messages.
 
     Raises
     ------
     InputError
         If it raises an exception, or returns anything else.
     """
+    described = described or describe_law(law)
     count = len(arguments[-1])
     given = "1 parameter is" if count == 1 else f"{count} parameters are"
     try:
@@ -83,11 +84,11 @@ def try_law(law: Any, *arguments: Any) -> tuple[float, ...]:
         values = tuple(float(x) for x in (result if isinstance(result, tuple) else (result,)))
     except Exception as error:  # whatever a user's code may raise
         raise InputError(
-            f"{describe_law(law)} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
+            f"{described} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
         ) from error
     if not all(math.isfinite(x) for x in values):
         shown = values if isinstance(result, tuple) else values[0]
-        raise InputError(f"{describe_law(law)} returns {shown}; it must return finite numbers")
+        raise InputError(f"{described} returns {shown}; it must return finite numbers")
     return values
 
 
@@ -151,6 +152,9 @@ def law_address(law: Any, kind: str) -> int:
     if config.DISABLE_JIT:
         PLAIN.append(law)
         return len(PLAIN) - 1
+    if isinstance(law, Kernel):  # the package's own law, which runs an expression
+        law.load()
+        return pointer_of(law.dispatcher, LAWS[kind])
     signature = LAWS[kind]
     signatures = getattr(law, "nopython_signatures", None)
     if signatures is None or [s.args for s in signatures] != [signature.args]:

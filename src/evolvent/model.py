@@ -111,8 +111,9 @@ RECORDS: dict[str, np.dtype] = {
         "drag drag1",
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
-    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector
-    "beam_loads": _record("kind beam iq iv", "value centre axis start end ramp", centre=_3, axis=_3),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector; first, last:
+    # places of a profile among the parameters
+    "beam_loads": _record("kind beam iq iv first last", "value centre axis start end ramp", centre=_3, axis=_3),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = ("beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads")

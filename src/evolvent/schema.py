@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
-from pydantic_core import PydanticCustomError, core_schema
+from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
 
 from evolvent.errors import InputError, nearest
 
@@ -40,6 +40,21 @@ class Section(BaseModel):
     def replaced(self, **changes: Any) -> Self:
         """The same section with other values of some keys, checked like a new one."""
         return type(self)(**{key: getattr(self, key) for key in self.model_fields_set} | changes)
+
+    def model_dump(self, **options: Any) -> dict[str, Any]:
+        """The section as a mapping; ``mode="json"``: as a file holds it.
+
+        Raises
+        ------
+        InputError
+            If a value cannot stand in a file, such as a Python function.
+        """
+        try:
+            return super().model_dump(**options)
+        except PydanticSerializationError as error:
+            if isinstance(error.__cause__, InputError):
+                raise error.__cause__ from None
+            raise
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:

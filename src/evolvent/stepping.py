@@ -353,5 +353,5 @@ def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
         if not known[body]:
             raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
         copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
-        copy.add(Torque(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-torque")
+        copy.add(Torque(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
     return copy.assemble()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import math
@@ -184,6 +185,43 @@ class Quantity:
             if bound is not None:
                 number[key] = bound
         return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True)
+class Either:
+    """A pydantic annotation: a float of one of two quantities, which the meaning of another key decides.
+
+    Parameters
+    ----------
+    one, other : Quantity
+    """
+
+    one: Quantity
+    other: Quantity
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        return (
+            f"{self.one.what} or {self.other.what}, such as {self.one.example!r} or {self.other.example!r} "
+            f"(a plain number is in {self.one.unit} or {self.other.unit})"
+        )
+
+    def read(self, value: Any) -> float | str:
+        """`value` in SI units; a `PydanticCustomError` says what is allowed."""
+        for quantity in (self.one, self.other):
+            with contextlib.suppress(PydanticCustomError):
+                return quantity.read(value)
+        raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed})
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A number, or a text."""
+        text = {"type": "string", "examples": [self.one.example, self.other.example]}
+        return {"anyOf": [{"type": "number"}, text], "description": self.allowed}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -459,6 +497,15 @@ _SPEED = Quantity(what="a velocity", unit="m/s", example="0.1 m/s")
 _FORCE = Quantity(what="a force", unit="N", example="0.1 N")
 _TORQUE = Quantity(what="a torque", unit="N m", example="0.2 N m")
 _PLAIN = Quantity(what="a plain number", unit="", example="0.5")
+_FREQUENCY = Quantity(what="a frequency", unit="Hz", example="0.25 Hz", above=0.0)
+Force = Annotated[float, _FORCE]
+Torque = Annotated[float, _TORQUE]
+LineForce = Annotated[float, Quantity(what="a force per length", unit="N/m", example="0.1 N/m")]
+Frequency = Annotated[float, _FREQUENCY]
+Speed = Annotated[float, _SPEED]
+_ANGLE = Quantity(what="an angle", unit="rad", example="10 deg")
+AngleOrLength = Annotated[float, Either(_ANGLE, Quantity(**_LENGTH))]
+AngularRateOrSpeed = Annotated[float, Either(_ANGULAR_RATE, _SPEED)]
 Triple = tuple[float, float, float]
 Position = Annotated[Triple, Vector(quantity=Quantity(**_LENGTH))]
 Velocity = Annotated[Triple, Vector(quantity=_SPEED)]
@@ -466,6 +513,8 @@ AngularVelocity = Annotated[Triple, Vector(quantity=_ANGULAR_RATE)]
 Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))]
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
+LineForceVector = Annotated[Triple, Vector(quantity=Quantity(what="a force per length", unit="N/m", example="0.1 N/m"))]
+Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
 Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
 Quaternion = Annotated[tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True)]
 Numbers = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0)]

@@ -295,7 +295,7 @@ def test_solar_pressure_coning(book: Book) -> None:
     for n in counts:
         system = System()
         system.add(parts.RigidBody(motion="driven", rate=omega), "hub")
-        feed = parts.ConstantFeed(rate=0.0, angle=length / R)
+        feed = parts.ConstantDrive(rate=0.0, angle=length / R)
         system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -R), radius=R, feed=feed), "reel")
         thread = parts.Thread(reel="reel", length=length, line_density=density, nodes=n, segments="inextensible")
         system.add(thread, "blade")
@@ -371,7 +371,7 @@ def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tup
     for n in counts:
         system = System()
         system.add(parts.RigidBody(motion="driven", rate=omega), "hub")
-        feed = parts.ConstantFeed(rate=0.0, angle=1.0 / R)
+        feed = parts.ConstantDrive(rate=0.0, angle=1.0 / R)
         system.add(parts.Reel(body="hub", centre=(hub, 0.0, -R), radius=R, feed=feed), "reel")
         system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=n, segments="inextensible"))
         assembly = system.assemble()
@@ -401,7 +401,7 @@ def test_hanging_chain_modes(axis: int, book: Book) -> None:
     """
     n, density = 10, 0.5
     system = System(gravity=(G, 0.0, 0.0))
-    feed = parts.ConstantFeed(rate=0.0, angle=2.0 / R)
+    feed = parts.ConstantDrive(rate=0.0, angle=2.0 / R)
     system.add(parts.Reel(body="ground", centre=(0.0, 0.0, -R), radius=R, feed=feed), "reel")
     tip = 0.5 * density * 2.0 / n
     system.add(

@@ -134,8 +134,8 @@ def test_account_of_everything_at_once(law: str) -> None:
     system.add(
         parts.CylinderContact(body="ground", beams=["beam"], radius=0.6, law=law, stiffness=1e3, damping=damping), "hub"
     )
-    system.add(parts.FieldTorque(beam="beam", torque=-0.5, end=0.2), "torque")
-    system.add(parts.PointLoad(node="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
+    system.add(parts.DistributedTorque(beam="beam", torque=-0.5, end=0.2), "torque")
+    system.add(parts.Force(at="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
     assembly = system.assemble()
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])
@@ -204,7 +204,7 @@ def test_what_explicit_methods_refuse() -> None:
     refused(
         lambda s: s.add(pin, "pin"), "'pin' is a joint that is a constraint.* `stiffness` above 0.* generalized-alpha"
     )
-    turn = parts.PrescribedRotation(body="drum", feed=parts.ConstantFeed(rate=1.0))
+    turn = parts.PrescribedRotation(body="drum", feed=parts.ConstantDrive(rate=1.0))
     refused(lambda s: s.add(turn, "turn"), "'turn' is a joint driven along a path.*generalized-alpha")
     hub = parts.CylinderContact(body="ground", beams=["rib"], radius=0.6, friction=0.3)
     refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")

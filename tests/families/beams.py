@@ -61,7 +61,7 @@ def beam() -> Case:
 def beam_load() -> Case:
     """Under a force the tip sinks by F L^3/(3 E I)."""
     F = 0.02
-    push = parts.PointLoad(node="rod.tip", force=(0.0, -F, 0.0))
+    push = parts.Force(at="rod.tip", force=(0.0, -F, 0.0))
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 

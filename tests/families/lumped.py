@@ -243,7 +243,9 @@ def carried() -> Case:
         found.add(parts.Point(mass=1.0, velocity=(0.0, 0.0, v)), "hand")
         found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG), velocity=(0.0, 0.0, v)), "mass")
         found.add(parts.Spring(a="hand", b="mass", stiffness=K_HUNG))
-        found.add(parts.PrescribedMotion(at="hand", feed=parts.ConstantFeed(rate=v), direction=(0.0, 0.0, 1.0)), "path")
+        found.add(
+            parts.PrescribedMotion(at="hand", feed=parts.ConstantDrive(rate=v), direction=(0.0, 0.0, 1.0)), "path"
+        )
         return found
 
     return Case(
@@ -284,7 +286,7 @@ def spring_thread() -> Case:
     return Case(
         part="thread", seen=outer_node, end=1.5, step=1e-3, motion=motion,
         system=lambda: reeled(
-            parts.ConstantFeed(rate=v / 0.1, angle=8.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=2, stiffness=c
+            parts.ConstantDrive(rate=v / 0.1, angle=8.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=2, stiffness=c
         ),
     )  # fmt: skip
 
@@ -301,7 +303,7 @@ def fixed_thread() -> Case:
     return Case(
         part="thread", seen=outer_node, end=2.0, step=5e-3, motion=motion,
         system=lambda: reeled(
-            parts.ConstantFeed(rate=0.0, angle=10.0), gravity=DOWN, length=1.0, nodes=1, segments="inextensible",
+            parts.ConstantDrive(rate=0.0, angle=10.0), gravity=DOWN, length=1.0, nodes=1, segments="inextensible",
             direction=(math.sin(start), 0.0, -math.cos(start)),
         ),
     )  # fmt: skip
@@ -338,7 +340,7 @@ def thread_load() -> Case:
     w = math.sqrt(c / m)
 
     def system() -> System:
-        found = reeled(parts.ConstantFeed(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
+        found = reeled(parts.ConstantDrive(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
         found.add(parts.UniformLoad(thread="thread", force=(force, 0.0, 0.0)), "wind")
         return found
 
@@ -364,7 +366,7 @@ def force() -> Case:
         found.add(parts.Force(at="mass", force=(F, 0.0, 0.0)), "push")
         found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
         found.add(parts.Spring(a=("wheel", (0.4, 0.0, 0.0)), b=(1.0, 0.0, 0.0), stiffness=turn / 0.4, length=0.0))
-        found.add(parts.Torque(at="wheel", force=(0.0, 0.0, torque)), "turn")
+        found.add(parts.Torque(at="wheel", torque=(0.0, 0.0, torque)), "turn")
         return found
 
     return Case(

@@ -116,8 +116,8 @@ def test_hinge_between_bodies_is_a_pendulum(book: Book) -> None:
     )  # fmt: skip
 
 
-def ring(**fields: Any) -> parts.RampFeed:
-    return parts.RampFeed(steps=((0.0, 0.5, 2.0), (0.8, 0.2, 0.0)), **fields)
+def ring(**fields: Any) -> parts.RampDrive:
+    return parts.RampDrive(steps=((0.0, 0.5, 2.0), (0.8, 0.2, 0.0)), **fields)
 
 
 def closes(assembly: Assembly, *, least: float, steps: tuple[float, ...] = (1e-3, 5e-4), until: float = 1.0) -> Array:
@@ -217,7 +217,7 @@ def test_a_load_that_begins_and_ends_has_the_impulse_of_its_time() -> None:
     system.add(parts.Beam(length=1.0, section=SQUARE, material=STEEL, elements=2, formulation="cable"), "beam")
     for node in ("beam.root", "beam[1]", "beam.tip"):
         share = 0.25 if node != 1 else 0.5
-        system.add(parts.PointLoad(node=node, force=(share * 0.4, 0.0, 0.0), start=0.123, end=0.456))
+        system.add(parts.Force(at=node, force=(share * 0.4, 0.0, 0.0), start=0.123, end=0.456))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.2, 0.6], step=0.01, spectral_radius=0.0)
     from implicit.rigs import momenta
@@ -350,7 +350,7 @@ def test_redundant_joints_of_beams_are_named() -> None:
 def test_a_start_that_does_not_fit_is_refused() -> None:
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.3, 0.0, 0.0)), "bob")
-    system.add(parts.PrescribedMotion(at="bob", feed=parts.ConstantFeed(rate=0.0), radius=0.2, length=1.0), "carry")
+    system.add(parts.PrescribedMotion(at="bob", feed=parts.ConstantDrive(rate=0.0), radius=0.2, length=1.0), "carry")
     with pytest.raises(InputError, match="'carry' does not fit the start"):
         solve_implicit(system.assemble(), samples=[0.0, 1.0], step=1e-2)
 
@@ -363,10 +363,10 @@ def test_velocities_that_break_a_joint_are_refused(what: str) -> None:
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="distance"), "held")
     elif what == "turn":
         system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
-        system.add(parts.PrescribedRotation(body="hub", feed=parts.ConstantFeed(rate=0.3)), "held")
+        system.add(parts.PrescribedRotation(body="hub", feed=parts.ConstantDrive(rate=0.3)), "held")
     else:
         system.add(parts.Point(mass=1.0), "bob")
-        system.add(parts.PrescribedMotion(at="bob", feed=parts.ConstantFeed(rate=0.3)), "held")
+        system.add(parts.PrescribedMotion(at="bob", feed=parts.ConstantDrive(rate=0.3)), "held")
     with pytest.raises(InputError, match=r"'held' does not fit the velocities.* -?0\.3"):
         solve_implicit(system.assemble(), samples=[0.0, 1.0], step=1e-2)
 
@@ -374,7 +374,7 @@ def test_velocities_that_break_a_joint_are_refused(what: str) -> None:
 @pytest.mark.parametrize("what", ["turn", "carry", "involute"])
 def test_feeds_whose_rate_jumps_are_refused(what: str) -> None:
     """A step in velocity under a constraint; after the joint has let go it does no harm."""
-    feed = parts.RampFeed(rate=0.5, steps=((1.0, 0.2, 2.0), (3.0, 0.0, -1.5)))
+    feed = parts.RampDrive(rate=0.5, steps=((1.0, 0.2, 2.0), (3.0, 0.0, -1.5)))
     unit = "m/s" if what == "carry" else "rad/s"
 
     def assemble(until: float | None) -> Assembly:
@@ -388,7 +388,7 @@ def test_feeds_whose_rate_jumps_are_refused(what: str) -> None:
             system.add(parts.PrescribedMotion(at="bob", feed=feed, until=until, **round_it), "drive")
         return system.assemble()
 
-    with pytest.raises(InputError, match=rf"drive.feed jumps from 2 to -1.5 {unit} at t = 3 s.*RampFeed.*duration"):
+    with pytest.raises(InputError, match=rf"drive.feed jumps from 2 to -1.5 {unit} at t = 3 s.*RampDrive.*duration"):
         assemble(None)
     assert assemble(2.5).model.flexible.joints.size > 0
 

@@ -40,7 +40,7 @@ def craft() -> Assembly:
     system.add(
         parts.RigidBody(motion="free", mass=0.5, inertia=(0.004, 0.005, 0.006), angular_velocity=(0.1, 0.0, 6.0)), "hub"
     )
-    feed = parts.ConstantFeed(rate=3.5, angle=2.3 / R)
+    feed = parts.ConstantDrive(rate=3.5, angle=2.3 / R)
     system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
     system.add(
         parts.Thread(
@@ -141,7 +141,7 @@ def test_free_craft() -> None:
 
 def test_reels_in_again() -> None:
     """A feed that turns back takes nodes up; the explicit method does so at the same times."""
-    feed = parts.RampFeed(rate=3.5, angle=1.1 / R, steps=[(6.0, 1.0, -3.5)])
+    feed = parts.RampDrive(rate=3.5, angle=1.1 / R, steps=[(6.0, 1.0, -3.5)])
     samples = np.linspace(0.0, 14.0, 29)
     explicit = run(heliogyro(feed=feed), samples, "dopri5", rtol=1e-9, atol=1e-11)
     found = implicit(heliogyro(segments="springs", stiffness=STIFF, feed=feed), samples, 2.5e-3)

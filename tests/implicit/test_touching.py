@@ -154,7 +154,7 @@ def test_mean_forces_and_reactions_are_those_of_rest() -> None:
             body="ground", beams=["bar"], radius=1.0, law="conservative", stiffness=1e4, damping=1e3, points=1
         )
     )
-    system.add(parts.PointLoad(node="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.Force(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
     assert solution.cylinders[-1, 0, 6] == pytest.approx(2.5, rel=5e-3)
@@ -185,7 +185,7 @@ def dragged(law: str) -> Assembly:
             stick_stiffness=1e4,
         )
     )  # fmt: skip
-    system.add(parts.PointLoad(node="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.Force(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
     return system.assemble()
 
 
@@ -234,7 +234,7 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     system.add(beam, "beam")
     system.add(parts.Joint(a=(0.0, R, 0.0), b="beam.root", type="clamp"))
     system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
-    system.add(parts.PointLoad(node="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
+    system.add(parts.Force(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
     points = solution.assembly.model.flexible.contact_points
@@ -300,11 +300,11 @@ def capstan(*, turning: float = 0.0, pull: float | None = None, speed: float = 0
             friction=MU, stick_stiffness=1e4, stick_damping=1.0,
         )
     )  # fmt: skip
-    system.add(parts.PointLoad(node="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
+    system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
     if pull is not None:
-        system.add(parts.PointLoad(node="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
+        system.add(parts.Force(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
-        feed = parts.RampFeed(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantFeed(rate=0.0)
+        feed = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
         system.add(parts.PrescribedMotion(at="cable.tip", feed=feed, direction=(-1.0, 0.0, 0.0)), "hand")
     return system.assemble()
 

@@ -153,7 +153,7 @@ def two_blades(
     system.add(parts.RigidBody(motion=motion, mass=mass, inertia=inertia, angular_velocity=spin, rate=spin[2]), "hub")
     for k in range(blades):
         side = 1.0 - 2.0 * k
-        feed = feeds[k] if feeds is not None else parts.ConstantFeed(rate=spools[k], angle=out / R)
+        feed = feeds[k] if feeds is not None else parts.ConstantDrive(rate=spools[k], angle=out / R)
         system.add(
             parts.Reel(
                 body="hub",
@@ -223,7 +223,7 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
 
     A node is captured `capture` of a segment before the spool; what its place then lacks goes to the body.
     """
-    feed = parts.RampFeed(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
+    feed = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
     t = np.linspace(0.0, 23.0, 231)
     lag = math.asin(2.0 * V / (L0 * 2.0))
     assembly = heliogyro(
@@ -253,7 +253,7 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_impulses_keep_both_momenta_of_a_free_body(segments: str, capture: float) -> None:
     """One blade on a free body goes out past a release and in past a capture: events bring in nothing."""
-    feed = parts.RampFeed(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
+    feed = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
     method, options = ("dopri5", {"rtol": 1e-10, "atol": 1e-12}) if segments == "inextensible" else ("rk4", {})
     assembly = two_blades(
         blades=1, segments=segments, feeds=(feed,), spin=(0.02, -0.03, 2.0), inertia=(0.003, 0.0035, J), capture=capture

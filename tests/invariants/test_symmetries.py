@@ -48,7 +48,7 @@ def compose(
                 feed_axis=M @ (side, 0.0, 0.0),
                 spool_axis=axial @ (0.0, side, 0.0),
                 radius=R,
-                feed=parts.ConstantFeed(rate=SPOOL * (1.0 - 0.3 * k)),
+                feed=parts.ConstantDrive(rate=SPOOL * (1.0 - 0.3 * k)),
             ),
             f"reel-{k}",
         )
@@ -121,7 +121,7 @@ def test_mirrored_feed() -> None:
             feed_axis=(side, 0.0, 0.0),
             spool_axis=(0.0, side, 0.0),
             radius=R,
-            feed=parts.ConstantFeed(rate=SPOOL),
+            feed=parts.ConstantDrive(rate=SPOOL),
         )
         system.add(reel, "reel")
         thread = parts.Thread(reel="reel", length=L, line_density=RHO, tip_mass=TIP, segments="inextensible")
@@ -146,7 +146,7 @@ def test_copies_are_threads(segments: str, wound_mass: str) -> None:
                 feed_axis=(side, 0.0, 0.0),
                 spool_axis=(0.0, side, 0.0),
                 radius=R,
-                feed=parts.ConstantFeed(rate=SPOOL),
+                feed=parts.ConstantDrive(rate=SPOOL),
             ),
             f"reel-{k}",
         )

@@ -50,7 +50,7 @@ def hub(feed, segments: str = "inextensible", gravity=(0.0, 0.0, 0.0), **thread)
 @pytest.mark.parametrize(("feed", "time"), [((3.5, 90.0), 10.0 / 3.5), ((-3.5, 10.0), 10.0 / 3.5)])
 def test_a_feed_past_the_end_of_its_thread_fails(segments: str, feed: tuple[float, float], time: float) -> None:
     """Paying out more than there is, or reeling in what is wound already, ends the run at that moment."""
-    law = parts.ConstantFeed(rate=feed[0], angle=feed[1])
+    law = parts.ConstantDrive(rate=feed[0], angle=feed[1])
     method = "rk4" if segments == "springs" else "dopri5"
     found = solve(hub(law, segments, wound_mass="carried").assemble(), samples=[0.0, 4.0], method=method)
     assert found.status == "failed"
@@ -61,7 +61,7 @@ def test_a_feed_past_the_end_of_its_thread_fails(segments: str, feed: tuple[floa
 @pytest.mark.parametrize("angle", [30.0, 12.5])
 def test_automatic_fixed_step_of_fixed_segments_is_stable(angle: float) -> None:
     """Just after a release the boundary link is short and stiff; the step follows it (rk4, heun)."""
-    feed = parts.ConstantFeed(rate=3.5, angle=angle)
+    feed = parts.ConstantDrive(rate=3.5, angle=angle)
     found = solve(hub(feed).assemble(), samples=[0.0, 15.0], method="rk4")
     assert found.success, found.message
     assert found.statistics["energy_defect"] < 1e-4
@@ -71,7 +71,7 @@ def test_a_jump_of_the_feed_keeps_the_order() -> None:
     """The step that begins at a jump of the rate sees the new rate from its first stage on: RK4 stays of order 4."""
     defects = []
     for step in (1e-3, 5e-4):
-        feed = parts.RampFeed(rate=3.5, angle=20.0, steps=[(0.1, 0.0, 1.0)])
+        feed = parts.RampDrive(rate=3.5, angle=20.0, steps=[(0.1, 0.0, 1.0)])
         system = hub(feed, "springs", stiffness=20.0, nodes=4)
         defects.append(
             solve(system.assemble(), samples=[0.0, 0.4], method="rk4", step=step).statistics["energy_defect"]
@@ -81,7 +81,7 @@ def test_a_jump_of_the_feed_keeps_the_order() -> None:
 
 def test_tension_is_gone_after_separation() -> None:
     """The last node of a thread that was let go pulls on nothing."""
-    feed = parts.ConstantFeed(rate=3.5, angle=95.0)
+    feed = parts.ConstantDrive(rate=3.5, angle=95.0)
     assembly = hub(feed, lets_go=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
@@ -99,7 +99,7 @@ def test_tension_is_gone_after_separation() -> None:
 def test_separation_at_the_end_of_a_run(method: str, segments: str, rate: float) -> None:
     """A run until the thread is all out ends with the thread let go, on whichever side of that moment round-off is."""
     angle = 97.3
-    feed = parts.ConstantFeed(rate=rate, angle=angle)
+    feed = parts.ConstantDrive(rate=rate, angle=angle)
     end = (100.0 - angle) / rate
     found = solve(hub(feed, segments, lets_go=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
     assert found.success, found.message
@@ -120,7 +120,7 @@ def test_breaks_a_rounding_apart_are_one() -> None:
 
 def test_copies_refuse_what_they_do_not_share() -> None:
     """Gravity along the spin axis is the same for all copies; across it, or a law, is not."""
-    feed = parts.ConstantFeed(rate=3.5, angle=30.0)
+    feed = parts.ConstantDrive(rate=3.5, angle=30.0)
     hub(feed, copies=2, gravity=(0.0, 0.0, -1.0)).assemble()
     with pytest.raises(InputError, match="'blade' stands for 2 copies, but 'gravity'"):
         hub(feed, copies=2, gravity=(0.5, 0.0, 0.0)).assemble()

@@ -14,9 +14,9 @@ from helpers import SPOOL, heliogyro, run
 def test_peak_lag_of_a_ramped_start(segments: str, ramp: float, peak: float) -> None:
     """Start from 5 mm with a quintic ramp of 0 / 1 / 2 / 5 s: peak lag 20.3 / 14.3 / 13.8 / 13.6 deg (thread.md)."""
     if ramp == 0.0:
-        feed = parts.ConstantFeed(rate=SPOOL, angle=0.5)
+        feed = parts.ConstantDrive(rate=SPOOL, angle=0.5)
     else:
-        feed = parts.RampFeed(rate=0.0, angle=0.5, steps=[(0.0, ramp, SPOOL)])
+        feed = parts.RampDrive(rate=0.0, angle=0.5, steps=[(0.0, ramp, SPOOL)])
     t = np.linspace(0.0, 7.0, 701)
     method = "rk4" if segments == "springs" else "dopri5"
     lag = run(heliogyro(feed=feed, segments=segments), t, method).lag()

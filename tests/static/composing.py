@@ -55,7 +55,7 @@ def nodes(assembly: Assembly, state: Array | Solution, name: str = "beam") -> Ar
 
 def tip_force(*force: float) -> Callable[[System], None]:
     def add(system: System) -> None:
-        system.add(parts.PointLoad(node="beam.tip", force=force), "load")
+        system.add(parts.Force(at="beam.tip", force=force), "load")
 
     return add
 

@@ -22,7 +22,7 @@ def held(
     spec = parts.Beam(length=1.0, section=THICK, material=SOFT, elements=count, formulation=formulation)
     system.add(spec, "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"))
-    system.add(parts.PointLoad(node="beam.tip", force=load))
+    system.add(parts.Force(at="beam.tip", force=load))
     assembly = system.assemble()
     found = solved(solve_static(assembly))
     return spec, spec.along(nodes(assembly, found)), float(found.balance.elastic[-1])

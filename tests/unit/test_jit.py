@@ -163,7 +163,7 @@ def reeled(law, *parameters):
     """A blade of three nodes under a distributed load."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-    feed = parts.ConstantFeed(rate=3.5, angle=100.0)
+    feed = parts.ConstantDrive(rate=3.5, angle=100.0)
     system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
     system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
     system.add(parts.LawLoad(thread="blade", law=law, parameters=parameters))
@@ -283,7 +283,7 @@ def test_laws_are_tried_before_a_run():
 def test_a_feed_law_is_tried_at_both_ends():
     def fed(*parameters):
         system = System()
-        feed = parts.LawFeed(law=runs_out, parameters=parameters)
+        feed = parts.LawDrive(law=runs_out, parameters=parameters)
         system.add(parts.Reel(body="ground", radius=0.01, feed=feed), "reel")
         system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
         return system
@@ -389,7 +389,7 @@ def passing(t, y, p):
 def system(segments):
     s = System(gravity=(0.0, 0.0, -1.0))
     s.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.25), angular_velocity=(0.1, 0.0, 2.0)), "hub")
-    feed = parts.LawFeed(law=turning, parameters=(5.0, 40.0))
+    feed = parts.LawDrive(law=turning, parameters=(5.0, 40.0))
     s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, feed=feed), "reel")
     s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
                        damping=0.01, wound_mass="carried"), "thread")

@@ -101,7 +101,7 @@ def driven(law, *parameters: float) -> System:
     """A point that a joint carries along a line by a feed law."""
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 0.0)), "ball")
-    feed = parts.LawFeed(law=law, parameters=parameters)
+    feed = parts.LawDrive(law=law, parameters=parameters)
     system.add(parts.PrescribedMotion(at="ball", feed=feed, direction=(1.0, 0.0, 0.0)), "drive")
     return system
 
@@ -114,7 +114,7 @@ def ran(system: System, method: str, end: float = 1.0):
     return solve(system.assemble(), samples=samples, method=method, step=None if method == "dopri5" else step)
 
 
-STEADY = parts.ConstantFeed(rate=3.5, angle=100.0)
+STEADY = parts.ConstantDrive(rate=3.5, angle=100.0)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -124,7 +124,7 @@ STEADY = parts.ConstantFeed(rate=3.5, angle=100.0)
         (lambda: on_spring(short_spring, 1.0, 2.0), f"'spring' .*'short_spring' {HERE} .*index 2 .*2 parameters are"),
         (lambda: on_spring(short_spring), f"'spring' .*'short_spring' {HERE} .*index 0 .*0 parameters are given"),
         (lambda: reeled(STEADY, (short_force, 1.0)), f"'wind' .*'short_force' {HERE} .*index 1 .*1 parameter is given"),
-        (lambda: reeled(parts.LawFeed(law=short_feed, parameters=(1.0,))), f"'short_feed' {HERE} .*index 1 .*1 param"),
+        (lambda: reeled(parts.LawDrive(law=short_feed, parameters=(1.0,))), f"'short_feed' {HERE} .*index 1 .*1 param"),
         (lambda: on_spring(brittle, 9.0, event=(short_event, 1.0)), f"'event' .*'short_event' {HERE} .*index 1 "),
         (lambda: on_spring(brittle, 9.0, event=(far_state, 1.0)), f"'event' .*'far_state' {HERE} .*index 1000 "),
         (lambda: driven(short_feed, 1.0), f"'drive' .*'short_feed' {HERE} .*index 1 .*1 parameter is given"),
@@ -148,7 +148,7 @@ def test_a_parameter_that_was_not_given_is_refused(system, words, method):
         (lambda: on_spring(stepwise, 0.1, 0.1), 1.0, 0.5, f"'stepwise' {HERE} .*IndexError: index .*"),
         (lambda: reeled(STEADY, (gust, 0.05, 1e-4)), 0.1, 0.05, f"'gust' {HERE} .*ValueError: no wind data"),
         (
-            lambda: reeled(parts.LawFeed(law=until, parameters=(0.05, 100.0, 3.5))),
+            lambda: reeled(parts.LawDrive(law=until, parameters=(0.05, 100.0, 3.5))),
             0.1,
             0.05,
             f"'until' {HERE} .*ValueError: the table ends",
@@ -181,7 +181,7 @@ def test_a_feed_law_with_a_gap_fails_there():
             raise ValueError("no rate is known")
         return p[0] + p[1] * t, p[1], 0.0
 
-    for system in (driven(gap, 0.0, 0.0), reeled(parts.LawFeed(law=gap, parameters=(100.0, 3.5)))):
+    for system in (driven(gap, 0.0, 0.0), reeled(parts.LawDrive(law=gap, parameters=(100.0, 3.5)))):
         found = ran(system, "generalized-alpha")
         assert found.status == "failed"
         assert "'gap'" in found.message

@@ -37,7 +37,7 @@ def free(**changes):
 
 
 def reel(**changes):
-    return parts.Reel(**{"body": "hub", "radius": 0.01, "feed": parts.ConstantFeed(rate=3.5)} | changes)
+    return parts.Reel(**{"body": "hub", "radius": 0.01, "feed": parts.ConstantDrive(rate=3.5)} | changes)
 
 
 def thread(**changes):
@@ -45,7 +45,7 @@ def thread(**changes):
 
 
 def table(**changes):
-    return reel(feed=parts.TableFeed(**{"time": (0.0, 1.0), "rate": (0.0, 1.0)} | changes))
+    return reel(feed=parts.TableDrive(**{"time": (0.0, 1.0), "rate": (0.0, 1.0)} | changes))
 
 
 def assemble(*listed):
@@ -90,7 +90,7 @@ BAD = {
     "spring: an undecorated law": (lambda: [POINT, parts.Spring(**AT, law=plain)], "@evolvent.spring_law"),
     "spring: a law of another kind": (lambda: [POINT, parts.Spring(**AT, law=drag)], "@evolvent.spring_law"),
     "load: no beam at all": (
-        lambda: [body(), parts.FieldTorque(beam="rib", torque=1.0)],
+        lambda: [body(), parts.DistributedTorque(beam="rib", torque=1.0)],
         "no beam is called 'rib'; there is none",
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
@@ -127,23 +127,23 @@ BAD = {
     "thread: copies on a free body": (lambda: [free(), reel(), thread(copies=2)], "blade.copies is 2"),
     "thread: no capture": (lambda: [body(), reel(), thread(capture=0.0)], "Thread.capture is 0.0"),
     "feed: more out than there is": (
-        lambda: [body(), reel(feed=parts.ConstantFeed(rate=1.0, angle=600.0)), thread()],
+        lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=600.0)), thread()],
         "more",
     ),
     "feed: negative angle": (
-        lambda: [body(), reel(feed=parts.ConstantFeed(rate=1.0, angle=-1.0)), thread()],
+        lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
         "reel.angle is",
     ),
-    "feed: rate nan": (lambda: [body(), reel(feed=parts.ConstantFeed(rate=nan)), thread()], "reel.rate is nan"),
+    "feed: rate nan": (lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()], "reel.rate is nan"),
     "ramp: out of order": (
-        lambda: [body(), reel(feed=parts.RampFeed(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
+        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
         "1.0 s",
     ),
     "ramp: negative duration": (
-        lambda: [body(), reel(feed=parts.RampFeed(steps=[(2.0, -1.0, 1.0)])), thread()],
+        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, -1.0, 1.0)])), thread()],
         "duration",
     ),
-    "ramp: rate nan": (lambda: [body(), reel(feed=parts.RampFeed(steps=[(2.0, 1.0, nan)])), thread()], "reel.steps"),
+    "ramp: rate nan": (lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()], "reel.steps"),
     "table: nan": (lambda: [body(), table(rate=(0.0, nan)), thread()], "row 2"),
     "table: time nan": (lambda: [body(), table(time=(nan, 1.0)), thread()], "row 1"),
     "table: backwards": (lambda: [body(), table(time=(1.0, 0.0)), thread()], "row 2"),
@@ -152,7 +152,7 @@ BAD = {
     "table: rate and angle": (lambda: [body(), table(angle=(0.0, 1.0)), thread()], "either rate or angle"),
     "table: neither": (lambda: [body(), table(rate=None), thread()], "either rate or angle"),
     "feed law: of another kind": (
-        lambda: [body(), reel(feed=parts.LawFeed(law=linear)), thread()],
+        lambda: [body(), reel(feed=parts.LawDrive(law=linear)), thread()],
         "@evolvent.feed_law",
     ),
     "free spool: negative inertia": (
@@ -190,7 +190,7 @@ BAD = {
         lambda: [POINT, parts.Force(at="point-1", force=(1, 0, 0), start=2.0, end=1.0)],
         "force-1.end",
     ),
-    "torque: on a point": (lambda: [POINT, parts.Torque(at="point-1", force=(1, 0, 0))], "torque-1.at is 'point-1'"),
+    "torque: on a point": (lambda: [POINT, parts.Torque(at="point-1", torque=(1, 0, 0))], "torque-1.at is 'point-1'"),
     "event: undecorated": (lambda: [POINT, parts.Event(law=plain)], "@evolvent.event_law"),
 }
 
@@ -304,7 +304,7 @@ def test_masses_are_those_of_equation_6():
 
 
 def test_out_at_the_start_is_straight_and_turns_with_the_body():
-    feed = parts.ConstantFeed(rate=3.5, angle=150.0)  # 1.5 m of 5 m: 2 of 4 nodes
+    feed = parts.ConstantDrive(rate=3.5, angle=150.0)  # 1.5 m of 5 m: 2 of 4 nodes
     assembly = assemble(body(), reel(feed=feed, centre=(0.05, 0.0, 0.0)), thread())
     first = int(assembly.model.threads["iq"][0])
     v = int(assembly.model.threads["iv"][0])

@@ -45,7 +45,7 @@ def spinning(n: int) -> System:
 
 def test_spin_up(book: Book) -> None:
     system = spinning(8)
-    system.add(parts.PrescribedRotation(body="hub", feed=parts.LawFeed(law=spin_up, parameters=(6.0, 15.0))), "turn")
+    system.add(parts.PrescribedRotation(body="hub", feed=parts.LawDrive(law=spin_up, parameters=(6.0, 15.0))), "turn")
     assembly = system.assemble()
     times = np.concatenate([[0.0], np.linspace(6.5, 7.0, 101), np.linspace(15.0, 20.0, 501)])
     found = run(assembly, times, step=5e-3, spectral_radius=0.9)
@@ -222,7 +222,7 @@ def test_flexible_beam_in_free_flight(formulation: str, n: int, allowed: float, 
     part = parts.Beam(length=1.0, section=Rectangle(thickness=0.02, width=0.02), elements=n, formulation=formulation,
                       material=Material(young_modulus=2e7, poisson_ratio=0.3, density=7200.0))  # fmt: skip
     system.add(part, "beam")
-    system.add(parts.PointLoad(node="beam.root", force=(*force, 0.0), end=end), "pull")
+    system.add(parts.Force(at="beam.root", force=(*force, 0.0), end=end), "pull")
     assembly, times = system.assemble(), np.array([0.0, 0.5, 1.0])
     found = coordinates(assembly, run(assembly, times, step=2.5e-4, spectral_radius=0.9).y, "beam")[1:, :, :2, :2]
     name = f"Flexible beam in free flight ({formulation}, {n} elements)"

@@ -157,7 +157,7 @@ def frame(load: float, n: int) -> float:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="first.root", type="clamp"))
     system.add(parts.Joint(a="corner", b="first.tip", type="clamp"))
     system.add(parts.Joint(a="corner", b="second.root", type="clamp"))
-    system.add(parts.PointLoad(node="second.tip", force=(load, 0.0, 0.0)))
+    system.add(parts.Force(at="second.tip", force=(load, 0.0, 0.0)))
     return float(modes(system.assemble(), count=1).square[0])
 
 
@@ -277,8 +277,8 @@ def test_torsion_of_a_held_rod(kind: str, book: Book) -> None:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type=kind))
     if kind == "revolute":
         system.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=100.0))
-    system.add(parts.PointLoad(node="rod.tip", force=(0.0, 0.0, 0.5 * torque), on=2))
-    system.add(parts.PointLoad(node="rod.tip", force=(0.0, -0.5 * torque, 0.0), on=3))
+    system.add(parts.Force(at="rod.tip", force=(0.0, 0.0, 0.5 * torque), on=2))
+    system.add(parts.Force(at="rod.tip", force=(0.0, -0.5 * torque, 0.0), on=3))
     a = system.assemble()
     tip = nodes(a, solved(solve_static(a)), "rod")[-1]
     book(

@@ -2,24 +2,14 @@
 
 from numba import void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.jit import REAL, VECTOR, indirect, kernel
 from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
 # kinds of beam loads
 FIELD, LINE, POINT = 0, 1, 2
-
-
-@inlined
-def strength(push, t):
-    """Value of a push at time t: from its start it grows over `ramp`, smoothly, and ends at its end."""
-    if t < push.start or t >= push.end:
-        return 0.0
-    if push.ramp > 0.0 and t < push.start + push.ramp:
-        s = (t - push.start) / push.ramp
-        return push.value * s * s * (3.0 - 2.0 * s)
-    return push.value
 
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
@@ -29,14 +19,17 @@ def add_beam_loads(t, y, factor, model, P):
     Notes
     -----
     FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
-    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates.
+    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates. A load with
+    parameters has a profile, by which its value is multiplied.
     """
     flexible, n_q = model.flexible, model.info.nq
     beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
     for k in range(beam_loads.size):
-        value = factor * strength(beam_loads[k], t)
+        value = factor * beam_loads[k].value * window(t, beam_loads[k].start, beam_loads[k].end, beam_loads[k].ramp)
         if value == 0.0:
             continue
+        if beam_loads[k].last > beam_loads[k].first:
+            value *= profile(t, beam_loads[k].first, model)
         z, centre = beam_loads[k].axis, beam_loads[k].centre
         if beam_loads[k].kind == POINT:
             at = beam_loads[k].iv - n_q

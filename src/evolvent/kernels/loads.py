@@ -3,12 +3,15 @@
 import math
 
 from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined
+from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import marker_kinematics, push_marker
 from evolvent.model import MODEL
 
 UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE = 0, 1, 2, 3, 4
+#: Parameters of a force or torque: the vector, its frame, start, end and ramp (s); a profile may follow.
+FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
 
 
 @inlined
@@ -61,12 +64,15 @@ def concentrated_loads(t, y, model):
         if loads[k].kind < AT_MARKER:
             continue
         p = parameters[loads[k].first : loads[k].last]
-        if t < p[4] or t >= p[5]:
+        value = window(t, p[START], p[END], p[RAMP])
+        if value == 0.0:
             continue
+        if p.size > PROFILE:
+            value *= profile(t, loads[k].first + PROFILE, model)
         m = loads[k].target
         i = markers[m].index
-        fx, fy, fz = p[0], p[1], p[2]
-        if p[3] != 0.0:
+        fx, fy, fz = value * p[0], value * p[1], value * p[2]
+        if p[FRAME] != 0.0:
             fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
         if loads[k].kind == AT_MARKER:
             x, yy, z, vx, vy, vz = marker_kinematics(y, markers, points, bodies, m)

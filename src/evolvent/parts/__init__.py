@@ -1,15 +1,16 @@
 """What a user composes: each part is a frozen section of keys that writes itself into the model's arrays."""
 
 from evolvent.parts.beam import Beam
-from evolvent.parts.beam_load import FieldTorque, LineLoad, PointLoad
+from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.cylinder_contact import CylinderContact
+from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
-from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
+from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.rotational_spring import RotationalSpring
@@ -21,32 +22,34 @@ from evolvent.parts.thread import Thread
 __all__ = [
     "Beam",
     "Box",
-    "ConstantFeed",
+    "ConstantDrive",
     "Cylinder",
     "CylinderContact",
+    "DistributedTorque",
     "Event",
-    "FieldTorque",
+    "ExpressionDrive",
     "Force",
     "FreeSpool",
     "Guide",
     "Joint",
-    "LawFeed",
+    "LawDrive",
     "LawLoad",
     "LineLoad",
     "Link",
     "Point",
-    "PointLoad",
     "PrescribedMotion",
     "PrescribedRotation",
+    "Profile",
     "RadiationPressure",
-    "RampFeed",
+    "RampDrive",
     "Reel",
     "RigidBody",
     "RotationalSpring",
     "SelfContact",
+    "SlopeLoad",
     "Sphere",
     "Spring",
-    "TableFeed",
+    "TableDrive",
     "Thread",
     "Torque",
     "UniformLoad",

@@ -1,115 +1,142 @@
-"""Loads on beams."""
+"""Loads on beams. A force at a node is a `Force`."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.parts.base import BeamName, Part, Place
 from evolvent.parts.beam import node_of
-from evolvent.parts.checks import not_negative, number, unit_vector, vector
+from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
 
 
-def _add(builder: Builder, name: str, kind: int, beam: int, value: float, times: tuple[float, float, float],
-         **fields: Any) -> None:  # fmt: skip
+def add_beam_load(builder: Builder, name: str, kind: int, beam: int, value: float,
+                  times: tuple[float, float | None, float], profile: Profile[Any] | None = None,
+                  **fields: Any) -> None:  # fmt: skip
+    """Append a row of the family `beam_loads`; `times` are its start, its end (None for none) and its ramp, s."""
     start, end, ramp = times
-    if not (math.isfinite(start) and end > start):
+    if end is not None and not end > start:
         raise InputError(f"{name}.end is {end!r} s; it must be after {name}.start, {start!r} s")
+    first, last = 0, 0
+    if profile is not None:
+        first, last = builder.parameters(write_profile(builder, f"{name}.profile", profile))
     whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3)}
     index = builder.add(
-        "beam_loads", kind=kind, beam=beam, value=value, start=float(start), end=float(end),
-        ramp=not_negative(f"{name}.ramp", ramp), **{**whole, **fields},
+        "beam_loads", kind=kind, beam=beam, value=value, start=start, end=math.inf if end is None else end, ramp=ramp,
+        first=first, last=last, **{**whole, **fields},
     )  # fmt: skip
     builder.names[name] = ("beam_loads", index)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class FieldTorque:
+def _either(name: str, key: str, value: Any, other: str, profile: Any) -> None:
+    """Refuse a load with both or none of a constant value and a profile."""
+    if value is not None and profile is not None:
+        raise InputError(f"{name}.{key} and {name}.profile are both given; give {key}, or {other}profile")
+    if value is None and profile is None:
+        raise InputError(f"{name}.{key} is missing; give {key}, or {other}profile")
+
+
+class DistributedTorque(Part):
     """A torque about an axis spread over a beam's mass: force per mass proportional to axis x arm.
 
     Parameters
     ----------
-    beam : str
-    torque : float, N m
-    centre, axis : (3,) float, inertial axes
-    start, end, ramp : float, s, when it acts, and the time over which it grows smoothly
+    beam : name of a beam
+    torque : float, N m, constant
+    profile : its value, N m, as a function of time, in place of `torque`
+    centre, axis : (3,) float, m and plain, inertial axes
+    start, end : float, s, between which it acts; without an end it goes on
+    ramp : float, s, over which it grows smoothly; in statics it has grown
     """
 
-    beam: str
-    torque: float
-    centre: Sequence[float] = (0.0, 0.0, 0.0)
-    axis: Sequence[float] = (0.0, 0.0, 1.0)
-    start: float = 0.0
-    end: float = math.inf
-    ramp: float = 0.0
+    kind: Literal["distributed-torque"] = "distributed-torque"
+    beam: BeamName
+    torque: units.Torque | None = None
+    profile: TorqueProfile | None = None
+    centre: units.Position = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the torque."""
-        _add(
-            builder, name, kernels.FIELD, builder.find(self.beam, "beams"), number(f"{name}.torque", self.torque),
-            (self.start, self.end, self.ramp),
-            centre=vector(f"{name}.centre", self.centre), axis=unit_vector(f"{name}.axis", self.axis),
+        _either(name, "torque", self.torque, "", self.profile)
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        add_beam_load(
+            builder, name, kernels.FIELD, builder.find(self.beam, "beams"),
+            1.0 if self.torque is None else self.torque, (self.start, self.end, self.ramp), self.profile,
+            centre=np.array(self.centre), axis=axis,
         )  # fmt: skip
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class LineLoad:
-    """A force per length of a beam (of its length without stress), N/m, of one direction in space.
+class LineLoad(Part):
+    """A force per length of a beam (of its length without stress), of one direction in space.
 
     Parameters
     ----------
-    beam : str
-    force : (3,) float, N/m, inertial axes
-    start, end, ramp : as of `FieldTorque`
+    beam : name of a beam
+    force : (3,) float, N/m, inertial axes, constant
+    direction : (3,) float, and profile : its value, N/m, as a function of time, in place of `force`
+    start, end, ramp : as of `DistributedTorque`
     """
 
-    beam: str
-    force: Sequence[float]
-    start: float = 0.0
-    end: float = math.inf
-    ramp: float = 0.0
+    kind: Literal["line-load"] = "line-load"
+    beam: BeamName
+    force: units.LineForceVector | None = None
+    direction: units.Direction | None = None
+    profile: LineForceProfile | None = None
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load."""
-        force = vector(f"{name}.force", self.force)
-        _add(
+        _either(name, "force", self.force, "direction and ", self.profile)
+        if (self.direction is None) != (self.profile is None):
+            given = "is missing; it goes" if self.direction is None else "goes"
+            raise InputError(f"{name}.direction {given} with {name}.profile")
+        axis = np.array(self.force if self.direction is None else self.direction)
+        if self.direction is not None:
+            axis /= np.linalg.norm(axis)
+        add_beam_load(
             builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, (self.start, self.end, self.ramp),
-            axis=force,
+            self.profile, axis=axis,
         )  # fmt: skip
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class PointLoad:
-    """A force at a beam's node, N, of one direction in space; or on its slope (`on` 1, 2, 3), N m.
+class SlopeLoad(Part):
+    """A constant generalised force on a slope vector of a beam's node.
 
     Parameters
     ----------
-    node : (str, "root" | "tip" | int)
-    force : (3,) float, inertial axes
-    on : int, 0 the place, 1 the slope along the axis, 2 and 3 those across
-    start, end, ramp : as of `FieldTorque`
+    at : a node of a beam ("boom.tip")
+    slope : int, 1 the slope along the axis, 2 and 3 those across
+    force : (3,) float, N m, inertial axes
+    start, end, ramp : as of `DistributedTorque`
     """
 
-    node: Any
-    force: Sequence[float]
-    on: int = 0
-    start: float = 0.0
-    end: float = math.inf
-    ramp: float = 0.0
+    kind: Literal["slope-load"] = "slope-load"
+    at: Place
+    slope: Annotated[int, units.Whole(least=1, most=3)]
+    force: units.TorqueVector
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load."""
-        beam, kind, iq, iv = node_of(builder, self.node)
-        if self.on not in range(NODE_VECTORS[kind]):
-            raise InputError(f"{name}.on is {self.on!r}; it must be 0 to {NODE_VECTORS[kind] - 1}")
-        _add(
-            builder, name, kernels.POINT, beam, 1.0, (self.start, self.end, self.ramp),
-            axis=vector(f"{name}.force", self.force), iq=iq + 3 * self.on, iv=iv + 3 * self.on,
+        beam, kind, iq, iv = node_of(builder, self.at, f"{name}.at")
+        if self.slope >= NODE_VECTORS[kind]:
+            raise InputError(f"{name}.slope is {self.slope!r}; a node of this beam has the slope 1 alone")
+        add_beam_load(
+            builder, name, kernels.POINT, beam, 1.0, (self.start, self.end, self.ramp), axis=np.array(self.force),
+            iq=iq + 3 * self.slope, iv=iv + 3 * self.slope,
         )  # fmt: skip

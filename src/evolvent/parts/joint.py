@@ -13,8 +13,8 @@ from evolvent.errors import InputError
 from evolvent.kernels import flexible, rigid, sides
 from evolvent.kernels import joint as kernels
 from evolvent.parts.base import BodyName, Part, Place, unit
-from evolvent.parts.feed import Feed, RampFeed
-from evolvent.parts.law import Drive
+from evolvent.parts.drive import DriveKind, RampDrive
+from evolvent.parts.law import PathDrive
 from evolvent.references import Location
 
 _LEAST_OFF = 1e-6
@@ -230,16 +230,16 @@ def _until(time: float | None) -> float:
     return math.inf if time is None else time
 
 
-def _check_jumps(name: str, feed: Feed, until: float, unit: str) -> None:
+def _check_jumps(name: str, feed: DriveKind, until: float, unit: str) -> None:
     """Refuse a feed whose rate jumps under a constraint: it would take an infinite force."""
-    if not isinstance(feed, RampFeed):
+    if not isinstance(feed, RampDrive):
         return
     before = feed.rate
     for time, duration, rate in feed.steps:
         if duration == 0.0 and rate != before and 0.0 < time < until:
             raise InputError(
                 f"{name}.feed jumps from {before:.6g} to {rate:.6g} {unit} at t = {time:.6g} s, for which what is held "
-                f"to it needs an infinite force; give the step of the RampFeed a duration above 0 s"
+                f"to it needs an infinite force; give the step of the RampDrive a duration above 0 s"
             )
         before = rate
 
@@ -259,7 +259,7 @@ class PrescribedRotation(Part):
 
     kind: Literal["prescribed-rotation"] = "prescribed-rotation"
     body: BodyName
-    feed: Drive
+    feed: PathDrive
     until: units.Duration | None = None
 
     def write(self, builder: Builder, name: str) -> None:
@@ -303,7 +303,7 @@ class PrescribedMotion(Part):
 
     kind: Literal["prescribed-motion"] = "prescribed-motion"
     at: Place
-    feed: Drive
+    feed: PathDrive
     direction: units.Direction = (1.0, 0.0, 0.0)
     radius: units.LengthOrZero = 0.0
     centre: units.Position = (0.0, 0.0, 0.0)

@@ -1,12 +1,18 @@
-"""Annotations of the keys that hold a law: a function under a decorator of `evolvent`."""
+"""Annotations of the keys that hold a law: of a spring, a load, an event or a drive."""
 
 from __future__ import annotations
 
-from typing import Any
+from evolvent.parts.drive import Drive, PathDrive
+from evolvent.parts.expression import Constants, DriveLaw, EventLaw, ForceLaw, Parameters, SpringLaw, write_law
 
-SpringLaw = Any
-ForceLaw = Any
-DriveLaw = Any
-EventLaw = Any
-#: How a spool or a driven coordinate moves.
-Drive = Any
+__all__ = [
+    "Constants",
+    "Drive",
+    "DriveLaw",
+    "EventLaw",
+    "ForceLaw",
+    "Parameters",
+    "PathDrive",
+    "SpringLaw",
+    "write_law",
+]

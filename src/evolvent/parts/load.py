@@ -1,133 +1,213 @@
-"""Loads: on threads (force per length) and at markers (force, torque). Gravity belongs to the System."""
+"""Loads: on threads (force per length), forces at places and torques on bodies. Gravity belongs to the System."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
+
+from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
+from evolvent.kernels import beam_loads, springs
 from evolvent.kernels import loads as kernels
-from evolvent.kernels import springs
-from evolvent.parts.checks import choice, not_negative, unit_vector, vector
+from evolvent.parts.base import Part, Place, ThreadName
+from evolvent.parts.beam import node_of
+from evolvent.parts.beam_load import add_beam_load
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
+from evolvent.parts.profile import ForceProfile, Profile, TorqueProfile, write_profile
 
-FRAMES = {"inertial": 0, "body": 1}
+FRAMES = {"inertial": 0.0, "body": 1.0}
+Frame = Literal["inertial", "body"]
 
 
-def _add(builder: Builder, name: str, kind: int, target: int, values: Sequence[float], law: int = 0) -> None:
+def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:
+    builder.names[name] = ("loads", builder.add("loads", kind=kind, target=target, **{"law": 0, **fields}))
+
+
+def _parameters(builder: Builder, values: Sequence[float]) -> dict[str, int]:
     first, last = builder.parameters(values)
-    index = builder.add("loads", kind=kind, target=target, law=law, first=first, last=last)
-    builder.names[name] = ("loads", index)
+    return {"first": first, "last": last}
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class UniformLoad:
+class UniformLoad(Part):
     """The same force per length all along a thread.
 
     Parameters
     ----------
-    thread : str
+    thread : name of a thread
     force : (3,) float, N/m
     frame : {"inertial", "body"}, axes of `force` (those of the body that carries the reel)
     """
 
-    thread: str
-    force: Sequence[float]
-    frame: str = "inertial"
+    kind: Literal["uniform-load"] = "uniform-load"
+    thread: ThreadName
+    force: units.LineForceVector
+    frame: Frame = "inertial"
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`."""
-        values = [*vector(f"{name}.force", self.force), choice(f"{name}.frame", self.frame, FRAMES)]
-        _add(builder, name, kernels.UNIFORM, builder.find(self.thread, "threads"), values)
+        fields = _parameters(builder, [*self.force, FRAMES[self.frame]])
+        _add(builder, name, kernels.UNIFORM, builder.find(self.thread, "threads"), **fields)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class RadiationPressure:
+class RadiationPressure(Part):
     """Sunlight on a blade, a flat strip whose chord keeps the direction of the spool's axis.
 
     Parameters
     ----------
-    thread : str
+    thread : name of a thread
     pressure : float, Pa, of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit)
     width : float, m, the blade's chord, measured across the thread's tangent
     direction : (3,) float, in which the light travels, inertial frame
     reflectivity : float, 0 (absorbs all) to 1 (mirror)
     """
 
-    thread: str
-    pressure: float
-    width: float
-    direction: Sequence[float] = (0.0, 0.0, 1.0)
-    reflectivity: float = 1.0
+    kind: Literal["radiation-pressure"] = "radiation-pressure"
+    thread: ThreadName
+    pressure: units.PressureOrZero
+    width: units.LengthOrZero
+    direction: units.Direction = (0.0, 0.0, 1.0)
+    reflectivity: units.Fraction = 1.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`."""
-        scale = not_negative(f"{name}.pressure", self.pressure) * not_negative(f"{name}.width", self.width)
-        if not 0.0 <= self.reflectivity <= 1.0:
-            raise InputError(f"{name}.reflectivity is {self.reflectivity!r}; it must be from 0 to 1")
-        values = [scale, self.reflectivity, *unit_vector(f"{name}.direction", self.direction)]
-        _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), values)
+        along = np.array(self.direction) / np.linalg.norm(self.direction)
+        fields = _parameters(builder, [self.pressure * self.width, self.reflectivity, *along])
+        _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), **fields)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class LawLoad:
-    """A user's law of force per length along a thread.
+class LawLoad(Part):
+    """A force per length along a thread, by a law.
 
     Parameters
     ----------
-    thread : str
-    law : function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``, N/m
-    parameters : sequence of float
+    thread : name of a thread
+    law : three expressions [fx, fy, fz] of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t
+        (s); or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``; N/m
+    parameters : list of numbers, of a Python law
+    constants : mapping of names to numbers, of expressions
     """
 
-    thread: str
-    law: Any
-    parameters: Sequence[float] = ()
+    kind: Literal["law-load"] = "law-load"
+    thread: ThreadName
+    law: ForceLaw
+    parameters: Parameters = ()
+    constants: Constants | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`."""
-        target, law = builder.find(self.thread, "threads"), builder.law(self.law, "force")
-        _add(builder, name, kernels.LAW, target, self.parameters, law)
+        target = builder.find(self.thread, "threads")
+        fields = write_law(builder, name, self.law, "force", self.parameters, self.constants)
+        _add(builder, name, kernels.LAW, target, **fields)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Force:
-    """A constant force at a marker between two times.
+class Force(Part):
+    """A force at a place of a body or beam, or at a point: constant, or along a direction by a profile.
 
     Parameters
     ----------
-    at : as the ends of a `Spring`
-    force : (3,) float, N
-    frame : {"inertial", "body"}
-    start, end : float, s
+    at : a place on a body, a point, or a node of a beam ("boom.tip")
+    force : (3,) float, N, constant
+    direction : (3,) float, and profile : its value, N, as a function of time, in place of `force`
+    frame : {"inertial", "body"}, axes of `force` or `direction`
+    start, end : float, s, between which it acts; without an end it goes on
+    ramp : float, s, over which it grows smoothly; in statics it has grown
     """
 
-    at: Any
-    force: Sequence[float]
-    frame: str = "inertial"
-    start: float = 0.0
-    end: float = math.inf
-
-    _kind = kernels.AT_MARKER
+    kind: Literal["force"] = "force"
+    at: Place
+    force: units.ForceVector | None = None
+    direction: units.Direction | None = None
+    profile: ForceProfile | None = None
+    frame: Frame = "inertial"
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the load into the family `loads`, its times among the breaks."""
-        target = builder.marker(self.at)
-        on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
-        frame = choice(f"{name}.frame", self.frame, FRAMES)
-        if not on_body and (frame == FRAMES["body"] or self._kind == kernels.TORQUE):
-            raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
-        if not self.end > self.start:
-            raise InputError(f"{name}.end is {self.end!r}; it must be after start {self.start!r}")
-        builder.breaks.update(t for t in (float(self.start), float(self.end)) if math.isfinite(t) and t > 0.0)
-        values = [*vector(f"{name}.force", self.force), frame, self.start, self.end]
-        _add(builder, name, self._kind, target, values)
+        """Write the load into the family `loads`, on a beam's node into `beam_loads`; its times are breaks."""
+        vector = _vector(name, {"force": self.force, "direction": self.direction}, self.profile)
+        node = _node(builder, name, self.at)
+        if node is None:
+            _write_at_marker(builder, name, kernels.AT_MARKER, self, vector)
+            return
+        if self.frame == "body":
+            raise InputError(f"{name}.frame is 'body', but {name}.at is {self.at!r}, a node of a beam; take 'inertial'")
+        beam, _, iq, iv = node
+        times = (self.start, self.end, self.ramp)
+        add_beam_load(
+            builder, name, beam_loads.POINT, beam, 1.0, times, self.profile, axis=np.array(vector), iq=iq, iv=iv
+        )
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Torque(Force):
-    """A constant torque on a body between two times; `force` holds it, N m."""
+class Torque(Part):
+    """A torque on a body: constant, or about an axis by a profile.
 
-    _kind = kernels.TORQUE
+    Parameters
+    ----------
+    at : name of a body
+    torque : (3,) float, N m, constant
+    axis : (3,) float, and profile : its value, N m, as a function of time, in place of `torque`
+    frame, start, end, ramp : as of `Force`
+    """
+
+    kind: Literal["torque"] = "torque"
+    at: Place
+    torque: units.TorqueVector | None = None
+    axis: units.Direction | None = None
+    profile: TorqueProfile | None = None
+    frame: Frame = "inertial"
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the load into the family `loads`; its times are breaks."""
+        vector = _vector(name, {"torque": self.torque, "axis": self.axis}, self.profile)
+        if _node(builder, name, self.at) is not None:
+            raise InputError(
+                f"{name}.at is {self.at!r}, a node of a beam, which takes forces alone; clamp a body to it for a torque"
+            )
+        _write_at_marker(builder, name, kernels.TORQUE, self, vector)
+
+
+def _vector(name: str, given: dict[str, Any], profile: Profile[Any] | None) -> tuple[float, float, float]:
+    """The constant vector of a load, or the unit vector along which its profile acts."""
+    (constant, vector), (direction, along) = given.items()
+    if vector is not None and (along is not None or profile is not None):
+        other = direction if along is not None else "profile"
+        raise InputError(f"{name}.{constant} and {name}.{other} are both given; give {constant}, or {direction} and "
+                         f"profile")  # fmt: skip
+    if vector is not None:
+        return vector
+    if along is None or profile is None:
+        missing = direction if along is None else "profile"
+        rest = f"; give {constant}, or {direction} and profile" if along is None and profile is None else ""
+        raise InputError(f"{name}.{constant if rest else missing} is missing{rest}")
+    length = math.sqrt(sum(c * c for c in along))
+    return along[0] / length, along[1] / length, along[2] / length
+
+
+def _node(builder: Builder, name: str, at: Any) -> tuple[int, int, int, int] | None:
+    """The beam's node that a place is (see `node_of`); None for other places."""
+    return node_of(builder, at, f"{name}.at") if builder.place(at, f"{name}.at").family == "beams" else None
+
+
+def _write_at_marker(builder: Builder, name: str, kind: int, load: Force | Torque, vector: Sequence[float]) -> None:
+    """Write a force or torque on a body or point."""
+    target = builder.marker(load.at, f"{name}.at")
+    on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
+    if not on_body and (load.frame == "body" or kind == kernels.TORQUE):
+        raise InputError(f"{name}.at is {load.at!r}; this load needs a body")
+    end = math.inf if load.end is None else load.end
+    if not end > load.start:
+        raise InputError(f"{name}.end is {end!r}; it must be after start {load.start!r}")
+    times = (load.start, load.start + load.ramp if load.ramp else 0.0, end)
+    builder.breaks.update(t for t in times if math.isfinite(t) and t > 0.0)
+    values = [*vector, FRAMES[load.frame], load.start, end, load.ramp]
+    if load.profile is not None:
+        values += write_profile(builder, f"{name}.profile", load.profile)
+    _add(builder, name, kind, target, **_parameters(builder, values))

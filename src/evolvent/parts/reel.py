@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.parts.base import BodyName, Part, unit
-from evolvent.parts.feed import FreeSpool
+from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Drive
 
 

@@ -10,7 +10,7 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.base import Part, Place, unit
-from evolvent.parts.law import SpringLaw
+from evolvent.parts.law import Constants, Parameters, SpringLaw, write_law
 
 
 class Spring(Part):
@@ -27,10 +27,13 @@ class Spring(Part):
         Along the line.
     length : float, m, optional
         Natural length; the distance at the start if left out.
-    law : function under ``@evolvent.spring_law``, optional
-        ``law(extension, rate, t, parameters) -> tension`` in place of stiffness and damping.
+    law : optional
+        Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
+        or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
     parameters : list of float
-        Of the law.
+        Of a Python law.
+    constants : mapping of names to float
+        Of an expression.
     lateral_stiffness, lateral_damping : float, N/m and N s/m
         Against displacement of `b` across the axis of the spring's mount; `a` must then be on the ground.
     axis : (3,) float, optional
@@ -44,7 +47,8 @@ class Spring(Part):
     damping: units.DampingOrZero = 0.0
     length: units.LengthOrZero | None = None
     law: SpringLaw | None = None
-    parameters: units.Parameters = ()
+    parameters: Parameters = ()
+    constants: Constants | None = None
     lateral_stiffness: units.StiffnessOrZero = 0.0
     lateral_damping: units.DampingOrZero = 0.0
     axis: units.Direction | None = None
@@ -60,7 +64,9 @@ class Spring(Part):
             if self.axis is None and not np.any(apart):
                 raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
             axis = unit(apart if self.axis is None else self.axis)
-        first, last = builder.parameters(self.parameters)
+        law = {"law": 0, "first": 0, "last": 0}
+        if self.law is not None:
+            law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         index = builder.add(
             "springs",
             a=a,
@@ -71,8 +77,6 @@ class Spring(Part):
             lateral_stiffness=self.lateral_stiffness,
             lateral_damping=self.lateral_damping,
             axis=axis,
-            law=0 if self.law is None else builder.law(self.law, "spring"),
-            first=first,
-            last=last,
+            **law,
         )
         builder.names[name] = ("springs", index)

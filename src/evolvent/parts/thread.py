@@ -12,7 +12,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.kernels import thread as kernels
 from evolvent.parts.base import Part, ReelName, unit
-from evolvent.parts.feed import RampFeed
+from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
 
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
@@ -92,7 +92,7 @@ class Thread(Part):
         X, Y, Z = reel.frame(self.reel)
         centre = np.array(reel.centre)
         feed = reel.feed.write(builder, self.reel)
-        jerks = isinstance(reel.feed, RampFeed) and any(duration == 0.0 for _, duration, _ in reel.feed.steps)
+        jerks = isinstance(reel.feed, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.feed.steps)
         if kind == kernels.INEXTENSIBLE and jerks:
             raise InputError(
                 f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"

@@ -38,7 +38,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     InputError
         If a law raises an exception or returns anything but finite numbers.
     """
-    if not assembly.laws:
+    if not assembly.laws and not assembly.expressions:
         return
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
@@ -82,9 +82,9 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     states = list(moments)
     when = f"at t = {states[0][0]:.6g} s " if states else ""
     for use, arguments, time in _calls(assembly, states):
-        law = assembly.laws[int(use.row["law"])]
+        law, described = _law(assembly, use)
         try:
-            laws.try_law(law, *arguments)
+            laws.try_law(law, *arguments, described=described)
         except InputError as found:
             if isinstance(found.__cause__, type(error)):
                 return f"at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
@@ -111,9 +111,7 @@ def what_may_jump(assembly: Assembly) -> str:
 
 def _users(assembly: Assembly, law: Any) -> str:
     """Names of the parts that call a law."""
-    names = [
-        owner(assembly, use.family, use.number) for use in _uses(assembly) if assembly.laws[int(use.row["law"])] is law
-    ]
+    names = [owner(assembly, use.family, use.number) for use in _uses(assembly) if _law(assembly, use)[0] is law]
     names = list(dict.fromkeys(names))
     return " and ".join(repr(name) for name in names[:3]) + (" and others" if len(names) > 3 else "")
 
@@ -170,6 +168,13 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
                 yield use, (*arguments, parameters), time
 
 
+def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
+    """The law that a row calls, and, of an expression, what messages call it."""
+    if int(use.row["first"]) in assembly.expressions:
+        return assembly.expressions[int(use.row["first"])]
+    return assembly.laws[int(use.row["law"])], ""
+
+
 def _parameters(assembly: Assembly, use: _Use) -> Array:
     """The parameters that a row gives its law, in an array of their own."""
     found: Array = assembly.model.parameters[int(use.row["first"]) : int(use.row["last"])].copy()
@@ -179,6 +184,7 @@ def _parameters(assembly: Assembly, use: _Use) -> Array:
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:
     """Evaluate the law of one row."""
     try:
-        laws.try_law(assembly.laws[int(use.row["law"])], *arguments, _parameters(assembly, use))
+        law, described = _law(assembly, use)
+        laws.try_law(law, *arguments, _parameters(assembly, use), described=described)
     except InputError as error:
         raise InputError(f"{owner(assembly, use.family, use.number)!r} at t = {time:g} s: {error}") from error

@@ -206,7 +206,7 @@ def _conservative(work: Work) -> bool:
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
         on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
-        if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + 3] != 0.0):
+        if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
             return False
     return True
 

@@ -263,7 +263,7 @@ class Search:
             elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
                 row = model.loads[index]
                 p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
-                acts = np.any(p[:3]) and p[4] <= w.time < p[5]
+                acts = np.any(p[:3]) and p[loads.START] <= w.time < p[loads.END]
                 target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
             else:
                 continue

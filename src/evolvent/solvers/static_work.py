@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, contact_laws, rigid, sparse_lu
+from evolvent.kernels import contact, contact_laws, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.pointer import zeros_record
@@ -80,6 +80,8 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     for scratch in ("v", "w", "F"):
         copy.bodies[scratch] = 0.0
     flexible.beam_loads["ramp"] = 0.0
+    for load in copy.loads[copy.loads["kind"] >= loads.AT_MARKER]:
+        copy.parameters[load["first"] + loads.RAMP] = 0.0
     clear_history(copy)
     # what tells these apart is work over a step in time
     flexible.cylinders["law"][flexible.cylinders["law"] == contact_laws.CONSERVATIVE] = contact_laws.HUNT_CROSSLEY

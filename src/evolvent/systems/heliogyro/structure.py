@@ -124,19 +124,19 @@ def _feed(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     if law is not None:
         if spool.start_length > 0.0:
             raise InputError("spool.start_length is given beside laws['feed'], whose angle at t = 0 says what is out")
-        return parts.LawFeed(law=law, parameters=parameters)
+        return parts.LawDrive(law=law, parameters=parameters)
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
         if time[0] != 0.0:
             raise InputError(f"spool.table starts at {time[0]:g} s; its first row must be at 0 s")
-        return parts.TableFeed(time=time, rate=rate, start=angle)
+        return parts.TableDrive(time=time, rate=rate, start=angle)
     if spool.rate is None:
         raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or a spool.table")
     first = _of_blade(spool.rate, blade)
     steps = [(change.time, change.ramp, _of_blade(change.rate, blade)) for change in spool.changes]
     if spool.ramp > 0.0:
-        return parts.RampFeed(rate=0.0, angle=angle, steps=[(0.0, spool.ramp, first), *steps])
-    return parts.RampFeed(rate=first, angle=angle, steps=steps)
+        return parts.RampDrive(rate=0.0, angle=angle, steps=[(0.0, spool.ramp, first), *steps])
+    return parts.RampDrive(rate=first, angle=angle, steps=steps)
 
 
 def _of_blade(rate: float | tuple[float, ...], blade: int) -> float:

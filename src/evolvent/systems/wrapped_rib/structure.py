@@ -13,7 +13,7 @@ from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.start import Start, start
 
 if TYPE_CHECKING:
-    from evolvent.parts import RampFeed
+    from evolvent.parts import RampDrive
     from evolvent.system import System
 
 #: Angle over which a hub or a carried tip reaches its rate at least, rad: at once it would take an infinite force.
@@ -87,7 +87,7 @@ def build(case: Case, *, begin: Start | None = None) -> System:
         )
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
-            system.add(parts.FieldTorque(beam=f"rib-{k}", torque=drive.torque, ramp=ramp), f"drive-{k}")
+            system.add(parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, ramp=ramp), f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.rib.length * (1.0 + drive.stretch)
             system.add(
@@ -177,7 +177,7 @@ def _layers(case: Case, begin: Start, k: int) -> Any:
     )
 
 
-def _feed(case: Case, whole: float | None) -> RampFeed:
+def _feed(case: Case, whole: float | None) -> RampDrive:
     """How the hub turns, or how far a carried tip has wound; ends smoothly at the angle `whole` (rad)."""
     from evolvent import parts
 
@@ -186,7 +186,7 @@ def _feed(case: Case, whole: float | None) -> RampFeed:
     assert drive.rate is not None
     ramp = max(drive.ramp, 2.0 * LEAST_RAMP / abs(drive.rate))
     if whole is None:  # the hub turns against the winding sense under a rib that is held back
-        return parts.RampFeed(steps=[(0.0, ramp, -drive.rate)])
+        return parts.RampDrive(steps=[(0.0, ramp, -drive.rate)])
     stop = min(ramp, 2.0 * LEAST_RAMP / drive.rate)
     ends = whole / drive.rate + 0.5 * ramp - 0.5 * stop
     if ends < ramp:
@@ -194,4 +194,4 @@ def _feed(case: Case, whole: float | None) -> RampFeed:
             f"drive.ramp is {drive.ramp:g} s, in which all of the rib would be wound at drive.rate {drive.rate:g} "
             f"rad/s; take a shorter one"
         )
-    return parts.RampFeed(steps=[(0.0, ramp, drive.rate), (ends, stop, 0.0)])
+    return parts.RampDrive(steps=[(0.0, ramp, drive.rate), (ends, stop, 0.0)])

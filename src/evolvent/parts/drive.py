@@ -1,0 +1,298 @@
+"""Drives: how a spool turns, or how a prescribed coordinate moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, NamedTuple
+
+import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+from typing_extensions import TypeVar
+
+from evolvent import laws, units
+from evolvent.builder import Builder
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import feed as kernels
+from evolvent.parts.expression import Constants, DriveLaw, Parameters, TimeExpression, write_law
+from evolvent.schema import Section
+
+#: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
+A = TypeVar("A", default=units.Angle)
+R = TypeVar("R", default=units.AngularRate)
+
+
+class DriveRow(NamedTuple):
+    """What a drive writes into its thread's or joint's row."""
+
+    kind: int
+    first: int
+    last: int
+    law: int = 0
+    spool_q: int = -1
+    spool_v: int = -1
+    inertia: float = 0.0
+    torque: float = 0.0
+
+
+class DriveKind(Section):
+    """What all drives are."""
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store parameters; returns the row's fields."""
+        raise NotImplementedError
+
+    def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
+        """Angle, rate and acceleration at `time` (rad, rad/s, rad/s2)."""
+        parameters = np.array(builder.values[row.first : row.last])
+        angle, rate, acceleration = kernels.feed(row.kind, parameters, row.law, time)
+        return float(angle), float(rate), float(acceleration)
+
+
+def _check_start(name: str, angle: Any) -> None:
+    if angle < 0.0:
+        raise InputError(f"{name}.angle is {angle!r}; it must be 0 or above")
+
+
+class ConstantDrive(DriveKind, Generic[A, R]):
+    """A constant rate.
+
+    Parameters
+    ----------
+    rate : float, rad/s
+    angle : float, rad, turned at t = 0 (thread already out: angle times radius)
+    """
+
+    rate: R
+    angle: A = 0.0  # type: ignore[assignment]
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store the rate."""
+        _check_start(name, self.angle)
+        return DriveRow(kernels.RAMPS, *builder.parameters([self.angle, self.rate, 0.0]))  # type: ignore[list-item]
+
+
+class RampDrive(DriveKind, Generic[A, R]):
+    """Rates that follow one another, each reached by a smooth quintic step.
+
+    Parameters
+    ----------
+    rate : float, rad/s, at the start
+    angle : float, rad, turned at t = 0 (thread already out: angle times radius)
+    steps : list of [time s, duration s, rate rad/s], in order of time
+    """
+
+    rate: R = 0.0  # type: ignore[assignment]
+    angle: A = 0.0  # type: ignore[assignment]
+    steps: tuple[tuple[units.Time, units.DurationOrZero, R], ...] = ()
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store the ramps and their corners."""
+        _check_start(name, self.angle)
+        flat: list[Any] = [self.angle, self.rate, float(len(self.steps))]
+        end = -math.inf
+        for time, duration, rate in self.steps:
+            if time < end:
+                raise InputError(f"{name}.steps: the step at {time} s starts before the last one has ended")
+            end = time + duration
+            builder.breaks.update((time, end))
+            flat += [time, duration, rate]
+        return DriveRow(kernels.RAMPS, *builder.parameters(flat))
+
+
+class TableDrive(DriveKind, Generic[A, R]):
+    """Tabulated values; constant rate before the first and after the last.
+
+    Parameters
+    ----------
+    time : (k,) float, s, increasing, k >= 2
+    rate : (k,) float, rad/s; monotone cubic (PCHIP) between, integrated for the angle
+    angle : (k,) float, rad; cubic spline between. One of `rate` and `angle` is given.
+    start : float, rad, angle at the first time (with `rate`)
+    """
+
+    time: units.Times
+    rate: tuple[R, ...] | None = None
+    angle: tuple[A, ...] | None = None
+    start: A = 0.0  # type: ignore[assignment]
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store the piecewise polynomial."""
+        from scipy.interpolate import CubicSpline, PchipInterpolator  # 0.2 s that most runs do not need
+
+        given = self.rate if self.rate is not None else self.angle
+        if given is None or (self.rate is not None and self.angle is not None):
+            raise InputError(f"{name}: a table needs either rate or angle beside time")
+        t, values = np.array(self.time), np.array(given, dtype=float)
+        if t.size < 2 or t.size != values.size:
+            raise InputError(
+                f"{name}: the table has {t.size} times and {values.size} values; it needs two or more of each"
+            )
+        if not np.all(np.diff(t) > 0.0):
+            row = int(np.flatnonzero(np.diff(t) <= 0.0)[0]) + 1
+            raise InputError(f"{name}: row {row + 1} of the table is at {t[row]} s, not after the row before")
+        if self.rate is not None:
+            curve = PchipInterpolator(t, values).antiderivative()
+            coefficients = curve.c.copy()
+            coefficients[-1] += self.start
+        else:
+            coefficients = CubicSpline(t, values).c
+        full = np.zeros((5, t.size - 1))
+        full[5 - coefficients.shape[0] :] = coefficients
+        builder.breaks.update(float(x) for x in t)
+        return DriveRow(kernels.TABLE, *builder.parameters([t.size, *t, *full.T.ravel()]))
+
+
+class ExpressionDrive(DriveKind):
+    """An angle (rad; m along a line) by an expression of t (s), which is differentiated twice for the rates.
+
+    Parameters
+    ----------
+    expression : str
+    constants : mapping of names to numbers, SI units
+    """
+
+    expression: TimeExpression
+    constants: Constants | None = None
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store the expression."""
+        return _law_row(builder, name, self.expression, (), self.constants)
+
+    def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
+        """Angle, rate and acceleration; refused unless finite."""
+        run, described = builder.expressions[row.first]
+        angle, rate, acceleration = _tried(builder, row, run, time, described)
+        return angle, rate, acceleration
+
+
+class LawDrive(DriveKind):
+    """A drive by a Python law.
+
+    Parameters
+    ----------
+    law : function under ``@evolvent.feed_law``: ``law(t, parameters) -> (angle, rate, acceleration)``
+    parameters : list of numbers
+    """
+
+    law: DriveLaw
+    parameters: Parameters = ()
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Store the law's address and parameters."""
+        return _law_row(builder, name, self.law, self.parameters, None)
+
+    def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
+        """Angle, rate and acceleration; refused unless finite."""
+        angle, rate, acceleration = _tried(builder, row, self.law, time)
+        return angle, rate, acceleration
+
+
+def _law_row(builder: Builder, name: str, law: Any, parameters: Any, constants: Any) -> DriveRow:
+    fields = write_law(builder, name, law, "feed", parameters, constants)
+    return DriveRow(kernels.LAW, fields["first"], fields["last"], fields["law"])
+
+
+def _tried(builder: Builder, row: DriveRow, law: Any, time: float, described: str = "") -> tuple[float, ...]:
+    return laws.try_law(law, time, np.array(builder.values[row.first : row.last]), described=described)
+
+
+class FreeSpool(DriveKind):
+    """A spool that the thread's tension turns, against or with a constant torque.
+
+    Parameters
+    ----------
+    inertia : float, kg m2, of the empty spool (wound thread that is carried comes on top)
+    torque : float, N m, of a motor (positive, pays out) or a brake that slips (negative)
+    angle, rate : float, rad and rad/s, at the start
+    """
+
+    inertia: units.Inertia
+    torque: units.Torque = 0.0
+    angle: units.Angle = 0.0
+    rate: units.AngularRate = 0.0
+
+    def write(self, builder: Builder, name: str) -> DriveRow:
+        """Reserve the spool's angle and rate as coordinates."""
+        _check_start(name, self.angle)
+        q, v = builder.coordinates([self.angle], [self.rate])
+        return DriveRow(kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque)
+
+    def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
+        """Angle and rate at the start."""
+        return self.angle, self.rate, 0.0
+
+
+class _Keys(Section, Generic[A, R]):
+    """Drives as a case file writes them: one of these keys."""
+
+    constant: ConstantDrive[A, R] | None = None
+    ramp: RampDrive[A, R] | None = None
+    table: TableDrive[A, R] | None = None
+    free: FreeSpool | None = None
+    expression: TimeExpression | None = None
+    constants: Constants | None = None
+
+
+class _OneDrive:
+    """A pydantic annotation on `_Keys`: a drive, made in Python or read from a mapping with one of the keys."""
+
+    kinds: ClassVar[dict[str, type[DriveKind]]] = {
+        "constant": ConstantDrive,
+        "ramp": RampDrive,
+        "table": TableDrive,
+        "free": FreeSpool,
+        "expression": ExpressionDrive,
+    }
+    allowed = f"a mapping with one of the keys {', '.join(kinds)}, such as {{constant: {{rate: 3.5 rad/s}}}}"
+
+    def read(self, value: Any, handler: Any) -> DriveKind:
+        """The drive itself."""
+        if isinstance(value, DriveKind):
+            return value
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
+        given = [key for key in value if key != "constants"]
+        if len(given) != 1:
+            raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
+        if given[0] not in self.kinds:
+            guess = nearest(str(given[0]), self.kinds)
+            raise PydanticCustomError("drive", "{key} is no drive; {guess}", {"key": repr(given[0]), "guess": guess})
+        keys = handler(value)
+        if keys.expression is not None:
+            return ExpressionDrive(expression=keys.expression, constants=keys.constants)
+        if keys.constants:
+            raise PydanticCustomError("drive", "constants go with expression, not with {key}", {"key": given[0]})
+        found: DriveKind = getattr(keys, given[0])
+        return found
+
+    def write(self, value: Any, info: Any) -> Any:
+        """A drive as a case file holds it."""
+        options = {"mode": info.mode, "exclude_defaults": info.exclude_defaults, "exclude_unset": info.exclude_unset}
+        inner = value.model_dump(**options)
+        if isinstance(value, ExpressionDrive | LawDrive):
+            return inner
+        return {next(key for key, kind in self.kinds.items() if isinstance(value, kind)): inner}
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_wrap_validator_function(
+            self.read,
+            handler(source),
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, info_arg=True, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """That of the keys."""
+        return {**handler(schema["schema"]), "description": self.allowed}
+
+
+if TYPE_CHECKING:
+    Drive = DriveKind
+    PathDrive = DriveKind
+else:
+    #: How a spool or a body turns.
+    Drive = Annotated[_Keys[units.Angle, units.AngularRate], _OneDrive()]
+    #: How a place is carried along a line (m, m/s) or round a circle (rad, rad/s).
+    PathDrive = Annotated[_Keys[units.AngleOrLength, units.AngularRateOrSpeed], _OneDrive()]

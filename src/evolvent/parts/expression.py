@@ -1,0 +1,191 @@
+"""Keys that hold a law: a Python function under a decorator of `evolvent`, or an arithmetic expression."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from evolvent import expressions
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import expression as kernels
+
+#: Variables of the expressions of each kind of law.
+VARIABLES = {
+    "spring": ("x", "v", "t"),
+    "force": ("x", "y", "z", "vx", "vy", "vz", "t"),
+    "feed": ("t",),
+    "event": ("t",),
+}
+_EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "feed": "a*(1 - cos(w*t))", "event": "t - 2"}
+_RUN = {
+    "spring": kernels.spring_expression,
+    "force": kernels.force_expression,
+    "feed": kernels.drive_expression,
+    "event": kernels.event_expression,
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Law:
+    """A pydantic annotation: a compiled Python law, or the text of an expression (of a force, three texts).
+
+    Parameters
+    ----------
+    kind : {"spring", "force", "feed", "event"}
+    python : bool, whether a Python law is allowed
+    """
+
+    kind: str
+    python: bool = True
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        example = _EXAMPLES[self.kind]
+        text = f"{example!r}" if self.kind != "force" else f"three of them, {example}"
+        function = f", or a function under @evolvent.{self.kind}_law" if self.python else ""
+        return f"an expression such as {text}{function}"
+
+    def read(self, value: Any) -> Any:
+        """`value`, an expression with single blanks."""
+        if callable(value) and self.python:
+            return value
+        texts = value if self.kind == "force" and isinstance(value, (list, tuple)) else [value]
+        if not all(isinstance(text, str) for text in texts) or (self.kind == "force" and len(texts) != 3):
+            raise PydanticCustomError("law", "it must be {allowed}", {"allowed": self.allowed})
+        try:
+            found = tuple(expressions.check_grammar(text) for text in texts)
+        except ValueError as error:
+            raise PydanticCustomError("expression", "{why}", {"why": str(error)}) from None
+        return found if self.kind == "force" else found[0]
+
+    def write(self, value: Any) -> Any:
+        """`value` as a case file holds it."""
+        if callable(value):
+            name = getattr(value, "__name__", repr(value))
+            raise InputError(
+                f"the law {name!r} is a Python function, which a file cannot hold; give an expression, such as "
+                f"{_EXAMPLES[self.kind]!r}, with its constants"
+            )
+        return list(value) if isinstance(value, tuple) else value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A text, or three."""
+        text: dict[str, Any] = {"type": "string"}
+        if self.kind == "force":
+            return {"type": "array", "items": text, "minItems": 3, "maxItems": 3, "description": self.allowed}
+        return {**text, "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True)
+class _Constants:
+    """A pydantic annotation: constants of an expression by name."""
+
+    allowed = "a mapping of names to plain numbers in SI units, such as {k: 10, k3: 4}"
+
+    def read(self, value: Any) -> dict[str, float]:
+        """Names and finite numbers."""
+        if not isinstance(value, Mapping) or not all(expressions.is_name(key) for key in value):
+            raise PydanticCustomError("constants", "it must be {allowed}", {"allowed": self.allowed})
+        return {key: _number(number, self.allowed) for key, number in value.items()}
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An object of numbers."""
+        return {"type": "object", "additionalProperties": {"type": "number"}, "description": self.allowed}
+
+
+@dataclasses.dataclass(frozen=True)
+class _Parameters:
+    """A pydantic annotation: parameters of a Python law, in the order in which it reads them."""
+
+    allowed = "a list of plain numbers"
+
+    def read(self, value: Any) -> tuple[float, ...]:
+        """Finite numbers."""
+        if isinstance(value, str) or not hasattr(value, "__iter__"):
+            raise PydanticCustomError("parameters", "it must be {allowed}", {"allowed": self.allowed})
+        return tuple(_number(number, self.allowed) for number in value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An array of numbers."""
+        return {"type": "array", "items": {"type": "number"}, "description": self.allowed}
+
+
+def _number(value: Any, allowed: str) -> float:
+    try:
+        if not isinstance(value, bool) and isinstance(value, numbers.Real) and math.isfinite(value):
+            return float(value)
+    except OverflowError:
+        pass
+    raise PydanticCustomError("constants", "it must be {allowed}", {"allowed": allowed})
+
+
+SpringLaw = Annotated[Any, Law("spring")]
+ForceLaw = Annotated[Any, Law("force")]
+DriveLaw = Annotated[Any, Law("feed")]
+EventLaw = Annotated[Any, Law("event")]
+#: An expression of t.
+TimeExpression = Annotated[str, Law("feed", python=False)]
+#: Constants of an expression, and parameters of a Python law.
+Constants = Annotated[dict[str, float], _Constants()]
+Parameters = Annotated[tuple[float, ...], _Parameters()]
+
+
+def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequence[float] = (),
+              constants: Mapping[str, float] | None = None) -> dict[str, int]:  # fmt: skip
+    """Store the law of a row, and its parameters or constants; the times at which an expression jumps become breaks.
+
+    Parameters
+    ----------
+    builder : Builder
+    name : str, of the part
+    law : compiled Python law, or expression
+    kind : {"spring", "force", "feed", "event"}
+    parameters : of a Python law; constants : of an expression
+
+    Returns
+    -------
+    dict, the row's fields law, first and last
+
+    Raises
+    ------
+    InputError
+    """
+    if callable(law):
+        if constants:
+            raise InputError(f"{name}.constants are those of an expression; a Python law takes {name}.parameters")
+        first, last = builder.parameters(parameters)
+        return {"law": builder.law(law, kind), "first": first, "last": last}
+    if len(parameters):
+        raise InputError(f"{name}.parameters are those of a Python law; an expression takes {name}.constants")
+    texts = law if kind == "force" else (law,)
+    programs = [expressions.compile_expression(text, VARIABLES[kind], constants, name=f"{name}.law") for text in texts]
+    builder.breaks.update(t for program in programs for t in program.corners if t > 0.0)
+    code = [number for program in programs for number in program.code]
+    if kind == "event":
+        code = [0.0, *code]
+    shown = ", ".join(repr(program.text) for program in programs)
+    what = "the expression" if len(programs) == 1 else "the expressions"
+    return builder.expression(_RUN[kind], kind, code, f"{what} {shown}")
