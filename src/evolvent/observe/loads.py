@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent import jit
+from evolvent.kernels import beam_loads
+from evolvent.kernels import loads as kernels
+from evolvent.kernels.profile import profile, window
 from evolvent.observe.variables import Observed, dot, turned
 from evolvent.observe.view import View
 
@@ -12,40 +16,50 @@ Array = np.ndarray
 
 def observe_load(view: View, name: str) -> Observed:
     """Force or torque at a marker; loads along threads have no single value."""
-    from evolvent.kernels import loads as kernels
-    from evolvent.kernels.springs import ON_BODY
-
     found, row = Observed(), view.model.loads[view.index(name)]
     if row["kind"] < kernels.AT_MARKER:
         return found
-    values = view.model.parameters[int(row["first"]) : int(row["last"])]
-    acts = ((view.t >= values[4]) & (view.t < values[5]))[:, None]
-    force = np.broadcast_to(values[:3], (view.t.size, 3)) * acts
+    first, last = int(row["first"]), int(row["last"])
+    values = view.model.parameters[first:last]
+    at = first + kernels.PROFILE if values.size > kernels.PROFILE else -1
+    strength = _strength(view, values[kernels.START], values[kernels.END], values[kernels.RAMP], at)
+    vector = np.broadcast_to(values[:3], (view.t.size, 3))
     marker = view.model.markers[int(row["target"])]
-    if values[3] != 0.0:
-        force = turned(view.pose(int(marker["index"])).R, values[:3]) * acts
+    if values[kernels.FRAME] != 0.0:
+        vector = turned(view.pose(int(marker["index"])).R, values[:3])
     x, v = view.marker(int(row["target"]))
-    is_torque = row["kind"] == kernels.TORQUE
-    if is_torque and marker["kind"] == ON_BODY:
+    is_torque = bool(row["kind"] == kernels.TORQUE)
+    if is_torque:
         v = view.pose(int(marker["index"])).w
-    _add(found, view, force, x, v, is_torque=is_torque)
+    _add(found, view, vector * strength[:, None], x, v, is_torque=is_torque)
     return found
 
 
 def observe_beam_load(view: View, name: str) -> Observed:
     """Force at a beam's node; loads spread over beams have no single value."""
-    from evolvent.kernels import beam_loads as kernels
-
     found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
-    strength = np.array([kernels.strength(row, t) for t in view.t])
-    if row["kind"] != kernels.POINT:
-        found.scalar(
-            "strength", strength, "N m" if row["kind"] == kernels.FIELD else "1", "value of the load over time"
-        )
+    at = int(row["first"]) if row["last"] > row["first"] else -1
+    strength = row["value"] * _strength(view, row["start"], row["end"], row["ramp"], at)
+    if row["kind"] == beam_loads.FIELD:
+        found.scalar("torque", strength, "N m", "torque about its axis that is spread over the beam")
+        found.plots = ["torque"]
         return found
     force = strength[:, None] * row["axis"]
+    if row["kind"] == beam_loads.LINE:
+        found.vector("force_per_length", force, "N m-1", "force per length of the beam, inertial axes")
+        found.plots = ["force_per_length"]
+        return found
     x, v = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
     _add(found, view, force, x, v, is_torque=False)
+    return found
+
+
+def _strength(view: View, start: float, end: float, ramp: float, at: int) -> Array:
+    """Factor of a load over time: its window, times its profile at the place `at` of the parameters (-1 for none)."""
+    found = np.array([window(float(t), float(start), float(end), float(ramp)) for t in view.t])
+    if at >= 0:
+        jit.load([profile])
+        found = found * np.array([profile(float(t), at, view.model) for t in view.t])
     return found
 
 
