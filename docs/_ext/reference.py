@@ -14,7 +14,7 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases, cli, families, studies, units
-from evolvent.schema import Section
+from evolvent.schema import Section, descriptions
 
 
 class Commands(SphinxDirective):
@@ -104,6 +104,7 @@ def _prose(text: str) -> str:
 def _section(kind: type[Section], before: str, text: list[str]) -> None:
     """Add a table of the keys of `kind`, then those of its sections."""
     rows, inner = [], []
+    texts = descriptions(kind)
     for name, field in kind.model_fields.items():
         below, many = _below(field.annotation)
         key = f"{before}{name}"
@@ -113,7 +114,7 @@ def _section(kind: type[Section], before: str, text: list[str]) -> None:
                 rows.append((key, "section" if not many else "list", "none", (below.__doc__ or "").rstrip(".")))
             continue
         default = "needed" if field.is_required() else _value(field.get_default(call_default_factory=True))
-        rows.append((key, _kind(field.annotation, field.metadata), default, field.description or ""))
+        rows.append((key, _kind(field.annotation, field.metadata), default, texts[name]))
     if rows:
         doc = (kind.__doc__ or "").strip().splitlines()[0]
         text += ["", doc if before else "", "", ":::{table}", ":class: keys", ":align: left", ""]

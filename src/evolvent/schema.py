@@ -72,19 +72,21 @@ class Section(BaseModel):
 @functools.cache
 def descriptions(kind: type[Section]) -> Mapping[str, str]:
     """What each key of a section means: its field's description, else its text in the numpydoc docstring."""
-    texts: dict[str, str] = {}
+    texts: dict[str, str] = {"kind": "Kind of the part."} if "kind" in kind.model_fields else {}
     for one in reversed(kind.__mro__):
         texts |= parameters(one.__doc__ or "")
     return {key: field.description or texts.get(key, "") for key, field in kind.model_fields.items()}
 
 
 def parameters(doc: str) -> dict[str, str]:
-    """Text of every name in the section "Parameters" of a numpydoc docstring; of its type where it has no text."""
+    """Text of every name in the section "Parameters" of a numpydoc docstring; its type where it has no text."""
     match = re.search(r"\nParameters\n-+\n(.*?)(?=\n\n[A-Z][\w ]*\n-+\n|\Z)", inspect.cleandoc(doc), re.DOTALL)
     found: dict[str, str] = {}
     entry = r"^(?P<names>\w+(?:, \w+)*) : (?P<type>.*)(?P<text>(?:\n(?: .*|(?=\n )))*)"
     for one in re.finditer(entry, match[1] if match else "", re.MULTILINE):
-        text = " ".join((one["text"].strip() or one["type"]).split())
+        # a text that begins with a small letter goes on with the line of the type
+        text = one["text"].strip()
+        text = " ".join((text if text[:1].isupper() else f"{one['type']} {text}").split())
         found |= dict.fromkeys(one["names"].split(", "), text)
     return found
 
@@ -204,6 +206,15 @@ def dotted(location: Sequence[Any]) -> str:
     return ".".join(str(part) for part in location if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
 
 
+def urgent(error: Any) -> tuple[bool, bool]:
+    """Key by which pydantic's errors are sorted: what a user should read first comes first.
+
+    Unknown keys explain others; last come the words that a list might have been, for what is wrong with it tells more.
+    """
+    kind = error["type"]
+    return kind != "extra_forbidden", kind == "literal_error" and isinstance(error["input"], (list, dict))
+
+
 def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") -> str:
     """The first of pydantic's errors as one sentence; an unknown key comes first, for it often explains the others.
 
@@ -213,12 +224,7 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
     kind : the section that was read
     before : str, put before every key
     """
-
-    def order(e: Any) -> tuple[bool, bool]:
-        """Last come the words that a list might have been: what is wrong with the list tells more."""
-        return e["type"] != "extra_forbidden", e["type"] == "literal_error" and isinstance(e["input"], (list, dict))
-
-    first = sorted(errors, key=order)[0]
+    first = sorted(errors, key=urgent)[0]
     key = before + dotted(first["loc"])
     value, message, context = first["input"], first["msg"], first.get("ctx", {})
     match first["type"]:
@@ -252,10 +258,14 @@ def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") ->
 
 def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
     """What a missing key wants, where its annotation says so."""
-    here = kind
+    here, choice = kind, None
     for part in location[:-1]:
-        inner = list(sections(here.model_fields[part].annotation)) if not isinstance(part, int) else []
-        here = inner[0] if inner else here
+        if choice is not None and part in choice.kinds:
+            here, choice = choice.kinds[part], None
+        elif part in here.model_fields:
+            field = here.model_fields[part]
+            choice = next((mark for mark in marks(field) if isinstance(mark, OneOf)), None)
+            here = next(sections(field.annotation), here)
     field = here.model_fields.get(str(location[-1]))
     for annotation in marks(field) if field is not None else ():
         allowed = getattr(annotation, "allowed", None)

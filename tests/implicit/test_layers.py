@@ -44,7 +44,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
         system.add(beam, f"rib-{b}")
     given = {"thickness": THICK, "stiffness": STIFFNESS, "sense": sense} | fields
     for b in range(count):
-        under = f"rib-{(b + 1) % count}" if count > 1 else ""
+        under = f"rib-{(b + 1) % count}" if count > 1 else None
         system.add(parts.SelfContact(body="hub", over=f"rib-{b}", under=under, **given), f"layer-{b}")
     return system.assemble()
 
@@ -179,12 +179,12 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"law": "conservative"}, "layer-0.law is 'conservative', which layers do not know"),
-        ({"sense": 2}, "layer-0.sense is 2"),
-        ({"thickness": 0.0}, "layer-0.thickness is 0.0; it must be a number above 0 m, or 60 of them"),
-        ({"thickness": (1e-3, 2e-3)}, "or 60 of them"),
-        ({"width": 0.0}, "layer-0.width is 0.0"),
-        ({"points": 0}, "layer-0.points is 0"),
+        ({"law": "conservative"}, "SelfContact.law is 'conservative'; known: hunt-crossley, paper"),
+        ({"sense": 2}, "SelfContact.sense is 2; it must be 1 or -1"),
+        ({"thickness": 0.0}, "SelfContact.thickness is 0.0; it must be a length above 0"),
+        ({"thickness": (1e-3, 2e-3)}, "layer-0.thickness has 2 values; it must be one value, or 60 of them"),
+        ({"width": 0.0}, "SelfContact.width is 0.0"),
+        ({"points": 0}, "SelfContact.points is 0"),
     ],
 )
 def test_refusals(fields: dict[str, Any], words: str) -> None:

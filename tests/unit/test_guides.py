@@ -53,11 +53,11 @@ def test_lateral_stiffness_alone_swings_a_body_at_its_frequency():
 @pytest.mark.parametrize(
     ("part", "words"),
     [
-        (parts.Guide(body="fixed", direction=(1.0, 0.0, 0.0)), ["only a free body"]),
-        (parts.Guide(body="body", direction=(0.0, 0.0, 0.0)), ["direction"]),
-        (parts.Guide(body="body", direction=(1.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0)), ["perpendicular"]),
-        (parts.Guide(body="body", direction=(0.0, 1.0, 0.0)), ["moves against it"]),
-        (parts.Spring(a="body", b=(0.0, 1.0, 0.0), lateral_stiffness=1.0), ["on the ground"]),
+        (lambda: parts.Guide(body="fixed", direction=(1.0, 0.0, 0.0)), ["only a free body"]),
+        (lambda: parts.Guide(body="body", direction=(0.0, 0.0, 0.0)), ["direction"]),
+        (lambda: parts.Guide(body="body", direction=(1.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0)), ["perpendicular"]),
+        (lambda: parts.Guide(body="body", direction=(0.0, 1.0, 0.0)), ["moves against it"]),
+        (lambda: parts.Spring(a="body", b=(0.0, 1.0, 0.0), lateral_stiffness=1.0), ["on the ground"]),
     ],
 )
 def test_bad_parts_are_refused(part, words):
@@ -66,7 +66,7 @@ def test_bad_parts_are_refused(part, words):
     system.add(parts.RigidBody(motion="driven"), name="fixed")
 
     def build():
-        system.add(part, name="held")
+        system.add(part(), name="held")
         system.assemble()
 
     with pytest.raises(InputError) as error:

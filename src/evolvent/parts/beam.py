@@ -55,9 +55,9 @@ class Beam(Part):
     rest : {"straight", "start"}
         Shape without stress: straight, or as it starts (a cable's curvature is never without stress).
     mass_damping : float, 1/s
-        alpha, of damping forces -alpha M e'.
+        Factor alpha of damping forces -alpha M e'.
     stiffness_damping : float, s
-        beta, of damping forces -beta times the rate of the elastic ones.
+        Factor beta of damping forces -beta times the rate of the elastic ones.
     damping : {"objective", "paper"}
         Rate of the stresses, which a rigid rotation leaves zero, or K_e(e) e' (Yi et al. 2017), which damps that too.
     damped : list of int, optional

@@ -32,7 +32,7 @@ class Contact(Part):
     stiffness : float, N/m^n
         Of each contact point.
     exponent : float
-        n, of the depth.
+        Power n of the depth.
     damping : float, s/m (N s/m of the law paper)
         Of the normal force.
     points : int

@@ -15,7 +15,7 @@ from pydantic_core import PydanticUndefined
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.schema import Section
+from evolvent.schema import Section, descriptions
 from evolvent.units import OneOrMore, Quantity, Whole
 
 
@@ -95,17 +95,18 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = ()) -> Group:
 
 def _group(kind: type[Section], *, key: str, name: str, text: str, optional: bool, skip: tuple[str, ...]) -> Group:
     parts: list[Field | Group] = []
+    texts = descriptions(kind)
     for own, info in kind.model_fields.items():
         dotted = f"{key}.{own}" if key else own
         if dotted in skip:
             continue
         section = _section(info.annotation)
         if section is None:
-            parts.append(_one(dotted, own, info))
+            parts.append(_one(dotted, own, info, texts[own]))
             continue
         help_ = _summary(section)
-        if info.description:
-            help_ = f"{help_} ({info.description})"
+        if texts[own]:
+            help_ = f"{help_} ({texts[own]})"
         inner = _group(section, key=dotted, name=_words(own), text=help_, optional=info.default is None, skip=skip)
         parts.append(inner)
     return Group(key=key, name=name, help=text, optional=optional, parts=tuple(parts))
@@ -128,7 +129,7 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _one(key: str, name: str, info: FieldInfo) -> Field:
+def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     marks = list(_marks(info))
     unit = next((unit for mark in marks if (unit := _unit(mark))), "")
     choices = tuple(str(c) for a in _literals(info.annotation) for c in a)
@@ -151,7 +152,7 @@ def _one(key: str, name: str, info: FieldInfo) -> Field:
         name=_words(name),
         kind=kind,
         unit=unit,
-        help="; ".join(text for text in (info.description or "", limits) if text),
+        help="; ".join(part.rstrip(".") for part in (text, limits) if part),
         default=default,
         choices=choices,
         open=not closed,

@@ -1,0 +1,163 @@
+"""Kinds of parts by name - built in, and of packages outside - and parts as a case file holds them."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic_core import InitErrorDetails, PydanticCustomError, core_schema
+
+from evolvent.errors import InputError, nearest
+from evolvent.parts.base import Part
+from evolvent.references import check_name
+from evolvent.schema import sentence, shown, urgent
+
+#: Entry points by which a package outside adds parts: name of a kind -> class.
+GROUP = "evolvent.parts"
+
+
+@functools.cache
+def kinds() -> Mapping[str, type[Part]]:
+    """Every kind of part that a case file may name: "rigid-body" -> RigidBody, and so on.
+
+    A package outside adds one by an entry point of the group ``evolvent.parts``, whose object is a subclass of
+    `parts.base.Part` with a field ``kind`` of its own.
+
+    Raises
+    ------
+    InputError
+        If a package's part cannot be loaded, is none, or has a kind that is taken; the message names the package.
+    """
+    from evolvent import parts
+
+    found: dict[str, type[Part]] = {}
+    for name in parts.__all__:
+        part = getattr(parts, name)
+        if isinstance(part, type) and issubclass(part, Part):
+            found[part.model_fields["kind"].default] = part
+    for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
+        kind, part = _load(entry)
+        if kind in found:
+            raise InputError(f"the plug-in {_called(entry)} adds a part of kind {kind!r}, which is already known")
+        found[kind] = part
+    return MappingProxyType(found)
+
+
+def _called(entry: importlib.metadata.EntryPoint) -> str:
+    package = f" of the package {entry.dist.name!r}" if entry.dist is not None else ""
+    return f"{entry.name!r}{package}"
+
+
+def _load(entry: importlib.metadata.EntryPoint) -> tuple[str, type[Part]]:
+    """Kind and class of a package's part."""
+    try:
+        part = entry.load()
+    except Exception as error:  # noqa: BLE001  (a package may raise anything as it is imported)
+        reason = " ".join(str(error).split())
+        raise InputError(f"the plug-in {_called(entry)} cannot be loaded: {type(error).__name__}: {reason}") from None
+    field = part.model_fields.get("kind") if isinstance(part, type) and issubclass(part, Part) else None
+    if field is None or not isinstance(field.default, str):
+        raise InputError(
+            f"the plug-in {_called(entry)} is {shown(part)}; it must be a subclass of evolvent.parts.base.Part with a "
+            f"field 'kind', such as kind: Literal['hoop'] = 'hoop'"
+        )
+    return field.default, part
+
+
+def read_parts(values: Any, key: str = "parts") -> dict[str, Part]:
+    """Parts by name, of a mapping as a case file holds it: name -> keys, with the kind of the part.
+
+    Parameters
+    ----------
+    values : mapping
+    key : str, that stands before the names in messages
+
+    Raises
+    ------
+    InputError
+        If a name, kind, key or value cannot be used; one sentence.
+
+    Examples
+    --------
+    >>> read_parts({"bob": {"kind": "point", "mass": "200 g"}})["bob"].mass
+    0.2
+    """
+    found, errors = _read(values, key)
+    if errors:
+        raise InputError(str(errors[0]["type"]))
+    return found
+
+
+def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails]]:
+    """Parts by name, and what is wrong: sentences with the place of each."""
+    found: dict[str, Part] = {}
+    errors: list[InitErrorDetails] = []
+
+    def wrong(text: str, value: Any, *where: Any) -> None:
+        error = PydanticCustomError("sentence", "{text}", {"text": text})
+        errors.append(InitErrorDetails(type=error, loc=where, input=value))
+
+    if not isinstance(values, Mapping):
+        wrong(f"{key} is {shown(values)}; it must be a mapping of names to parts", values)
+        return found, errors
+    for name, given in values.items():
+        try:
+            check_name(name)
+        except InputError as error:
+            wrong(f"{key}: {error}", name, str(name))
+            continue
+        here = f"{key}.{name}"
+        if isinstance(given, Part):
+            found[name] = given
+        elif not isinstance(given, Mapping):
+            wrong(f"{here} is {shown(given)}; it must be a mapping of keys to values", given, name)
+        elif "kind" not in given:
+            wrong(f"{here}.kind is missing; known: {', '.join(sorted(kinds()))}", given, name, "kind")
+        elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
+            word = given["kind"]
+            wrong(f"{here}.kind is {shown(word)}; {nearest(str(word), kinds())}", word, name, "kind")
+        else:
+            part = kinds()[given["kind"]]
+            try:
+                found[name] = part.__pydantic_validator__.validate_python(dict(given))
+            except ValidationError as error:
+                for one in sorted(error.errors(include_url=False), key=urgent):
+                    wrong(sentence([one], part, before=f"{here}."), one["input"], name, *one["loc"])
+    return found, errors
+
+
+class _ByName:
+    """A pydantic annotation: parts by name, as `read_parts` reads them."""
+
+    allowed = "a mapping of names to parts"
+
+    def read(self, values: Any) -> dict[str, Part]:
+        """The parts; errors have the place of the key, and the whole sentence."""
+        found, errors = _read(values, "parts")
+        if errors:
+            raise ValidationError.from_exception_data("parts", errors)
+        return found
+
+    def write(self, values: Mapping[str, Part]) -> dict[str, Any]:
+        """The parts as a case file holds them."""
+        return {name: part.as_keys() for name, part in values.items()}
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """An object, each of whose values is one of the kinds."""
+        parts = [{**handler(part.__pydantic_core_schema__), "required": ["kind"]} for part in kinds().values()]
+        return {"type": "object", "additionalProperties": {"oneOf": parts}}
+
+
+#: The key ``parts`` of a case: names, and for each the keys of a part, with its kind.
+PartsByName = Annotated[dict[str, Part], _ByName()]

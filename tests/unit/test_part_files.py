@@ -1,0 +1,464 @@
+"""Parts as a case file holds them: the same keys, units and refusals as in Python; every part there and back."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import math
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+import yaml
+from pydantic import TypeAdapter, ValidationError
+
+import evolvent as ev
+from evolvent import parts
+from evolvent.errors import InputError
+from evolvent.parts import registry
+from evolvent.parts.base import Part
+from evolvent.parts.registry import PartsByName, kinds, read_parts
+from evolvent.schema import Section, descriptions
+from evolvent.system import System
+
+TUBE = ev.Tube(radius="1 cm", thickness="0.3 mm")
+NODES = parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2).start() + 1.0 / 3.0
+EVERY: dict[str, Part] = {
+    "point": parts.Point(mass="0.1 g", position=(0.1, 0.2, 0.3), velocity=(0.0, 1e-9, 0.0)),
+    "fixed point": parts.Point(mass=0.1, at=("hub", (0.1, 0.2, 0.3))),
+    "body": parts.RigidBody(
+        mass=20.0,
+        inertia=(1.2, 1.3, 2.0),
+        position=(1.0, 2.0, 3.0),
+        orientation=(0.5, 0.5, 0.5, 0.5),
+        points={"left": (-0.5, 0.0, 0.0), "far right": (0.7, 0.0, 0.1)},
+    ),
+    "body with a tensor": parts.RigidBody(mass=1.0, inertia=((1.0, 0.1, 0.0), (0.1, 1.2, 0.0), (0.0, 0.0, 1.3))),
+    "box": parts.RigidBody(shape=parts.Box(size=(0.1, 0.2, 0.3)), density="2700 kg/m^3"),
+    "cylinder": parts.RigidBody(shape=parts.Cylinder(radius=0.3, length=1.0, axis=(1.0, 0.0, 0.0)), mass=3.0),
+    "sphere": parts.RigidBody(motion="spin", shape={"sphere": 0.1}, mass=0.3, rate="10 rpm"),
+    "beam": parts.Beam(
+        position=(0.2, 0.0, 0.0), direction=(0.0, 1.0, 0.0), length=3.0, section=TUBE, material=ev.CFRP, elements=12
+    ),
+    "beam that starts bent": parts.Beam(
+        length=1.0,
+        section=ev.Rod(radius=0.01),
+        material="kapton",
+        elements=2,
+        nodes=NODES,
+        rates=0.1 * NODES,
+        rest="start",
+        damped=(0, 1),
+        stiffness_damping=1e-3,
+    ),
+    "tapered beam": parts.Beam(
+        length=1.0,
+        section=ev.Taper(root=ev.Rectangle(thickness=0.1, width=0.2), tip=ev.Rectangle(thickness=0.1, width=0.1)),
+        material=ev.Material(young_modulus="70 GPa", density=1600.0),
+        elements=3,
+        formulation="cable",
+    ),
+    "general beam": parts.Beam(
+        length=1.0, section=ev.General(area=1e-4, Iy=1e-9, Iz=2e-9, J=3e-9), material=ev.STEEL, elements=1
+    ),
+    "joint": parts.Joint(a="hub", b="boom.root", type="clamp"),
+    "revolute": parts.Joint(
+        a=("hub", (0.1, 0.0, 0.0)),
+        b=(0.3, 0.0, 0.1),
+        type="revolute",
+        axis=(0.0, 1.0, 1.0),
+        stiffness=1e4,
+        turn_stiffness=20.0,
+        until=3.0,
+    ),
+    "joint of bodies": parts.Joint(a="hub", b="panel", position=(1.0, 0.0, 0.0)),
+    "link": parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=2.0, drum=0.1, sense=-1),
+    "spring": parts.Spring(a=(0.0, 0.0, 0.1), b="hub.left", stiffness=3.0, damping=0.1, length=0.0),
+    "guide": parts.Guide(body="hub", direction=(1.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0)),
+    "rotational spring": parts.RotationalSpring(
+        body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
+    ),
+    "cylinder contact": parts.CylinderContact(
+        body="hub", beams=["boom", "other"], radius=0.3, stiffness="1e6 N/m^1.5", exponent=1.5, damping="0.1 s/m"
+    ),
+    "contact of the paper": parts.CylinderContact(
+        body="ground", beams=["boom"], radius=0.3, half_length=1.0, law="paper", damping="0.1 N s/m"
+    ),
+    "self-contact": parts.SelfContact(body="hub", over="boom", under="other", thickness=(1e-3, 2e-3), width=0.01),
+    "thread": parts.Thread(
+        reel="reel", length=5.0, line_density=7e-4, nodes=4, direction=(1.0, 0.1, 0.0), lets_go=True
+    ),
+}
+
+
+@pytest.mark.parametrize("part", EVERY.values(), ids=EVERY.keys())
+def test_a_part_in_a_file_is_the_same_part(part: Part) -> None:
+    """Also through the text of the file; all numbers are exact."""
+    keys = part.as_keys()
+    text = yaml.safe_dump({"it": keys})
+    assert read_parts(yaml.safe_load(text))["it"] == part
+    assert read_parts(json.loads(json.dumps({"it": keys})))["it"] == part
+    assert part.replaced() == part
+    given = part.model_dump(mode="json", exclude_defaults=True)
+    assert type(part)(**given) == part
+
+
+def test_every_kind_is_tried_above() -> None:
+    """All but those that hold a drive, a law or a load, which have tests of their own."""
+    tried = {type(part) for part in EVERY.values()}
+    own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
+    own |= {"cylinder_contact", "self_contact"}
+    there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
+    assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
+
+
+def test_a_body_written_by_hand() -> None:
+    """A list has its unit once, in its last entry; short forms of shapes and sections."""
+    found = read_parts(
+        yaml.safe_load(
+            """
+            hub: {kind: rigid-body, mass: 20 kg, inertia: [1.2, 1.2, 2 kg m^2], shape: {box: [60, 60, 80 cm]},
+                  points: {left: [-50, 0, 0 cm]}}
+            boom: {kind: beam, position: [0.2, 0, 0 m], length: 3 m, section: {tube: {radius: 1 cm, thickness: 0.3 mm}},
+                   material: cfrp, elements: 12}
+            root: {kind: joint, a: hub, b: boom.root, type: clamp}
+            """
+        )
+    )
+    hub = parts.RigidBody(
+        mass=20.0, inertia=(1.2, 1.2, 2.0), shape=parts.Box(size=(0.6, 0.6, 0.8)), points={"left": (-0.5, 0.0, 0.0)}
+    )
+    assert found["hub"] == hub
+    assert found["boom"] == parts.Beam(position=(0.2, 0, 0), length=3.0, section=TUBE, material=ev.CFRP, elements=12)
+    system = System()
+    for name in ("root", "boom", "hub"):
+        system.add(found[name], name)
+    assembly = system.assemble()
+    assert assembly.model.flexible.joints["local"][0, 0].tolist() == pytest.approx([0.2, 0.0, 0.0])
+
+
+BEAM = {"kind": "beam", "length": 1, "section": {"rod": "1 cm"}, "material": "steel", "elements": 2}
+BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
+    "no mapping": ([1], (), r"parts is \[1\]; it must be a mapping of names to parts"),
+    "a part that is none": ({"hub": 3}, ("hub",), "parts.hub is 3; it must be a mapping"),
+    "no kind": ({"hub": {"mass": 1}}, ("hub", "kind"), "parts.hub.kind is missing; known: beam, cylinder-contact, "),
+    "a misspelt kind": (
+        {"hub": {"kind": "rigid body"}},
+        ("hub", "kind"),
+        "parts.hub.kind is 'rigid body'; did you mean 'rigid-body'?",
+    ),
+    "a kind that is no word": ({"hub": {"kind": [1]}}, ("hub", "kind"), r"parts.hub.kind is \[1\]; "),
+    "a bad name": ({"2nd": {"kind": "point", "mass": 1}}, ("2nd",), "parts: the name of a part is '2nd'; it must"),
+    "a name with a dot": ({"a.b": {"kind": "point"}}, ("a.b",), "the name of a part is 'a.b'"),
+    "the ground": ({"ground": {"kind": "point"}}, ("ground",), "'ground', which stands for the inertial frame"),
+    "a misspelt key": (
+        {"hub": {"kind": "rigid-body", "masss": 1}},
+        ("hub", "masss"),
+        "unknown key 'parts.hub.masss'; did you mean 'parts.hub.mass'?",
+    ),
+    "a misspelt key of a section": (
+        {"boom": {**BEAM, "section": {"tube": {"radius": 1, "thicknes": 0.1}}}},
+        ("boom", "section", "tube", "thicknes"),
+        "unknown key 'parts.boom.section.tube.thicknes'; did you mean 'parts.boom.section.tube.thickness'?",
+    ),
+    "a misspelt section": (
+        {"boom": {**BEAM, "section": {"tub": 1}}},
+        ("boom", "section"),
+        "'tub' is none of its kinds; did you mean 'tube'?",
+    ),
+    "a misspelt material": ({"boom": {**BEAM, "material": "stel"}}, ("boom", "material"), "did you mean 'steel'?"),
+    "a missing key": (
+        {"bob": {"kind": "point"}},
+        ("bob", "mass"),
+        "parts.bob.mass is missing; it must be a mass above 0",
+    ),
+    "a unit of something else": (
+        {"bob": {"kind": "point", "mass": "3 m"}},
+        ("bob", "mass"),
+        "parts.bob.mass is '3 m'; .*'m' is a unit of something",
+    ),
+    "a unit of another exponent": (
+        {"c": {"kind": "cylinder-contact", "body": "hub", "beams": ["b"], "radius": 1, "stiffness": "1e4 N/m^1.5"}},
+        ("c",),
+        "stiffness is '1e4 N/m\\^1.5', but exponent is 1.0; give stiffness in N/m\\^1",
+    ),
+    "a unit of another law": (
+        {"c": {"kind": "cylinder-contact", "body": "hub", "beams": ["b"], "radius": 1, "damping": "2 N s/m"}},
+        ("c",),
+        "damping is '2 N s/m'; law 'hunt-crossley' takes it in s/m",
+    ),
+    "out of its limits": (
+        {"boom": {**BEAM, "elements": 0}},
+        ("boom", "elements"),
+        "parts.boom.elements is 0; it must be",
+    ),
+    "no reference": (
+        {"j": {"kind": "joint", "a": "hub", "b": "boom.tip.end"}},
+        ("j", "b"),
+        "parts.j.b is 'boom.tip.end'; it must be a place",
+    ),
+    "one name is meant": (
+        {"g": {"kind": "guide", "body": "hub.left", "direction": [1, 0, 0]}},
+        ("g", "body"),
+        "a body",
+    ),
+    "a point's name": (
+        {"h": {"kind": "rigid-body", "points": {"a.b": [0, 0, 0]}}},
+        ("h", "points"),
+        "the name 'a.b' must start with a letter",
+    ),
+}
+
+
+@pytest.mark.parametrize(("given", "where", "words"), BAD.values(), ids=BAD.keys())
+def test_what_is_wrong_in_a_file_is_said_in_one_sentence(given: Any, where: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        read_parts(given)
+    assert "\n" not in str(caught.value)
+
+    class Case(Section):
+        parts: PartsByName
+
+    with pytest.raises(ValidationError) as found:
+        TypeAdapter(Case).validate_python({"parts": given})
+    first = found.value.errors()[0]
+    assert (first["type"], first["loc"]) == ("sentence", ("parts", *where))
+    with pytest.raises(InputError, match=words):
+        Case(parts=given)
+
+
+def test_parts_of_a_case_are_written_and_described() -> None:
+    class Case(Section):
+        parts: PartsByName
+
+    case = Case(parts={"bob": {"kind": "point", "mass": "2 g"}, "root": EVERY["joint"]})
+    wanted = {"kind": "joint", "a": "hub", "b": "boom.root", "type": "clamp"}
+    assert case.model_dump(mode="json")["parts"] == {"bob": {"kind": "point", "mass": "0.002 kg"}, "root": wanted}
+    assert Case(**case.model_dump(mode="json")) == case
+    schema = Case.model_json_schema()
+    offered = schema["properties"]["parts"]["additionalProperties"]["oneOf"]
+    assert len(offered) == len(kinds())
+    assert all(one["required"] == ["kind"] for one in offered)
+    beam = schema["$defs"]["Beam"]["properties"]
+    assert beam["length"]["description"] == "Length of the axis without stress."
+    assert beam["formulation"]["enum"][0] == "assumed_strain"
+    assert beam["length"]["anyOf"][0] == {"type": "number", "exclusiveMinimum": 0.0}
+
+
+@pytest.mark.parametrize("kind", sorted(kinds()))
+def test_every_key_is_explained(kind: str) -> None:
+    """In the docstring, from which documentation, schema and form take it."""
+    assert all(descriptions(kinds()[kind]).values()), [k for k, text in descriptions(kinds()[kind]).items() if not text]
+
+
+class Hoop(Part):
+    kind: Literal["hoop"] = "hoop"
+    radius: float
+
+
+class Entry:
+    """An entry point of a package."""
+
+    def __init__(self, value: Any) -> None:
+        self.name, self.value, self.dist = "hoops", value, None
+
+    def load(self) -> Any:
+        if isinstance(self.value, Exception):
+            raise self.value
+        return self.value
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (Hoop, None),
+        (ImportError("no module\nnamed 'x'"), "the plug-in 'hoops' cannot be loaded: ImportError: no module named 'x'"),
+        (3, "the plug-in 'hoops' is 3; it must be a subclass of evolvent.parts.base.Part"),
+        (parts.Point, "the plug-in 'hoops' adds a part of kind 'point', which is already known"),
+    ],
+)
+def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [Entry(value)])
+    registry.kinds.cache_clear()
+    try:
+        if words is None:
+            assert read_parts({"ring": {"kind": "hoop", "radius": 2}})["ring"] == Hoop(radius=2.0)
+        else:
+            with pytest.raises(InputError, match=words):
+                read_parts({"ring": {"kind": "hoop", "radius": 2}})
+    finally:
+        registry.kinds.cache_clear()
+
+
+# ---------------------------------------------------------------------------------------------- sections and shapes
+
+
+def test_a_tube_is_a_hole_in_a_rod() -> None:
+    outer, inner, tube = (
+        section.properties(0.3)
+        for section in (ev.Rod(radius=0.02), ev.Rod(radius=0.015), ev.Tube(radius=0.02, thickness=0.005))
+    )
+    for key in ("area", "Iy", "Iz", "J"):
+        assert getattr(tube, key) == pytest.approx(getattr(outer, key) - getattr(inner, key), rel=1e-14)
+    assert outer.area == pytest.approx(math.pi * 4e-4)
+    assert outer.Iy == pytest.approx(math.pi * 0.02**4 / 4.0)
+    assert outer.J == pytest.approx(math.pi * 0.02**4 / 2.0)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
+def test_shear_factors_of_a_tube_are_cowpers(nu: float) -> None:
+    """Of a thin wall 2 (1 + nu)/(4 + 3 nu), of a full circle 6 (1 + nu)/(7 + 6 nu) (Cowper 1966)."""
+    thin = ev.Tube(radius=1.0, thickness=1e-7).properties(nu)
+    assert thin.shear_y == thin.shear_z == pytest.approx(2.0 * (1.0 + nu) / (4.0 + 3.0 * nu), rel=1e-6)
+    assert thin.area == pytest.approx(2.0 * math.pi * 1e-7, rel=1e-6)
+    assert thin.Iy == pytest.approx(math.pi * 1e-7, rel=1e-6)
+    full = ev.Tube(radius=1.0, thickness=1.0).properties(nu)
+    assert full == pytest.approx(ev.Rod(radius=1.0).properties(nu), rel=1e-14)
+    assert full.shear_y == pytest.approx(6.0 * (1.0 + nu) / (7.0 + 6.0 * nu), rel=1e-14)
+
+
+def test_shapes_have_the_mass_properties_of_many_small_cubes() -> None:
+    """Integrals over the volume on a fine grid, whatever their closed forms."""
+    line = (np.arange(120) + 0.5) / 120 * 2.0 - 1.0
+    x = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    axis = np.array([1.0, 2.0, 2.0]) / 3.0
+    along = x @ axis
+    solids = {
+        parts.Box(size=(1.0, 1.5, 0.5)): np.all(np.abs(x) < [0.5, 0.75, 0.25], axis=1),
+        parts.Sphere(radius=0.8): np.sum(x * x, axis=1) < 0.64,
+        parts.Cylinder(radius=0.5, length=1.2, axis=tuple(axis)): (np.abs(along) < 0.6)
+        & (np.sum(x * x, axis=1) - along**2 < 0.25),
+    }
+    for shape, inside in solids.items():
+        volume, y = inside.sum() * (2.0 / 120) ** 3, x[inside]
+        inertia = np.mean(np.sum(y * y, axis=1)) * np.eye(3) - y.T @ y / len(y)
+        assert shape.volume == pytest.approx(volume, rel=5e-3)
+        np.testing.assert_allclose(shape.inertia_per_mass(), inertia, atol=5e-3 * inertia.max())
+        body = parts.RigidBody(shape=shape, density=2.0)
+        mass, tensor = body.mass_properties()
+        assert mass == pytest.approx(2.0 * shape.volume)
+        np.testing.assert_allclose(tensor, mass * shape.inertia_per_mass())
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"density": 1.0}, "hub.density is given without hub.shape"),
+        ({"density": 1.0, "shape": {"sphere": 1}, "mass": 1}, "hub.density and hub.mass are both given"),
+        ({"density": 1.0, "shape": {"sphere": 1}, "inertia": 1}, "hub.density and hub.inertia are both given"),
+        ({}, "hub.mass is missing; a free body needs a mass above 0, or a density and a shape"),
+        ({"mass": 1}, "hub.inertia is missing; a free body needs it, or a shape"),
+        ({"motion": "spin"}, "hub.inertia is missing; about the axis of a spinning body it must be above 0"),
+    ],
+)
+def test_mass_properties_that_contradict_or_miss_are_refused(given: dict[str, Any], words: str) -> None:
+    system = System()
+    system.add(parts.RigidBody(**given), "hub")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
+
+
+# ---------------------------------------------------------------------------------------------- references to places
+
+
+def craft() -> System:
+    """A hub that turns, with a named point, a boom and a mass."""
+    system = System()
+    turned = (math.cos(0.3), 0.0, 0.0, math.sin(0.3))
+    system.add(
+        parts.RigidBody(
+            mass=1.0,
+            inertia=1.0,
+            position=(1.0, 2.0, 0.0),
+            orientation=turned,
+            velocity=(0.1, 0.0, 0.0),
+            angular_velocity=(0.0, 0.0, 2.0),
+            points={"left": (-0.5, 0.0, 0.0)},
+        ),
+        "hub",
+    )
+    system.add(parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2, position=(3.0, 0.0, 0.0)), "boom")
+    system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 9.0)), "bob")
+    return system
+
+
+def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
+    """hub.left turns with the hub: v + w x r."""
+    system = craft()
+    system.add(parts.Point(mass=1.0, at="hub.left"), "a")
+    system.add(parts.Point(mass=1.0, at=("hub", (-0.5, 0.0, 0.0))), "b")
+    system.add(parts.Point(mass=1.0, at="boom[1]"), "c")
+    assembly = system.assemble()
+    arm = -0.5 * np.array([math.cos(0.6), math.sin(0.6), 0.0])
+    place, speed = np.add([1.0, 2.0, 0.0], arm), np.add([0.1, 0.0, 0.0], np.cross([0.0, 0.0, 2.0], arm))
+    for name, x, v in (
+        ("a", place, speed),
+        ("b", place, speed),
+        ("c", [3.5, 0.0, 0.0], [0.0, 0.0, 0.0]),
+    ):
+        row = assembly.model.points[assembly.index(name)]
+        np.testing.assert_allclose(assembly.y[row["iq"] :][:3], x, atol=1e-14)
+        np.testing.assert_allclose(assembly.y[row["iv"] :][:3], v, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        (parts.Spring(a="hub.lft", b="bob"), "held.a is 'hub.lft'; 'hub' has no point 'lft'; did you mean 'left'?"),
+        (parts.Spring(a=r"hub[2]", b="bob"), r"held.a is 'hub\[2\]'; 'hub' has no node 2; known: left"),
+        (parts.Spring(a="bob.tip", b="hub"), "held.a is 'bob.tip'; 'bob' is a point mass, which has no 'tip'"),
+        (
+            parts.Spring(a="boom.tip", b="bob"),
+            "held.a is 'boom.tip', a node of a beam, .* add a Point with at='boom.tip'",
+        ),
+        (parts.Link(a="bob", b="boom.tip"), "held.b is 'boom.tip', a node of a beam"),
+        (
+            parts.Joint(a="boom", b="bob"),
+            r"held.a is 'boom'; 'boom' is a beam; give 'boom.root', .*'boom\[0\]' to 'boom\[2\]'",
+        ),
+        (parts.Joint(a="boom[3]", b="bob"), r"'boom' has no node 3; give 'boom.root', 'boom.tip'"),
+        (parts.Joint(a="boom.mid", b="bob"), "'boom' has no 'mid'; give 'boom.root'"),
+        (parts.Joint(a="huub", b="bob"), "'held' refers to 'huub', but no part is called that; did you mean 'hub'?"),
+        (parts.Joint(a="hub", b="ground"), r"held.a and held.b are both bodies named alone, .*; give held.position"),
+        (parts.Joint(a="hub.left", b="hub"), "held.a and held.b are on one body, 'hub.left'; a joint needs two parts"),
+        (parts.Joint(a="hub.left", b="bob", position=(0, 0, 1)), "held.position is given, but .* already say where"),
+        (
+            parts.Joint(a="hub", b="bob", type="distance", position=(0, 0, 1)),
+            "a joint of type 'distance' has no position",
+        ),
+        (parts.Joint(a="boom.tip", b="boom.root", type="clamp"), "apart at the start; they must coincide"),
+        (parts.RotationalSpring(body="hub", node="bob"), "held.node is 'bob'; it must be a node of a beam"),
+        (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),
+    ],
+)
+def test_a_place_that_is_not_there_is_refused(part: Part, words: str) -> None:
+    system = craft()
+    system.add(part, "held")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
+
+
+def test_a_body_named_alone_is_joined_where_the_other_end_is() -> None:
+    """The same as with the point of the hub written out; of two bodies, at a position."""
+    found = []
+    for a, b, place in (
+        ("hub", "bob", {}),
+        (("hub", (0.0, 0.0, 0.25)), "bob", {}),
+        ("hub", "bar", {"position": (0.0, 0.0, 0.25)}),
+    ):
+        system = System()
+        system.add(parts.RigidBody(mass=1.0, inertia=1.0), "hub")
+        system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(0.0, 0.0, 1.0)), "bar")
+        system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 0.25)), "bob")
+        system.add(parts.Joint(a=a, b=b, **place), "joint")
+        found.append(system.assemble().model.flexible.joints["local"])
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_allclose(found[2][0], [[0.0, 0.0, 0.25], [0.0, 0.0, -0.75]])
+
+
+def test_a_beam_takes_a_normal_near_y_of_itself() -> None:
+    """Of a beam along y it is z; the section's axes are a right-handed frame."""
+    for direction, normal in (((1, 0, 0), (0, 1, 0)), ((0, -2, 0), (0, 0, 1)), ((1, 1, 0), (-1, 1, 0))):
+        nodes = parts.Beam(direction=direction, length=1.0, section=TUBE, material=ev.CFRP, elements=1).start()
+        np.testing.assert_allclose(nodes[0, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-15)
+        np.testing.assert_allclose(nodes[0, 3], np.cross(nodes[0, 1], nodes[0, 2]), atol=1e-15)
