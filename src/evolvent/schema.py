@@ -266,8 +266,8 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
             field = here.model_fields[part]
             choice = next((mark for mark in marks(field) if isinstance(mark, OneOf)), None)
             here = next(sections(field.annotation), here)
-    field = here.model_fields.get(str(location[-1]))
-    for annotation in marks(field) if field is not None else ():
+    last = here.model_fields.get(str(location[-1]))
+    for annotation in marks(last) if last is not None else ():
         allowed = getattr(annotation, "allowed", None)
         if allowed:
             return f"; it must be {allowed}"

@@ -379,6 +379,8 @@ def craft() -> System:
     )
     system.add(parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2, position=(3.0, 0.0, 0.0)), "boom")
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 9.0)), "bob")
+    system.add(parts.Point(mass=1.0, position=(4.0, 0.0, 0.0)), "near")
+    system.add(parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=1, position=(4.0, 0.0, 0.0)), "next")
     return system
 
 
@@ -427,6 +429,15 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
             "a joint of type 'distance' has no position",
         ),
         (parts.Joint(a="boom.tip", b="boom.root", type="clamp"), "apart at the start; they must coincide"),
+        (parts.Joint(a="boom.tip", b="near", type="clamp"), "held.type is 'clamp', but a point mass has no directions"),
+        (
+            parts.Joint(a="hub", b="near", type="revolute"),
+            "held.type is 'revolute', but a point mass has no directions",
+        ),
+        (
+            parts.Joint(a="boom.tip", b="next.root", type="clamp"),
+            "held.type is 'clamp', which two beams do not take yet",
+        ),
         (parts.RotationalSpring(body="hub", node="bob"), "held.node is 'bob'; it must be a node of a beam"),
         (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),
     ],

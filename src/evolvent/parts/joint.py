@@ -157,13 +157,16 @@ class Joint(Part):
 
     def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[tuple[Side, Side]]:
         """Pairs of directions whose products the joint keeps."""
-        if a.on == sides.ON_COORDINATES and b.node is not None and a.node is not None:
+        if a.node is not None and b.node is not None:
             raise InputError(
-                f"{name}.type is {self.type!r}, which two beams or points do not take yet; join each of them to a "
-                f"body, or take type 'spherical'"
+                f"{name}.type is {self.type!r}, which two beams do not take yet; join each of them to a body, or take "
+                f"type 'spherical'"
             )
-        if b.on == sides.ON_COORDINATES and b.node is None:
-            raise InputError(f"{name}.type is {self.type!r}, but a point mass has no directions; take type 'spherical'")
+        if a.on == sides.ON_COORDINATES or (b.on == sides.ON_COORDINATES and b.node is None):
+            raise InputError(
+                f"{name}.type is {self.type!r}, but a point mass has no directions; take type 'spherical', or a body "
+                f"in its place"
+            )
         body = a.body
         if b.node is not None:
             along = _slope(builder, b, 1)

@@ -9,6 +9,7 @@ import numpy as np
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
+from evolvent.kernels import springs
 from evolvent.parts.base import Part, Place, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, write_law
 
@@ -59,7 +60,8 @@ class Spring(Part):
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis = np.zeros(3)
         if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
-            if isinstance(self.a, str) or isinstance(self.a[0], str):
+            marker = builder.rows["markers"][a]
+            if marker["kind"] != springs.ON_BODY or marker["index"] != builder.names["ground"][1]:
                 raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must stand on the ground")
             if self.axis is None and not np.any(apart):
                 raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
