@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, sweep, identify, studio, info, plot, export, report.
+"""The command line: list, show, schema, run, modes, equilibrium, sweep, identify, studio, info, plot, export, report.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from evolvent import __version__, startup
+from evolvent.analysis_command import equilibrium, modes
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.studies.command import once, sweep
@@ -382,6 +383,8 @@ def plot(path: str, figures: str | None, variables: str | None) -> None:
     _say(f"figures: {os.path.basename(plots.draw([drawn], folder)[0])} in {folder}")
 
 
+commands.add_command(modes)
+commands.add_command(equilibrium)
 commands.add_command(sweep)
 commands.add_command(identify)
 commands.add_command(export)

@@ -196,11 +196,54 @@ class System:
 
         Returns
         -------
-        evolvent.solvers.modes.Modes
+        evolvent.modal.ModalResults
+            ``frequency_hz``, ``damping_ratio``, ``effective_mass``; shapes by part, ``modes["boom"].displacement``;
+            ``modes.animate(0, "mode1.html")``.
+
+        Raises
+        ------
+        InputError
+            For parts that have no linear form; the sentence names the part.
+        RunFailed
+            If there is no equilibrium.
         """
+        from evolvent.modal import ModalResults
         from evolvent.solvers.modes import modes
 
-        return modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
+        found = modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
+        return ModalResults.of(found)
+
+    def linearize(
+        self, inputs: Sequence[str], outputs: Sequence[str], *, modes: int | None = None, method: str = "modal",
+        damped: bool = True, time: float = 0.0, rotating: str | Sequence[float] | None = None,
+        centre: Sequence[float] | None = None, boundary: Sequence[str] = (), static_correction: bool = False,
+    ) -> Any:  # fmt: skip
+        """Make a linear state-space model about the equilibrium, whole or reduced.
+
+        Parameters
+        ----------
+        inputs : names such as "hub.torque.z" or "boom.tip.force.y"
+        outputs : names such as "hub.rate.z" or "boom.tip.displacement.y"
+        modes : int, optional, size of a reduced model
+        method : {"modal", "craig-bampton"}
+        damped, time, rotating, centre, boundary, static_correction : as of `evolvent.solvers.linear.linearize`
+
+        Returns
+        -------
+        evolvent.solvers.linear.StateSpace
+            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``.
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `modes`.
+        """
+        from evolvent.solvers.linear import linearize
+
+        return linearize(
+            self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
+            centre=centre, boundary=boundary, static_correction=static_correction,
+        )  # fmt: skip
 
     def to_yaml(self, **settings: Any) -> str:
         """The system as a case file, which `evolvent.load` and ``evolvent run`` read.

@@ -27,7 +27,9 @@ _ENERGIES = {
 }
 
 
-def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | None = None) -> xr.DataTree:
+def tree_of(
+    solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | None = None, *, balances: bool = True
+) -> xr.DataTree:
     """A run as a tree of its parts.
 
     Parameters
@@ -35,9 +37,10 @@ def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | No
     solution : Solution
     attrs : attributes of the root (`evolvent.results.label`)
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
+    balances : bool, whether the root has energies and momenta
     """
     observed = observe(solution)
-    groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {})}
+    groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {}, balances=balances)}
     for name, found in observed.items():
         data = {
             key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name})
@@ -56,8 +59,18 @@ def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | No
     return tree
 
 
-def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
+def _root(solution: Solution, more: dict[str, Any], *, balances: bool) -> xr.Dataset:
     """Times, energy balance and momenta."""
+    time = ("time",)
+    data = _balances(solution) if balances else {}
+    for name, (dims, values, unit, text) in more.items():
+        data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
+    times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
+    return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})
+
+
+def _balances(solution: Solution) -> dict[str, xr.Variable]:
+    """Energies, work, losses and momenta over time."""
     balance, time = solution.balance, ("time",)
 
     def energy(values: Any, text: str) -> xr.Variable:
@@ -77,7 +90,4 @@ def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
         ("angular_momentum", momentum.angular, "kg m2 s-1", "angular momentum of all parts about the origin"),
     ):
         data[name] = xr.Variable((*time, "axis"), values, {"units": unit, "long_name": text})
-    for name, (dims, values, unit, text) in more.items():
-        data[name] = xr.Variable(dims, values, {"units": unit, "long_name": text})
-    times = xr.Variable(time, solution.t, {"units": "s", "long_name": "time"})
-    return xr.Dataset(data, {"time": times, "axis": ("axis", list(AXES))})
+    return data

@@ -1,0 +1,97 @@
+"""The commands `modes` and `equilibrium`."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import click
+
+from evolvent.errors import InputError, RunFailed
+from evolvent.studies.command import once
+
+
+def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
+    """The checked case and its system of parts."""
+    from evolvent import cases
+
+    loaded = cases.load(case, cases.parse_assignments(assignments))
+    return loaded, cases.system(loaded.system).build(loaded)
+
+
+def _options(loaded: Any) -> dict[str, Any]:
+    """Time and steady turn that a case asks for."""
+    section = getattr(loaded, "equilibrium", None)
+    if section is None:
+        return {}
+    found = {"time": section.time}
+    if section.rotating is not None:
+        found["rotating"] = section.rotating
+    return found
+
+
+_SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@_SET
+@click.option("--count", type=click.IntRange(min=1), help="How many modes.  [default: the case's modes.count, or 10]")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="MODES.NC", help="Keep the modes as NetCDF.")
+@click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for an animation of every mode.")
+def modes(case: str, assignments: tuple[str, ...], count: int | None, output: str | None, figures: str | None) -> None:
+    """Find the slowest modes of a CASE about its equilibrium.
+
+    Prints frequencies (Hz), damping ratios and effective masses.
+    """
+    from evolvent import results
+
+    if output is not None:
+        results.claim(output)
+    if figures is not None:
+        results.claim_folder(figures)
+    loaded, system = _loaded(case, assignments)
+    own = getattr(loaded, "modes", None)
+    wanted = count or (own.count if own is not None else 10)
+    found = system.modes(count=wanted, damped=own.damped if own is not None else False, **_options(loaded))
+    click.echo(found.table())
+    if output is not None:
+        found.save(output)
+        click.echo(f"modes: {output}")
+    if figures is not None:
+        results.make_folder(figures)
+        for k in range(len(found.pole)):
+            found.animate(k, os.path.join(figures, f"mode-{k:02d}.html"))
+        click.echo(f"animations: mode-00.html to mode-{len(found.pole) - 1:02d}.html in {figures}")
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@_SET
+@click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
+def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> None:
+    """Find the equilibrium of a CASE under its loads, from its start."""
+    from evolvent import results, show
+
+    if output is not None:
+        results.claim(output)
+        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
+            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    loaded, system = _loaded(case, assignments)
+    section = getattr(loaded, "equilibrium", None)
+    steps = section.load_steps if section is not None else None
+    try:
+        found, failed = system.equilibrium(load_steps=steps, **_options(loaded)), None
+    except RunFailed as error:
+        if error.run is None:
+            raise
+        found, failed = error.run, error
+    rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
+    width = max(len(label) for label, _ in rows)
+    for label, value in rows:
+        click.echo(f"{label:<{width}}  {value}")
+    if output is not None:
+        results.save(found, output)
+        click.echo(f"results: {output}")
+    if failed is not None:
+        raise failed
