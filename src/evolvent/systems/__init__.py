@@ -10,16 +10,14 @@ name alone: `evolvent.cases.system` imports it when a case asks for it, and noth
     `evolvent.results.label`. Refuses, with an `InputError`, whatever can be found before the run; it is called before a
     compilation is announced, so it must not start a long one. `laws` may hold laws of the user's, by name.
 ``layout(case) -> {variable: {dimension: size or None}}``
-    The numeric variables that ``numbers``, ``figures`` and ``scene`` read; a file without them is refused. None is any
+    The numeric variables that ``numbers``, ``figures`` and ``motion`` read; a file without them is refused. None is any
     size from 1.
 ``numbers(run) -> [evolvent.figures.Number]``
     The table on the screen.
 ``figures(run) -> [evolvent.figures.Figure]``
     What to draw; may be empty.
-``scene(run) -> evolvent.figures.Scene or None``
-    The animation, if there is one.
-``motion(run) -> evolvent.motion.Motion``
-    Lines, forces and axes of bodies in true size, for files that other programs read.
+``motion(run) -> evolvent.motion.Motion or None``
+    Lines, bodies, forces and marks at every sample, from which animations and files for other programs are drawn.
 
 A system that can be stepped from outside (`evolvent.Stepper.of_case`) has two more:
 
@@ -29,7 +27,7 @@ A system that can be stepped from outside (`evolvent.Stepper.of_case`) has two m
     Method, step, tolerance and spectral radius that the case asks for.
 
 In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``simulate`` the runs,
-``dataset`` the variables of a run, ``show`` what is drawn of it and ``places`` its motion.
+``dataset`` the variables of a run, ``show`` its numbers and figures and ``places`` its motion.
 
 A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
 Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.

@@ -52,8 +52,8 @@ Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.dataset import layout
 from evolvent.systems.heliogyro.places import motion
-from evolvent.systems.heliogyro.show import figures, numbers, scene
+from evolvent.systems.heliogyro.show import figures, numbers
 from evolvent.systems.heliogyro.simulate import plan, stepping
 from evolvent.systems.heliogyro.structure import build
 
-__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "scene", "stepping"]
+__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "stepping"]

@@ -28,7 +28,7 @@ Where the paper is in error, or silent:
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.places import motion
-from evolvent.systems.inertia_stand.show import figures, layout, numbers, scene
+from evolvent.systems.inertia_stand.show import figures, layout, numbers
 from evolvent.systems.inertia_stand.simulate import plan, run_batch
 
 #: Key that a study gives each case its own seed by.
@@ -43,6 +43,5 @@ __all__ = [
     "numbers",
     "plan",
     "run_batch",
-    "scene",
     "study_figures",
 ]
