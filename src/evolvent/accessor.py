@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from evolvent import show, variables
+from evolvent.errors import InputError
 from evolvent.figures import Figure, Number
+
+if TYPE_CHECKING:
+    from evolvent.motion import Motion
 
 
 @xr.register_datatree_accessor("ev")
@@ -56,6 +60,25 @@ class RunAccessor:
         if names:
             return plots.save(drawn[0], path)
         return plots.draw(drawn, path)
+
+    def motion(self) -> Motion | None:
+        """Bodies, lines, forces and marks at every sample; None of a run with a single one."""
+        return show.motion(self._run)
+
+    def animate(self, path: str | os.PathLike[str]) -> str:
+        """Write the animation as one HTML page; returns its path.
+
+        Raises
+        ------
+        InputError
+            If the run holds too little to move, or the file cannot be written.
+        """
+        from evolvent import animation
+
+        found = self.motion()
+        if found is None:
+            raise InputError("the run holds a single sample or nothing to draw, which makes no animation")
+        return animation.write(found, path)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run as NetCDF."""

@@ -1,4 +1,8 @@
-"""A 3-D animation as one HTML page that needs nothing else: no network, no library."""
+"""A motion as one HTML page that needs nothing else (no network, no library), and as bytes for the studio's viewer.
+
+Both hold the same description: positions in the axes of the main frame, in which points of a spinning craft can be
+interpolated, and the pose of that frame. `viewer.js` draws it.
+"""
 
 from __future__ import annotations
 
@@ -7,202 +11,280 @@ import html
 import json
 import os
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.figures import Scene
-from evolvent.results import writing
+from evolvent import cases
+from evolvent.motion import Frame, Motion, name_and_unit, turns_between
+from evolvent.results import unfinished, writing
+from evolvent.solids import SECTORS, Solid
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Size that a page may reach, bytes; frames are left out until it fits.
 LARGEST = 2_000_000
 #: Most frames that a page holds.
 MOST_FRAMES = 600
-#: Size that the points of a packed scene may reach, bytes.
+#: Size that a packed motion may reach, bytes.
 LARGEST_PACK = 60_000_000
-_TEMPLATE = pathlib.Path(__file__).with_name("animation.html")
-#: Where the scene is seen from at first, radians, and from how far, over its reach.
-AZIMUTH, ELEVATION, FAR = -1.1, 0.6, 6.0
-_NONE = -32768  # a value that is missing
+#: Time in which a run is shown unless a speed is asked for, s.
+SHOWN = 15.0
+#: Where a motion is seen from at first, rad.
+AZIMUTH, ELEVATION = -1.1, 0.6
+_HERE = pathlib.Path(__file__).parent
+_TEMPLATE, VIEWER = _HERE / "animation.html", _HERE / "viewer.js"
+#: Share of the reach below which a solid has fewer sectors, and number of solids above which it has still fewer.
+_SMALL, _MANY = 0.02, 24
 
 
-def write(scene: Scene, path: str | os.PathLike[str]) -> str:
+def of_run(run: xr.Dataset) -> Motion | None:
+    """The motion of a run, labelled if the run did not end as it should; None if it holds too little to move."""
+    motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
+    return None if motion is None or motion.time.size < 2 else motion.labelled(unfinished(run))
+
+
+def write(motion: Motion, path: str | os.PathLike[str]) -> str:
     """Write the page; returns its path.
 
     Parameters
     ----------
-    scene : Scene
+    motion : Motion
     path : str
 
     Raises
     ------
     InputError
         If the file cannot be written.
-
-    Notes
-    -----
-    Positions are kept as 16-bit integers, to 1 / 32767 of the farthest point.
     """
     with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(scene)[0])
+        pathlib.Path(temporary).write_bytes(page(motion)[0])
     return os.fspath(path)
 
 
 def page(
-    scene: Scene, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = True
+    motion: Motion, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = True
 ) -> tuple[bytes, int]:
     """The page, and the number of frames that it holds: at most `frames`, and no more than `LARGEST` bytes hold.
 
     Parameters
     ----------
-    scene : Scene
+    motion : Motion
     frames : int
     speed : float, optional
-        Time of the run over time of the clock at the start; left out, what shows the run in about 25 s.
-    playing : bool, whether it moves at once
+        Time of the run over time of the clock at the start; left out, what shows the run in `SHOWN` seconds.
+    playing : bool, whether it plays once when it is opened; else it shows the first frame
+
+    Notes
+    -----
+    Positions and values are kept as 16-bit integers, to 1 / 32767 of the largest of a line.
     """
-    frames = min(scene.time.size, frames)
-    made = _page(scene, frames, speed, playing)
+    shown = motion.magnified()
+    frames = min(motion.time.size, frames)
+    made = _page(shown, frames, speed, playing)
     while len(made) > LARGEST and frames > 2:
-        frames = max(2, int(0.9 * frames * LARGEST / len(made)))
-        made = _page(scene, frames, speed, playing)
+        frames = max(2, int(0.95 * frames * LARGEST / len(made)))
+        made = _page(shown, frames, speed, playing)
     return made, frames
 
 
-def _page(scene: Scene, frames: int, speed: float | None, playing: bool) -> bytes:
-    """The page with so many frames, evenly spread."""
-    kept = np.unique(np.linspace(0, scene.time.size - 1, frames).round().astype(int))
-    points, value = scene.points[kept], scene.value[kept]
-    reach, wide, tall = extent(scene)
-    farthest = float(np.abs(points).max(initial=1e-9))
-    finite = value[np.isfinite(value)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    low = min(low, 0.0)
-    largest = max(abs(low), abs(high), 1e-300)
-    whole = np.where(np.isfinite(value), np.round(np.nan_to_num(value) / largest * 32767), _NONE)
-    data: dict[str, Any] = {
-        "shape": [int(n) for n in points.shape[:3]],
-        "time": _rounded(scene.time[kept]),
-        "points": _packed(np.round(points / farthest * 32767)),
-        "unit": farthest / 32767,
-        "values": _packed(whole),
-        "value_unit": largest / 32767,
-        "value_label": scene.value_label,
-        "low": low,
-        "high": high,
-        "reach": reach,
-        "wide": wide,
-        "tall": tall,
-        "ring": ring(reach),
-        "origin": _rounded(scene.origin[kept]),
-        "angle": _rounded(scene.angle[kept]),
-        "tilt": _rounded(scene.tilt[kept]),
-        "body": [_rounded(polygon) for polygon in scene.body],
-        "numbers": [[name, _rounded(values[kept])] for name, values in scene.numbers.items()],
-        "speed": speed,
-        "playing": playing,
-    }
-    text = _TEMPLATE.read_text(encoding="utf-8")
-    text = text.replace("@TITLE@", html.escape(scene.title))
-    # "<" cannot close the script then
-    return text.replace("@DATA@", json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")).encode()
-
-
-def seen(points: np.ndarray, reach: float) -> np.ndarray:
-    """Places (..., 2) of points (..., 3) on a picture, in perspective; at the origin it has the scale 1."""
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
-    x = points[..., 0] * ca + points[..., 1] * sa
-    y = -points[..., 0] * sa + points[..., 1] * ca
-    far = FAR * reach
-    size = far / (far + y * ce - points[..., 2] * se)
-    return np.stack([size * x, size * (y * se + points[..., 2] * ce)], axis=-1)
-
-
-def extent(scene: Scene) -> tuple[float, float, float]:
-    """Reach of a scene from its axis, and half the width and height of what is seen of it at first, m."""
-    reach = float(np.nanmax(np.linalg.norm(scene.points[..., :2], axis=-1), initial=1e-9))
-    around = np.linspace(0.0, 2.0 * np.pi, 73)
-    circle = reach * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
-    every = [circle, scene.points.reshape(-1, 3), *scene.body]
-    sizes = np.max([np.nanmax(np.abs(seen(points, reach)), axis=0) for points in every], axis=0)
-    return reach, float(sizes[0]), float(sizes[1])
-
-
-def pack(scene: Scene, *, most: int = 4000) -> bytes:
-    """A scene as bytes, for a program that draws it: all key frames at once.
+def pack(motion: Motion, *, most: int = 4000) -> bytes:
+    """A motion as bytes, for the viewer of the studio: all frames at once, in full single precision.
 
     Parameters
     ----------
-    most : int, of frames; more are thinned evenly, as are those that would make the points larger than `LARGEST_PACK`
+    motion : Motion
+    most : int, of frames; more are thinned evenly, as are those that would make it larger than `LARGEST_PACK`
 
     Returns
     -------
     bytes
         Length of the header (uint32), the header (JSON, padded with blanks to a multiple of 4 bytes), then the blocks
-        that it lists under "blocks" (name and shape of float32), little-endian, in that order.
+        that it lists under "blocks" (name, shape and type), little-endian, in that order.
     """
-    count = scene.time.size
-    most = max(2, min(most, LARGEST_PACK // (4 * max(scene.points[0].size, 1))))
-    kept = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
-    colors = {scene.value_label: scene.value, **scene.others}
-    arrays = {
-        "time": scene.time,
-        "points": scene.points,
-        "origin": scene.origin,
-        "angle": scene.angle,
-        "tilt": scene.tilt,
-        **{f"color {k}": values for k, values in enumerate(colors.values())},
-        **{f"number {k}": values for k, values in enumerate(scene.numbers.values())},
+    shown = motion.magnified()
+    numbers = sum(points[0].size for points in shown.clouds)
+    numbers += sum(2 * force.points[0].size for force in shown.forces)
+    header, blocks = described(shown, min(most, LARGEST_PACK // (4 * max(numbers, 1))))
+    exact = {
+        name: np.ascontiguousarray(values, dtype="<f8" if name in _EXACT else "<f4") for name, values in blocks.items()
     }
-    arrays |= {f"turned {k}": s.turned for k, s in enumerate(scene.solids) if s.turned is not None}
-    if scene.arrows is not None:
-        arrays |= {"at": scene.arrows.at, "force": scene.arrows.force}
-    blocks = {name: np.ascontiguousarray(values[kept], dtype="<f4") for name, values in arrays.items()}
-    reach = float(np.nanmax(np.linalg.norm(scene.points[..., :2], axis=-1), initial=1e-9))
-    header: dict[str, Any] = {
-        "title": scene.title,
-        "reach": reach,
-        "ring": ring(reach),
-        "colors": [{"label": name, **_range(values[kept])} for name, values in colors.items()],
-        "numbers": list(scene.numbers),
-        "coils": scene.coils,
-        "body": [_rounded(polygon) for polygon in scene.body],
-        "solids": [{"kind": s.kind, "centre": s.centre, "size": s.size, "axis": s.axis} for s in scene.solids],
-        "arrows": None,
-        "blocks": [{"name": name, "shape": values.shape} for name, values in blocks.items()],
-    }
-    if scene.arrows is not None:
-        largest = float(np.nanmax(np.linalg.norm(blocks["force"], axis=-1), initial=0.0))
-        header["arrows"] = {"label": scene.arrows.label, "longest": scene.arrows.longest, "largest": largest}
+    header["blocks"] = [
+        {"name": name, "shape": values.shape, "type": values.dtype.str[1:]} for name, values in exact.items()
+    ]
     text = json.dumps(header, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    return b"".join([len(text).to_bytes(4, "little"), text, *(values.tobytes() for values in blocks.values())])
+    return b"".join([len(text).to_bytes(4, "little"), text, *(values.tobytes() for values in exact.values())])
 
 
-def _range(values: np.ndarray) -> dict[str, float]:
-    """Ends of the scale of a color; single large values are beyond it."""
-    finite = values[np.isfinite(values)]
-    if not finite.size:
-        return {"low": 0.0, "high": 1.0}
-    low, high = (float(x) for x in np.percentile(finite, (0.2, 99.8)))
-    low = min(low, 0.0) if low < 0.5 * high else low
-    return {"low": low, "high": high if high > low else low + 1.0}
+def default_speed(motion: Motion) -> float:
+    """Time of the run over time of the clock that shows the run in `SHOWN` seconds."""
+    span = float(motion.time[-1] - motion.time[0])
+    return float(f"{span / SHOWN:.3g}") if span > 0.0 else 1.0
 
 
-def _packed(values: np.ndarray) -> str:
-    """Integers as base64 of little-endian 16-bit ones."""
-    return base64.b64encode(values.astype("<i2").tobytes()).decode()
+#: Blocks in double precision: a time or a place may be large beside its changes.
+_EXACT = ("time", "origin")
 
 
-def _rounded(values: np.ndarray) -> Any:
-    """Nested lists of floats with six digits; None for NaN."""
-    if values.ndim > 1:
-        return [_rounded(row) for row in values]
-    return [float(f"{x:.7g}") if np.isfinite(x) else None for x in values]
+def described(motion: Motion, most: int) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """What a viewer draws: names, sizes and scales, and arrays by name with one row a frame.
+
+    Parameters
+    ----------
+    motion : Motion, as it is to be shown (`Motion.magnified`)
+    most : int, of frames, evenly spread; scales are those of all samples
+    """
+    count, body = motion.time.size, motion.body
+    kept = np.unique(np.linspace(0, count - 1, min(count, max(2, most))).round().astype(int))
+    seen = motion.in_body()
+    small = seen.at(kept)
+    ranges = {label: motion.value_range(label) for label in motion.labels}
+    header: dict[str, Any] = {
+        "title": motion.title,
+        "up": motion.up,
+        "main": None if body is None else body.name,
+        "view": [AZIMUTH, ELEVATION],
+        "speed": default_speed(motion),
+        "grid": grid_step(motion.reach),
+        "colors": [
+            {"name": name_and_unit(label)[0], "unit": name_and_unit(label)[1], "low": r.low, "high": r.high}
+            for label, r in ranges.items()
+        ],
+        "numbers": [name_and_unit(label) for label in motion.numbers],
+        "lines": [],
+        "frames": [],
+        "meshes": [],
+        "marks": [],
+        "forces": [],
+    }
+    blocks = {"time": small.time, **{f"number {k}": v for k, v in enumerate(small.numbers.values())}}
+    if body is not None:
+        blocks |= {"origin": body.origin[kept], "attitude": body.attitude[kept]}
+        blocks["turn"] = turns_between(body.attitude, kept)
+    for k, line in enumerate(small.lines):
+        color = {motion.labels.index(label): f"value {k} {label}" for label in line.values}
+        header["lines"].append(
+            {
+                "name": line.name,
+                "kind": line.kind,
+                "count": line.points.shape[1],
+                "width": line.width,
+                "strip": line.across is not None,
+                "tip": line.tip if line.tip is None else line.tip % line.points.shape[1],
+                "values": color,
+            }
+        )
+        blocks[f"line {k}"] = line.points
+        if line.across is not None:
+            blocks[f"across {k}"] = line.across
+        blocks |= {f"value {k} {label}": values for label, values in line.values.items()}
+    _describe_frames(seen, kept, header, blocks)
+    for k, mark in enumerate(small.marks):
+        header["marks"].append({"name": mark.name, "count": mark.points.shape[1], "size": mark.size})
+        blocks[f"mark {k}"] = mark.points
+    for k, force in enumerate(small.forces):
+        scale = motion.arrow_scale(force.unit)
+        header["forces"].append(
+            {"name": force.name, "count": force.points.shape[1], "unit": force.unit, "scale": scale}
+        )
+        blocks |= {f"force {k} at": force.points, f"force {k}": force.vectors * scale}
+    return header, blocks
 
 
-def ring(reach: float) -> float:
-    """Distance between rings, m: 1, 2 or 5 times a power of ten, three to seven of them."""
+def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blocks: dict[str, np.ndarray]) -> None:
+    """Frames with their outlines and solids; each mesh once."""
+    meshes: dict[tuple[Any, ...], int] = {}
+    reach = seen.reach
+
+    coarse = 3 if sum(len(frame.solids) for frame in seen.frames) > _MANY else 2
+
+    def mesh_of(solid: Solid) -> int:
+        sectors = SECTORS if solid.size > _SMALL * reach else SECTORS // coarse
+        key = (solid.edges, solid.profile, sectors, solid.turned is None)
+        if key not in meshes:
+            meshes[key] = len(meshes)
+            mesh = solid.mesh(sectors=sectors)
+            dark = mesh.dark if solid.turned is not None else np.zeros_like(mesh.dark)
+            header["meshes"].append(
+                {"vertices": _rounded(mesh.vertices.ravel()), "faces": mesh.faces.ravel().tolist(),
+                 "dark": dark.astype(int).tolist()}
+            )  # fmt: skip
+        return meshes[key]
+
+    for k, frame in enumerate(seen.frames):
+        solids = []
+        for j, solid in enumerate(frame.solids):
+            solids.append(
+                {
+                    "mesh": mesh_of(solid),
+                    "centre": solid.centre,
+                    "basis": _rounded(solid.basis.ravel()),
+                    "size": solid.size,
+                    "turned": solid.turned is not None,
+                }
+            )
+            if solid.turned is not None:
+                blocks[f"turned {k} {j}"] = solid.turned[kept]
+        still = _is_still(frame)
+        header["frames"].append(
+            {
+                "name": frame.name,
+                "outline": [_rounded(polyline.ravel()) for polyline in frame.outline],
+                "solids": solids,
+                "still": still,
+            }
+        )
+        if not still:
+            blocks |= {f"frame {k} origin": frame.origin[kept], f"frame {k} attitude": frame.attitude[kept]}
+            blocks[f"frame {k} turn"] = turns_between(frame.attitude, kept)
+
+
+def _is_still(frame: Frame) -> bool:
+    """Whether a frame is at rest in the main one, and coincides with it."""
+    return bool(np.abs(frame.origin).max() < 1e-12 and np.abs(np.abs(frame.attitude[:, 0]) - 1.0).max() < 1e-15)
+
+
+# ------------------------------------------------------------------------------------------------ the page
+
+
+def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> bytes:
+    """The page with so many frames."""
+    header, blocks = described(motion, frames)
+    header |= {"speed": speed or header["speed"], "playing": playing}
+    header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
+    # "<" cannot close the script then
+    data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
+    text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(motion.title))
+    text = text.replace("@VIEWER@", VIEWER.read_text(encoding="utf-8").replace("export ", ""))
+    return text.replace("@DATA@", data).encode()
+
+
+def _encoded(name: str, values: np.ndarray) -> dict[str, Any]:
+    """An array as base64 of integers with a scale where that is exact enough, else of floats."""
+    found: dict[str, Any] = {"name": name, "shape": values.shape}
+    bits = 8 if name.startswith("across") else 16 if name.startswith(("line", "value", "mark", "force")) else 0
+    if not bits:
+        kind = "f8" if name in _EXACT else "f4"
+        return found | {"type": kind, "data": base64.b64encode(values.astype(f"<{kind}").tobytes()).decode()}
+    most = 2 ** (bits - 1) - 1
+    finite = np.isfinite(values)
+    largest = float(np.abs(values[finite]).max(initial=0.0)) or 1.0
+    # the least integer is a value that is missing
+    whole = np.where(finite, np.round(np.where(finite, values, 0.0) / largest * most), -most - 1)
+    kind = f"i{bits // 8}"
+    data = base64.b64encode(whole.astype(f"<{kind}").tobytes()).decode()
+    return found | {"type": kind, "scale": largest / most, "data": data}
+
+
+def _rounded(values: np.ndarray) -> list[float]:
+    """Floats with six digits, whole ones without a point."""
+    return [int(x) if x == int(x) else float(f"{x:.6g}") for x in values.tolist()]
+
+
+def grid_step(reach: float) -> float:
+    """Distance between lines of the floor, m: 1, 2 or 5 times a power of ten, three to seven of them in a reach."""
     power = 10.0 ** np.floor(np.log10(reach))
     for factor in (0.2, 0.5, 1.0):
         if reach / (factor * power) <= 7.0:

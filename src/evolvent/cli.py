@@ -274,16 +274,15 @@ def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: boo
 
 def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     """Figures and animation of a run."""
-    from evolvent import cases
+    from evolvent import animation, cases
 
-    module = cases.system(found.attrs["system"])
-    figures, scene = module.figures(found), module.scene(found)
-    if not figures and scene is None:
+    figures, motion = cases.system(found.attrs["system"]).figures(found), animation.of_run(found)
+    if not figures and motion is None:
         click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
         return
     from evolvent.exports import drawings  # what draws takes longer to load than most runs take
 
-    paths = drawings.write(found, figures, scene, folder)
+    paths = drawings.write(found, figures, motion, folder)
     if not quiet:
         _say(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,9 @@ import xarray as xr
 from evolvent import results, variables
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Number, Panel
+
+if TYPE_CHECKING:
+    from evolvent.motion import Motion
 
 #: Most lines that a legend names; more are coloured along a scale.
 _NAMED = 8
@@ -222,6 +225,14 @@ def _reached(found: xr.DataArray) -> str:
         return f"({end}){unit}"
     size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
     return f"({end}){unit} at the end, size {size:.5g}{unit} at most"
+
+
+def motion(run: xr.DataTree) -> Motion | None:
+    """Bodies, lines, forces and marks of a run, by its parts; None where it holds too little."""
+    from evolvent.drawing import motion_of
+
+    title = str(run.attrs.get("title", "")).removeprefix("evolvent run of ").replace("-", " ").capitalize()
+    return motion_of(run, title=title)
 
 
 def layout(case: Any) -> dict[str, dict[str, int | None]]:

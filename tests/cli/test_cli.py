@@ -23,7 +23,7 @@ QUICK = [
     "--set",
     "solver.duration=2 s",
 ]
-FIGURES = {"body_rate.png", "tip_lag.png", "shape.png", "tension.png", "balances.png", "deployment.html"}
+FIGURES = {"body_rate.png", "tip_lag.png", "shape.png", "tension.png", "balances.png", "animation.html"}
 
 
 def test_list_show_schema(call):
@@ -130,7 +130,7 @@ def test_figures_are_pictures_and_the_page_needs_nothing_else(call, tmp_path):
         content = path.read_bytes()
         assert content.startswith(b"\x89PNG")
         assert len(content) > 10_000
-    page = (tmp_path / "f" / "deployment.html").read_text()
+    page = (tmp_path / "f" / "animation.html").read_text()
     assert len(page) < 2_000_000
     assert "http" not in page
     assert "src=" not in page
@@ -262,7 +262,7 @@ def test_a_failed_run_is_kept_and_labelled(call, monkeypatch):
     for figure in cases.system("heliogyro").figures(run):  # what is drawn says so too
         drawn = Image.open(f"run-figures/{figure.name}.png").convert("RGB")
         assert any(color == (0xB0, 0x00, 0x20) for _, color in drawn.getcolors(1 << 24)), figure.name
-    assert "FAILED: the energy balance is off" in pathlib.Path("run-figures/deployment.html").read_text("utf-8")
+    assert "FAILED: the energy balance is off" in pathlib.Path("run-figures/animation.html").read_text("utf-8")
 
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path):

@@ -14,6 +14,7 @@ from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.exports import matlab, moving, page, table, vtk
 from evolvent.exports.request import LARGE, Request
+from many_bodies import many_bodies
 
 SYSTEMS = ("heliogyro", "stand", "rib")
 
@@ -58,17 +59,22 @@ def steps(folder, kind):
 def test_vtk_holds_points_values_and_forces(runs, tmp_path, name):
     run, wanted = runs[name], motion(runs[name])
     said = vtk.write(run, str(tmp_path / "out"), Request())
-    assert said.startswith("lines.pvd, forces.pvd, frames.pvd in ")
+    kinds = {
+        "stand": ["lines", "bodies", "forces", "marks", "frames"],
+        "rib": ["lines", "strips", "bodies", "forces", "frames"],
+    }
+    named = kinds.get(name, ["lines", "bodies", "forces", "frames"])
+    assert said.startswith(", ".join(f"{kind}.pvd" for kind in named) + " in ")
     found = steps(tmp_path / "out", "lines")
     assert [time for time, _ in found] == pytest.approx(run.time.values.tolist())
     for k in (0, len(found) - 1):
         lines = grid(found[k][1])
-        assert np.array_equal(lines["points"], np.concatenate([s.points[k] for s in wanted.strands]))
-        for value in wanted.strands[0].values:
-            expected = np.concatenate([s.values[value][k] for s in wanted.strands])
+        assert np.array_equal(lines["points"], np.concatenate([s.points[k] for s in wanted.lines]))
+        for value in wanted.lines[0].values:
+            expected = np.concatenate([s.values[value][k] for s in wanted.lines])
             assert np.array_equal(lines[value], expected, equal_nan=True)
-        assert pieces(found[k][1]) == (len(lines["points"]), 0, len(wanted.strands))
-        assert lines["offsets"].tolist() == np.cumsum([s.points.shape[1] for s in wanted.strands]).tolist()
+        assert pieces(found[k][1]) == (len(lines["points"]), 0, len(wanted.lines))
+        assert lines["offsets"].tolist() == np.cumsum([s.points.shape[1] for s in wanted.lines]).tolist()
         forces = grid(steps(tmp_path / "out", "forces")[k][1])
         assert pieces(steps(tmp_path / "out", "forces")[k][1]) == (len(forces["points"]), len(forces["points"]), 0)
         assert np.array_equal(forces["points"], np.concatenate([f.points[k] for f in wanted.forces]))
@@ -93,9 +99,9 @@ def test_vtk_itself_reads_lines_vectors_and_times(runs, tmp_path, name):
     assert reader.time_values == pytest.approx(times.tolist())
     reader.set_active_time_value(reader.time_values[-1])
     grid = reader.read()[0]
-    assert grid.n_cells == len(wanted.strands)
-    assert grid.n_lines == len(wanted.strands)
-    for k, strand in enumerate(wanted.strands):
+    assert grid.n_cells == len(wanted.lines)
+    assert grid.n_lines == len(wanted.lines)
+    for k, strand in enumerate(wanted.lines):
         assert np.array_equal(grid.get_cell(k).points, strand.points[-1])
         value = next(iter(strand.values))
         assert np.array_equal(
@@ -108,12 +114,42 @@ def test_vtk_itself_reads_lines_vectors_and_times(runs, tmp_path, name):
     assert sorted(set(frames.cell_data["axis"])) == [-1, 0, 1, 2]
 
 
+def test_vtk_of_several_bodies(runs, tmp_path, monkeypatch):
+    """Strips as surfaces of their width, solids where their bodies are, moments beside forces, marks with a size."""
+    wanted = many_bodies(runs["rib"].sizes["time"])
+    monkeypatch.setattr(vtk, "motion_of", lambda run: wanted)
+    vtk.write(runs["rib"], str(tmp_path), Request())
+    k = 7
+    strip = grid(steps(tmp_path, "strips")[k][1])
+    assert pieces(steps(tmp_path, "strips")[k][1]) == (26, 0, 0)
+    assert len(strip["offsets"]) == 12
+    corners = strip["points"][strip["connectivity"].reshape(-1, 4)]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
+    long = np.linalg.norm(np.diff(wanted.lines[0].points[k], axis=0), axis=1)
+    assert area == pytest.approx(0.12 * long, rel=1e-9)  # it bends in its plane's normal: no shear
+    assert np.array_equal(strip["moment [N m]"][:13], wanted.lines[0].values["moment [N m]"][k])
+    bodies = grid(steps(tmp_path, "bodies")[k][1])
+    assert sorted(set(bodies["body"])) == [1, 2, 3]
+    used = bodies["connectivity"].reshape(-1, 4)[bodies["body"] == 3]
+    away = np.linalg.norm(bodies["points"][used] - wanted.frames[2].origin[k], axis=-1)
+    assert away == pytest.approx(np.full(away.shape, 0.15))
+    forces = grid(steps(tmp_path, "forces")[k][1])
+    assert np.array_equal(forces["force [N]"][0], wanted.forces[0].vectors[k, 0])
+    assert np.array_equal(forces["moment [N m]"][1], wanted.forces[1].vectors[k, 0])
+    assert np.isnan(forces["force [N]"][1]).all()
+    marks = grid(steps(tmp_path, "marks")[k][1])
+    assert marks["size [m]"].tolist() == [0.0, 0.15]
+    text = (tmp_path / "about.txt").read_text()
+    assert "boom with their width" in text
+    assert "solids of bus, panel, ball" in text
+
+
 def test_vtk_again_leaves_nothing_old(runs, tmp_path):
     (tmp_path / "mine.txt").write_text("stays")
     vtk.write(runs["stand"], str(tmp_path), Request(frames=20))
     vtk.write(runs["stand"], str(tmp_path), Request(frames=1))
     assert sorted(p.name for p in (tmp_path / "data").iterdir()) == [
-        f"{kind}-00000.vtp" for kind in ("forces", "frames", "lines")
+        f"{kind}-00000.vtp" for kind in ("bodies", "forces", "frames", "lines", "marks")
     ]
     assert (tmp_path / "mine.txt").read_text() == "stays"
 
@@ -139,11 +175,13 @@ def test_tables_hold_the_run(runs, tmp_path, name):
     }[name].items():
         assert np.array_equal(series[heading], values())
     shapes = pandas.read_csv(tmp_path / "shapes.csv")
-    one = shapes[(shapes["line"] == wanted.strands[-1].name) & (shapes["time [s]"] == run.time.values[-1])]
-    strand = wanted.strands[-1]
+    one = shapes[(shapes["line"] == wanted.lines[-1].name) & (shapes["time [s]"] == run.time.values[-1])]
+    strand = wanted.lines[-1]
     assert np.array_equal(one[["x [m]", "y [m]", "z [m]"]], strand.points[-1])
     for value, expected in strand.values.items():
         assert np.array_equal(one[value], expected[-1], equal_nan=True)
+    bodies = pandas.read_csv(tmp_path / "bodies.csv")
+    assert np.array_equal(bodies[[f"quaternion {c}" for c in "wxyz"]], wanted.frames[0].attitude)
     columns = pandas.read_csv(tmp_path / "columns.csv").set_index("name")
     assert columns.loc["energy_kinetic", "unit"] == "J"
     about = pandas.read_csv(tmp_path / "about.csv").set_index("what")["text"]
@@ -186,9 +224,13 @@ def test_mat_holds_the_run(runs, tmp_path, name):
     assert found.about.status == "success"
     assert found.meaning.energy_kinetic == run.energy_kinetic.attrs["long_name"]
     lines = np.atleast_1d(found.lines)
-    assert [line.name for line in lines] == [s.name for s in wanted.strands]
-    assert np.array_equal(lines[-1].points, wanted.strands[-1].points)
+    assert [line.name for line in lines] == [s.name for s in wanted.lines]
+    assert np.array_equal(lines[-1].points, wanted.lines[-1].points)
     assert hasattr(lines[0].values, {"stand": "force_N"}.get(name, "tension_N"))
+    body = found.bodies
+    assert np.array_equal(body.position, wanted.frames[0].origin)
+    assert np.array_equal(body.quaternion, wanted.frames[0].attitude)
+    assert np.atleast_1d(found.forces)[0].unit == "N"
     raw = loadmat(tmp_path / "run.mat")["run"]["data"][0, 0]["time"][0, 0]
     assert raw.shape == (run.sizes["time"], 1)
 
@@ -256,7 +298,7 @@ def test_html_keeps_frames_and_speed(runs, tmp_path):
     assert "7 frames of 21 samples" in said
     text = (tmp_path / "a.html").read_text()
     assert '"speed":3.0' in text
-    assert '"shape":[7,' in text
+    assert '{"name":"time","shape":[7]' in text
 
 
 # ------------------------------------------------------------------------------------------------ sizes and labels

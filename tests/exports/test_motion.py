@@ -34,8 +34,8 @@ def test_blades_turn_with_the_body(runs):
     out = run.released.values[:, 1]
     assert out.any()
     assert not out.all()
-    assert found.strands[1].points[:, :-1][out] == pytest.approx(wanted[out], abs=1e-12)
-    tension = found.strands[1].values["tension [N]"]
+    assert found.lines[1].points[:, :-1][out] == pytest.approx(wanted[out], abs=1e-12)
+    tension = found.lines[1].values["tension [N]"]
     assert tension[:, :-1][out] == pytest.approx(run.tension.values[:, 1][out])
     assert np.isnan(tension[:, :-1][~out]).all()
     assert tension[-1, -1] == run.hub_tension.values[-1, 1]
@@ -63,10 +63,10 @@ def test_the_springs_carry_and_move_the_stand(runs):
     a = np.gradient(run.velocity.values, h, axis=0)[2:-2]
     wanted = mass * (a + np.array([0.0, 9.81, 0.0]))
     assert force.vectors.sum(axis=1)[2:-2] == pytest.approx(wanted, abs=2e-3 * 9.81 * mass)
-    ends = [s.points[:, 1] for s in found.strands]
+    ends = [s.points[:, 1] for s in found.lines]
     assert np.stack(ends, axis=1) == pytest.approx(force.points)
     stiffness = run.spring_force.values / (
-        np.linalg.norm(np.stack([s.points[:, 1] - s.points[:, 0] for s in found.strands], axis=1), axis=-1)
+        np.linalg.norm(np.stack([s.points[:, 1] - s.points[:, 0] for s in found.lines], axis=1), axis=-1)
         - natural_length(run)
     )
     assert stiffness == pytest.approx(np.full_like(stiffness, stiffness.flat[0]), rel=1e-6)
@@ -78,7 +78,7 @@ def natural_length(run):
 
 def test_the_hub_presses_on_the_rib(runs):
     run, found = runs["rib"], motion(runs["rib"])
-    assert np.array_equal(found.strands[0].points, run.position.values[:, 0])
+    assert np.array_equal(found.lines[0].points, run.position.values[:, 0])
     sizes = np.linalg.norm(found.forces[0].vectors, axis=-1)
     assert sizes.sum(axis=1) == pytest.approx(run.contact_force.values[:, 0], rel=1e-6, abs=1e-9)
     assert sizes[-1].max() > 0.0
@@ -91,7 +91,7 @@ def test_the_hub_presses_on_the_rib(runs):
 def test_body_axes_keep_all_distances(runs, name):
     found = motion(runs[name]).at(np.array([0, 5]))
     seen = found.in_body()
-    for one, other in zip(found.strands, seen.strands, strict=True):
+    for one, other in zip(found.lines, seen.lines, strict=True):
         assert np.linalg.norm(np.diff(one.points, axis=1), axis=-1) == pytest.approx(
             np.linalg.norm(np.diff(other.points, axis=1), axis=-1)
         )

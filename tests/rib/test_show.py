@@ -1,4 +1,4 @@
-"""Numbers, figures and scene of synthetic runs, which the closed forms fill; no solver is asked."""
+"""Numbers, figures and motion of synthetic runs, which the closed forms fill; no solver is asked."""
 
 import numpy as np
 import pytest
@@ -140,7 +140,7 @@ def test_several_ribs_and_a_turning_hub_are_drawn(tmp_path):
 def test_a_short_run_draws_nothing_and_does_not_move():
     run = synthetic(WIND).isel(time=slice(0, 1))
     assert system.figures(run) == []
-    assert system.scene(run) is None
+    assert animation.of_run(run) is None
     assert system.numbers(run)
 
 
@@ -162,15 +162,15 @@ def test_the_mean_force_is_that_of_the_impulse():
     assert mean.y.max() == pytest.approx(10.0 / 3.0 + 5.0 / 2.4, rel=0.01)
 
 
-def test_scene_shows_the_ribs_as_the_hub_sees_them(run, tmp_path):
-    scene = system.scene(run)
-    assert scene.points.shape == (run.sizes["time"], 1, run.sizes["point"], 3)
-    assert scene.value.shape == (run.sizes["time"], 1, run.sizes["point"] - 1)
-    assert scene.points == pytest.approx(run.position.values)
-    assert (tmp_path / animation.write(scene, tmp_path / "rib.html")).stat().st_size > 10_000
+def test_motion_shows_the_ribs_with_their_width(run, tmp_path):
+    motion = system.motion(run)
+    (rib,) = motion.lines
+    assert rib.points == pytest.approx(run.position.values[:, 0])
+    assert rib.width == 0.03
+    assert (tmp_path / animation.write(motion, tmp_path / "rib.html")).stat().st_size > 10_000
 
 
-def test_scene_of_a_hub_that_turns_and_moves():
+def test_motion_of_a_hub_that_turns_and_moves():
     """A rib that rests on a hub which turns by 0.3 rad, is tilted and moves is seen at rest."""
     run = synthetic(HOLD, {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50})
     angle = np.linspace(0.0, 0.3, run.sizes["time"])
@@ -180,16 +180,16 @@ def test_scene_of_a_hub_that_turns_and_moves():
     turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
     run["hub_angle"] = run.hub_angle.copy(data=angle)
     run["position"] = run.position.copy(data=turned)
-    assert system.scene(run).points == pytest.approx(still, abs=1e-12)
+    assert system.motion(run).in_body().lines[0].points == pytest.approx(still[:, 0], abs=1e-12)
     # then the whole is tilted by 90 deg about x and moved
     tilt = np.sqrt(0.5) * np.stack([np.cos(angle / 2), np.cos(angle / 2), -np.sin(angle / 2), np.sin(angle / 2)], 1)
     a, b, d = np.moveaxis(turned, -1, 0)
     run["position"] = run.position.copy(data=np.stack([a, -d, b], axis=-1) + np.array([1.0, 2.0, 3.0]))
     run["hub_position"] = (("time", "axis"), np.tile([1.0, 2.0, 3.0], (angle.size, 1)))
     run["hub_quaternion"] = (("time", "quaternion"), tilt)
-    scene = system.scene(run)
-    assert scene.points == pytest.approx(still, abs=1e-12)
-    assert scene.origin[0] == pytest.approx([1.0, 2.0, 3.0])
+    motion = system.motion(run)
+    assert motion.in_body().lines[0].points == pytest.approx(still[:, 0], abs=1e-12)
+    assert motion.body.origin[0] == pytest.approx([1.0, 2.0, 3.0])
 
 
 def test_figures_of_a_study():

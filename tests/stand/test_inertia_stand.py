@@ -371,7 +371,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
         evolvent.run("inertia-stand", overrides)
 
 
-def test_figures_scene_and_numbers_come_from_a_saved_run(tmp_path):
+def test_figures_motion_and_numbers_come_from_a_saved_run(tmp_path):
     from evolvent import plots, results
 
     path = tmp_path / "run.nc"
@@ -382,6 +382,6 @@ def test_figures_scene_and_numbers_come_from_a_saved_run(tmp_path):
     assert "sum of the modes' energies" in labels
     drawn = plots.draw(inertia_stand.figures(opened), tmp_path)
     assert len(drawn) == 6
-    scene = inertia_stand.scene(opened)
-    assert scene.points.shape == (opened.sizes["time"], 16, 2, 3)
-    assert scene.value.shape == (opened.sizes["time"], 16, 1)
+    motion = inertia_stand.motion(opened)
+    assert [line.kind for line in motion.lines] == ["spring"] * 4
+    assert motion.magnification > 1.0

@@ -150,7 +150,7 @@ def test_run_to_results_and_play(page, server, folder, shots):
     assert page.locator(f"{part('main')} >> text=body rate at the end").is_visible()
     page.wait_for_selector(part("play"))
     page.wait_for_timeout(500)
-    now = "document.querySelector('.ev-motion').ev.now"
+    now = "document.querySelector('.ev-motion').viewer.now"
     view = page.locator(f"{part('motion')} canvas")
     page.locator(part("scrub")).evaluate("e => { e.value = 100; e.dispatchEvent(new Event('input')); }")
     page.wait_for_timeout(300)
@@ -167,10 +167,10 @@ def test_run_to_results_and_play(page, server, folder, shots):
     page.wait_for_timeout(300)
     assert page.evaluate(now) == held
     before = view.screenshot()
-    page.select_option(part("frame"), "inertial")
+    page.select_option(part("axes"), "body")
     page.wait_for_timeout(300)
-    assert view.screenshot() != before, "the body turns in inertial space"
-    page.select_option(part("colour"), "1")
+    assert view.screenshot() != before, "in inertial axes the body turns"
+    page.select_option(part("color"), "1")
     page.screenshot(path=shots / "run.png")
     ref = "job:" + next(p.name for p in (folder / ".evolvent-studio").iterdir() if p.name.endswith("short"))
     for what, begins in (("run", b"\x89HDF"), ("case", b"system: heliogyro"), ("figures", b"PK")):
@@ -178,7 +178,7 @@ def test_run_to_results_and_play(page, server, folder, shots):
             content = answer.read()
         assert content.startswith(begins)
     with zipfile.ZipFile(io.BytesIO(content)) as drawn:
-        assert {"body_rate.png", "deployment.html"} <= set(drawn.namelist())
+        assert {"body_rate.png", "animation.html"} <= set(drawn.namelist())
 
 
 def test_cancel_and_queue_after_reload(page, shots):
@@ -215,7 +215,7 @@ def test_compare_saved_runs(page, shots):
     page.wait_for_selector(f"{part('charts')} canvas")
     text = page.locator(part("main")).inner_text()
     assert re.search(r"spool.rate\s+3.0 rad/s\s+4.0 rad/s", text)
-    page.wait_for_function("document.querySelector('.ev-motion').ev?.motions.length === 2")
+    page.wait_for_function("document.querySelector('.ev-motion').viewer?.motions.length === 2")
     page.wait_for_timeout(600)
     page.screenshot(path=shots / "compare.png")
 
@@ -264,17 +264,17 @@ def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder)
     page.locator(".ev-link", has_text="wide.nc").click()
     page.wait_for_selector(f"{part('play')} >> visible=true")
     page.wait_for_timeout(1500)
-    assert page.evaluate("(([m]) => [m.frames, m.nodes])(document.querySelector('.ev-motion').ev.motions)") == [
+    assert page.evaluate("(([m]) => [m.frames, m.nodes])(document.querySelector('.ev-motion').viewer.motions)") == [
         1000,
         201,
     ]
     asked = []
     page.on("request", lambda request: asked.append(request.url))
-    page.evaluate("document.querySelector('.ev-motion').ev.times.length = 0")
+    page.evaluate("document.querySelector('.ev-motion').viewer.times.length = 0")
     page.click(part("play"))
     page.wait_for_timeout(3000)
     page.click(part("play"))
-    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').ev.times")).T
+    gap, work = np.array(page.evaluate("document.querySelector('.ev-motion').viewer.times")).T
     told = f"frames every {np.median(gap):.0f} ms, 95 % within {np.percentile(gap, 95):.0f} ms; "
     print(f"{told}{np.median(work):.1f} ms of them here, in software rendering")
     assert not [url for url in asked if "motion" in url]

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import socket
-import struct
 import subprocess
 import sys
 import time
@@ -14,9 +13,9 @@ import time
 import numpy as np
 import pytest
 
-from evolvent import animation, cases, results, schema, studies
+from evolvent import cases, results, schema, studies
 from evolvent.errors import InputError
-from evolvent.figures import Arrows, Figure, Line, Panel, Scene, Solid
+from evolvent.figures import Figure, Line, Panel
 from evolvent.studio import charts, form, gate
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
@@ -374,45 +373,6 @@ def test_names_that_no_page_can_show_are_left_out_and_long_ones_are_cut(tmp_path
 
 
 # ------------------------------------------------------------------------------------------------ pictures
-
-
-def test_packed_scene_can_be_read_back():
-    time_, points = np.linspace(0.0, 1.0, 5), np.random.default_rng(1).normal(size=(5, 2, 3, 3))
-    value = points[:, :, :2, 0].copy()
-    value[0, 0, 0] = np.nan
-    scene = Scene(
-        title="A thing",
-        time=time_,
-        points=points,
-        value=value,
-        value_label="tension, N",
-        others={"curvature, 1/m": 2.0 * value},
-        origin=np.zeros((5, 3)),
-        angle=time_,
-        tilt=np.tile([1.0, 0.0, 0.0, 0.0], (5, 1)),
-        body=[np.eye(3)],
-        numbers={"rate, rad/s": time_},
-        solids=[Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(1.0, 1.0, 2.0), turned=7.0 * time_)],
-        arrows=Arrows(label="force, N", at=points[:, 0], force=3.0 * points[:, 0], longest=0.5),
-    )
-    packed = animation.pack(scene)
-    (length,) = struct.unpack("<I", packed[:4])
-    assert length % 4 == 0
-    header = json.loads(packed[4 : 4 + length])
-    found, at = {}, 4 + length
-    for block in header["blocks"]:
-        count = int(np.prod(block["shape"]))
-        found[block["name"]] = np.frombuffer(packed, "<f4", count, at).reshape(block["shape"])
-        at += 4 * count
-    assert at == len(packed)
-    np.testing.assert_array_equal(found["points"], points.astype("f4"))
-    np.testing.assert_array_equal(found["color 1"], (2.0 * value).astype("f4"))
-    np.testing.assert_array_equal(found["force"], (3.0 * points[:, 0]).astype("f4"))
-    np.testing.assert_array_equal(found["turned 0"], (7.0 * time_).astype("f4"))
-    assert [c["label"] for c in header["colors"]] == ["tension, N", "curvature, 1/m"]
-    largest = np.linalg.norm(3.0 * points[:, 0], axis=-1).max()
-    assert header["arrows"]["largest"] == pytest.approx(largest, rel=1e-6)
-    assert len(animation.pack(scene, most=3)) < len(packed)
 
 
 def test_charts_keep_extremes_and_leave_gaps():

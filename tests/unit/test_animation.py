@@ -1,6 +1,7 @@
-"""The page of an animation: what it holds can be read back, and it stays small."""
+"""The page of an animation and the bytes for the studio: what they hold can be read back, with one scale of colours."""
 
 import base64
+import dataclasses
 import json
 import re
 
@@ -8,80 +9,157 @@ import numpy as np
 import pytest
 
 from evolvent import animation
-from evolvent.figures import Scene
+from evolvent.exports import pictures as films
+from evolvent.exports.faces import Camera
+from evolvent.motion import Line, Motion
+from many_bodies import many_bodies
+
+TYPES = {"i1": np.int8, "i2": np.dtype("<i2"), "f4": np.dtype("<f4"), "f8": np.dtype("<f8")}
 
 
-def scene(frames: int, nodes: int) -> Scene:
+def read_page(made):
+    """Header and blocks of a page."""
+    text = made.decode()
+    header = json.loads(re.search(r"const data = (.*);\n", text)[1])
+    blocks = {}
+    for block in header["blocks"]:
+        values = np.frombuffer(base64.b64decode(block["data"]), TYPES[block["type"]]).reshape(block["shape"])
+        if block["type"][0] == "i":
+            missing = values == np.iinfo(values.dtype).min
+            values = np.where(missing, np.nan, values * block["scale"])
+        blocks[block["name"]] = values
+    return text, header, blocks
+
+
+def read_pack(made):
+    """Header and blocks of packed bytes."""
+    length = int.from_bytes(made[:4], "little")
+    assert length % 4 == 0
+    header, at, blocks = json.loads(made[4 : 4 + length]), 4 + length, {}
+    for block in header["blocks"]:
+        kind, count = TYPES[block["type"]], int(np.prod(block["shape"]))
+        blocks[block["name"]] = np.frombuffer(made, kind, count, at).reshape(block["shape"])
+        at += count * kind.itemsize
+    assert at == len(made)
+    return header, blocks
+
+
+def long_line(frames, nodes):
     time = np.linspace(0.0, 10.0, frames)
-    points = np.zeros((frames, 2, nodes, 3))
-    points[..., 0] = np.linspace(0.0, 1.0, nodes) * (1.0 + time[:, None, None])
-    points[:, 1] *= -1.0
-    value = np.broadcast_to(time[:, None, None], (frames, 2, nodes - 1)).copy()
-    value[0, 0, 0] = np.nan
-    return Scene(
-        title="A <thing>",
-        time=time,
-        points=points,
-        value=value,
-        value_label="tension, mN",
-        origin=np.zeros((frames, 3)),
-        angle=6.0 * time,
-        tilt=np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1)),
-        body=[np.eye(3)],
-        numbers={"rate, rad/s": np.where(time > 5.0, np.nan, time)},
-    )
+    points = np.zeros((frames, nodes, 3))
+    points[..., 0] = np.linspace(0.0, 1.0, nodes) * (1.0 + time[:, None])
+    return Motion(title="A <line>", time=time, lines=[Line(name="<a>", points=points)])
 
 
-def content(path):
-    page = path.read_text()
-    return page, json.loads(re.search(r"const data = (.*);\n", page)[1])
-
-
-def test_holds_the_scene(tmp_path):
-    wanted = scene(11, 4)
+def test_page_and_pack_hold_the_motion(tmp_path):
+    wanted = many_bodies()
+    seen = wanted.in_body()
     path = tmp_path / "page.html"
     assert animation.write(wanted, path) == str(path)
-    page, data = content(path)
-    assert "<title>A &lt;thing&gt;</title>" in page
-    assert data["shape"] == [11, 2, 4]
-    points = np.frombuffer(base64.b64decode(data["points"]), dtype="<i2").reshape(11, 2, 4, 3) * data["unit"]
-    np.testing.assert_allclose(points, wanted.points, atol=11.0 / 32767)
-    values = np.frombuffer(base64.b64decode(data["values"]), dtype="<i2").reshape(11, 2, 3)
-    assert values[0, 0, 0] == -32768
-    np.testing.assert_allclose(values[1:] * data["value_unit"], wanted.value[1:], atol=10.0 / 32767)
-    assert (data["low"], data["high"]) == (0.0, 10.0)
-    assert data["numbers"][0][1][-1] is None
-    assert data["reach"] == pytest.approx(11.0)
-    assert data["ring"] == 2.0
+    text, header, page = read_page(path.read_bytes())
+    other, pack = read_pack(animation.pack(wanted))
+    assert "<title>Two bodies &amp; a boom</title>" in text
+    assert "@" not in re.sub(r"@media[^{]*", "", text.partition("const data")[0])
+    for found, exact in ((page, 2e-4), (pack, 1e-6)):
+        assert found["time"] == pytest.approx(wanted.time)
+        for k, line in enumerate(seen.lines):
+            assert found[f"line {k}"] == pytest.approx(line.points, abs=exact)
+            for label, values in line.values.items():
+                assert found[f"value {k} {label}"] == pytest.approx(values, abs=exact * np.abs(values).max())
+        assert found["across 0"] == pytest.approx(seen.lines[0].across, abs=0.01)
+        assert found["origin"] == pytest.approx(wanted.body.origin)
+        assert found["frame 1 origin"] == pytest.approx(seen.frames[1].origin, abs=1e-6)
+        assert found["mark 1"] == pytest.approx(seen.marks[1].points, abs=exact)
+        assert found["turned 0 2"] == pytest.approx(3.0 * wanted.time, rel=1e-6)
+        assert np.isnan(found["number 1"][0])
+        scale = wanted.arrow_scale("N")
+        assert found["force 0"] == pytest.approx(scale * seen.forces[0].vectors, abs=exact)
+    for one in (header, other):
+        assert [line["count"] for line in one["lines"]] == [13, 2, 2]
+        assert [line["kind"] for line in one["lines"]] == ["line", "rod", "spring"]
+        assert [frame["name"] for frame in one["frames"]] == ["bus", "panel", "ball"]
+        assert [len(frame["solids"]) for frame in one["frames"]] == [3, 1, 1]
+        assert one["numbers"] == [["spin", "rad/s"], ["late", "m"]]
+        assert one["main"] == "bus"
+    assert len(animation.pack(wanted, most=3)) < len(animation.pack(wanted))
+
+
+def test_one_scale_of_colours_for_page_pack_and_pictures(monkeypatch):
+    """Of all samples, also those that a page leaves out."""
+    motion = many_bodies(1001)
+    wanted = [motion.value_range(label) for label in motion.labels]
+    _, page, _ = read_page(animation.page(motion, frames=5)[0])
+    pack, _ = read_pack(animation.pack(motion, most=7))
+    for header in (page, pack):
+        assert [(c["low"], c["high"]) for c in header["colors"]] == wanted
+        assert [(c["name"], c["unit"]) for c in header["colors"]] == [("moment", "N m"), ("strain", ""), ("force", "N")]
+    used = []
+    drawer = films.Drawer
+    monkeypatch.setattr(films, "Drawer", lambda *a, **k: used.append((k["label"], k["ends"])) or drawer(*a, **k))
+    list(films.pictures(motion, motion.time[:1], size=(200, 150), inertial=True))
+    assert used == [("moment [N m]", wanted[0])]
 
 
 def test_leaves_out_frames_to_stay_small(tmp_path):
     path = tmp_path / "page.html"
-    animation.write(scene(2000, 1000), path)
+    animation.write(long_line(2000, 2000), path)
     assert path.stat().st_size <= animation.LARGEST
-    _, data = content(path)
-    assert data["shape"][0] >= 50
-    assert data["time"][0] == 0.0
-    assert data["time"][-1] == 10.0
+    text, header, found = read_page(path.read_bytes())
+    assert header["lines"][0]["name"] == "<a>"
+    assert "<a>" not in text
+    assert len(found["time"]) >= 50
+    assert (found["time"][0], found["time"][-1]) == (0.0, 10.0)
 
 
-def test_frames_speed_and_rest():
-    page, frames = animation.page(scene(100, 4), frames=7, speed=3.0, playing=False)
-    data = json.loads(re.search(r"const data = (.*);\n", page.decode())[1])
-    assert (frames, data["shape"][0], data["speed"], data["playing"]) == (7, 7, 3.0, False)
+def test_frames_speed_and_playing():
+    page, frames = animation.page(long_line(100, 4), frames=7, speed=3.0, playing=False)
+    _, header, found = read_page(page)
+    assert (frames, len(found["time"]), header["speed"], header["playing"]) == (7, 7, 3.0, False)
+    _, header, _ = read_page(animation.page(long_line(100, 4))[0])
+    assert header["speed"] == pytest.approx(10.0 / 15.0, rel=1e-2)  # 15 s for the run
 
 
-def test_all_of_a_scene_is_in_view():
-    given = scene(11, 4)
-    given.points[..., 2] = 20.0  # far above its reach
-    reach, wide, tall = animation.extent(given)
-    seen = np.abs(animation.seen(given.points, reach)).max(axis=(0, 1, 2))
-    assert seen[0] <= wide
-    assert seen[1] == pytest.approx(tall)
-    assert animation.seen(np.zeros(3), reach) == pytest.approx(np.zeros(2))
+def test_positions_far_away_keep_their_precision():
+    """In an orbit the origin is 7000 km away; single precision would move points by half a metre."""
+    motion = many_bodies(11)
+    away = motion.carried(np.tile([7e6, 0.0, 0.0], (11, 1)), np.tile([1.0, 0, 0, 0], (11, 1)))
+    _, found = read_pack(animation.pack(away))
+    assert found["origin"][:, 0] == pytest.approx(7e6 + motion.body.origin[:, 0], abs=1e-8)
+    assert found["line 0"] == pytest.approx(motion.in_body().lines[0].points, abs=1e-6)
 
 
-@pytest.mark.parametrize(("reach", "ring"), [(5.0, 1.0), (1.0, 0.2), (9.9, 2.0), (0.35, 0.05), (2.9, 0.5)])
-def test_rings_are_round_and_few(reach, ring):
-    assert animation.ring(reach) == pytest.approx(ring)
-    assert 3 <= reach / ring <= 7.0
+@pytest.mark.parametrize("drift", [0.0, 10.0])
+def test_all_of_a_motion_is_in_the_picture(drift):
+    """Also where it travels far: the camera goes with it."""
+    motion, size = many_bodies(drift=drift), (800, 600)
+    camera = Camera.of(motion, size)
+    assert camera.follows == (drift > 0.0)
+    for k in range(0, motion.time.size, 10):
+        here = camera.at(motion, k)
+        for line in motion.lines:
+            at = np.abs(here.screen(here.view(line.points[k]))[0])
+            assert (at < [400, 300]).all()
+
+
+def test_films_show_bodies_strips_springs_forces_and_marks():
+    motion = many_bodies()
+    (picture,) = films.pictures(motion, [6.0], size=(800, 600), inertial=True)
+
+    def drawn(**changes):
+        (other,) = films.pictures(dataclasses.replace(motion, **changes), [6.0], size=(800, 600), inertial=True)
+        return np.abs(other.astype(int) - picture).max(axis=-1)
+
+    assert picture.shape == (600, 800, 4)
+    assert (drawn(frames=[dataclasses.replace(f, solids=()) for f in motion.frames]) > 20).sum() > 3000
+    assert (drawn(lines=[dataclasses.replace(motion.lines[0], across=None), *motion.lines[1:]]) > 20).sum() > 200
+    assert (drawn(lines=motion.lines[:2]) > 20).sum() > 100
+    assert (drawn(forces=()) > 20).sum() > 30
+    assert (drawn(marks=()) > 20).sum() > 30
+    (body,) = films.pictures(motion, [6.0], size=(800, 600), inertial=False)
+    assert (np.abs(body.astype(int) - picture) > 20).any()
+
+
+@pytest.mark.parametrize(("reach", "step"), [(5.0, 1.0), (1.0, 0.2), (9.9, 2.0), (0.35, 0.05), (2.9, 0.5)])
+def test_steps_of_the_floor_are_round_and_few(reach, step):
+    assert animation.grid_step(reach) == pytest.approx(step)
+    assert 3 <= reach / step <= 7.0

@@ -12,19 +12,21 @@ from evolvent.results import unfinished
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Figure, Scene
+    from evolvent.figures import Figure
+    from evolvent.motion import Motion
 
 
-def write(run: xr.Dataset, figures: Sequence[Figure], scene: Scene | None, folder: str | os.PathLike[str]) -> list[str]:
-    """Write figures and animation of a run, labelled if it did not end as it should; returns the files' paths.
+def write(
+    run: xr.Dataset, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]
+) -> list[str]:
+    """Write figures and animation (`animation.of_run`) of a run into a folder; returns the files' paths.
 
     Raises
     ------
     InputError
         If the folder cannot be written into.
     """
-    label = unfinished(run)
-    paths = plots.draw(figures, folder, label=label)
-    if scene is not None:
-        paths.append(animation.write(scene.labelled(label), os.path.join(folder, f"{scene.name}.html")))
+    paths = plots.draw(figures, folder, label=unfinished(run))
+    if motion is not None:
+        paths.append(animation.write(motion, os.path.join(folder, "animation.html")))
     return paths

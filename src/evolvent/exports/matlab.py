@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.exports.request import Request, about, kept, shown_size, size_of
+from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.results import writing
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     -----
     ``run.data.NAME`` the values, ``run.units.NAME``, ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
+    ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
+    ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);
     ``run.about`` where it comes from and how it ended; ``run.case`` the case as YAML.
 
     Raises
@@ -37,30 +39,41 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     count = run.sizes["time"]
     samples = request.samples(count)
     some = run.isel(time=samples)
-    motion = cases.system(run.attrs["system"]).motion(run).at(samples)
-    size = some.nbytes + sum(s.points.nbytes + sum(v.nbytes for v in s.values.values()) for s in motion.strands)
+    motion = motion_of(run).at(samples)
+    size = some.nbytes + sum(x.points.nbytes + sum(v.nbytes for v in x.values.values()) for x in motion.lines)
+    size += sum(2 * force.points.nbytes for force in motion.forces)
     request.allow(size, f"{samples.size} samples")
     if size > _LIMIT:
         raise InputError(
             f"a .mat file holds at most {shown_size(_LIMIT)}, and this is {shown_size(size)}; lower --frames"
         )
     names = [str(name) for name in some.variables]
-    lines = np.zeros(len(motion.strands), dtype=[("name", object), ("points", object), ("values", object)])
-    for k, strand in enumerate(motion.strands):
-        values = {_field(name): v for name, v in strand.values.items()}
-        lines[k] = (strand.name, strand.points, values)
+    lines = np.zeros(len(motion.lines), dtype=[("name", object), ("points", object), ("values", object)])
+    for k, line in enumerate(motion.lines):
+        values = {_field(name): v for name, v in line.values.items()}
+        lines[k] = (line.name, line.points, values)
     content = {
         "data": {name: _values(some[name]) for name in names},
         "units": {name: some[name].attrs.get("units", "") for name in names},
         "meaning": {name: some[name].attrs.get("long_name", "") for name in names},
         "dims": {name: np.array([str(d) for d in some[name].dims], dtype=object) for name in names},
         "lines": lines,
+        "bodies": _structs(motion.frames, {"name": "name", "position": "origin", "quaternion": "attitude"}),
+        "forces": _structs(motion.forces, {name: name for name in ("name", "unit", "points", "vectors")}),
         "about": {_field(what): words for what, words in about(run)},
         "case": run.attrs["case"],
     }
     with writing(path) as temporary, open(temporary, "wb") as file:
         savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
     return f"{path}: {kept(samples, count)}, {shown_size(size_of(path))}"
+
+
+def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:
+    """A struct array with a row a part: fields, and the attributes that they hold."""
+    found = np.zeros(len(parts), dtype=[(field, object) for field in fields])
+    for k, part in enumerate(parts):
+        found[k] = tuple(getattr(part, attribute) for attribute in fields.values())
+    return found
 
 
 def _field(name: str) -> str:

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from evolvent.animation import default_speed
 from evolvent.errors import InputError
 from evolvent.exports.pictures import pictures
-from evolvent.exports.request import Request, scene_of, shown_size, size_of
+from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Scene
+    from evolvent.motion import Motion
 
 
 class _Kind(NamedTuple):
@@ -31,8 +32,6 @@ class _Kind(NamedTuple):
 
 _GIF = _Kind((800, 600), 20.0, 50.0, 1e5)
 _MP4 = _Kind((1280, 720), 30.0, 120.0, 4e4)
-#: Longest time that a run is shown in unless a speed is asked for, s.
-_SHOWN = 16.0
 
 
 def gif(run: xr.Dataset, path: str, request: Request) -> str:
@@ -45,12 +44,12 @@ def gif(run: xr.Dataset, path: str, request: Request) -> str:
     """
     from PIL import Image
 
-    scene = scene_of(run)
-    time, speed, length = _times(scene, request, _GIF)
+    motion = animation_of(run)
+    time, speed, length = _times(motion, request, _GIF)
     request.allow(time.size * _GIF.bytes, f"{time.size} frames")
 
     def drawn(moments: np.ndarray) -> Iterator[Image.Image]:
-        return (Image.fromarray(p[..., :3]) for p in _drawn(run, scene, moments, _GIF.size, request))
+        return (Image.fromarray(p[..., :3]) for p in _drawn(run, motion, moments, _GIF.size, request))
 
     # one palette for all frames, so that colours do not flicker
     width, height = _GIF.size
@@ -82,8 +81,8 @@ def mp4(run: xr.Dataset, path: str, request: Request) -> str:
         If there is no ffmpeg, the run holds too little, or the file cannot be written.
     """
     program = _ffmpeg()
-    scene = scene_of(run)
-    time, speed, length = _times(scene, request, _MP4)
+    motion = animation_of(run)
+    time, speed, length = _times(motion, request, _MP4)
     request.allow(time.size * _MP4.bytes, f"{time.size} frames")
     width, height = _MP4.size
     with writing(path) as temporary:
@@ -103,7 +102,7 @@ def mp4(run: xr.Dataset, path: str, request: Request) -> str:
             assert process.stdin is not None
             assert process.stderr is not None
             try:
-                for picture in _drawn(run, scene, time, _MP4.size, request):
+                for picture in _drawn(run, motion, time, _MP4.size, request):
                     process.stdin.write(picture.tobytes())
                 process.stdin.close()
             except BrokenPipeError:  # what it has to say comes below
@@ -134,10 +133,10 @@ def _ffmpeg() -> str:
     return found
 
 
-def _times(scene: Scene, request: Request, kind: _Kind) -> tuple[np.ndarray, float, float]:
+def _times(motion: Motion, request: Request, kind: _Kind) -> tuple[np.ndarray, float, float]:
     """Moments of the frames, s; the speed; the time that it takes to show them, s."""
-    span = float(scene.time[-1] - scene.time[0])
-    speed = request.speed or _nice(span / _SHOWN)
+    span = float(motion.time[-1] - motion.time[0])
+    speed = request.speed or default_speed(motion)
     length = span / speed
     frames = request.frames or max(2, round(length * kind.rate) + 1)
     if frames < 2:
@@ -146,19 +145,13 @@ def _times(scene: Scene, request: Request, kind: _Kind) -> tuple[np.ndarray, flo
         raise InputError(
             f"{frames} frames in {length:.3g} s are more than {kind.most:g} in a second; give fewer, or a lower --speed"
         )
-    return np.linspace(scene.time[0], scene.time[-1], frames), speed, length
-
-
-def _nice(x: float) -> float:
-    """The least of 1, 2, 5 times a power of ten that is not below x."""
-    power = 10.0 ** np.floor(np.log10(x))
-    return float(f"{next(f for f in (1.0, 2.0, 5.0, 10.0) if f * power >= x * (1.0 - 1e-9)) * power:.6g}")
+    return np.linspace(motion.time[0], motion.time[-1], frames), speed, length
 
 
 def _drawn(
-    run: xr.Dataset, scene: Scene, time: np.ndarray, size: tuple[int, int], request: Request
+    run: xr.Dataset, motion: Motion, time: np.ndarray, size: tuple[int, int], request: Request
 ) -> Iterator[np.ndarray]:
-    return pictures(scene, time, size=size, inertial=request.axes == "inertial", label=unfinished(run))
+    return pictures(motion, time, size=size, inertial=request.axes != "body", label=unfinished(run))
 
 
 def _said(path: str, time: np.ndarray, speed: float, length: float) -> str:

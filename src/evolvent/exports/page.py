@@ -6,7 +6,7 @@ import pathlib
 from typing import TYPE_CHECKING
 
 from evolvent import animation
-from evolvent.exports.request import Request, scene_of, shown_size, size_of
+from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import writing
 
 if TYPE_CHECKING:
@@ -21,14 +21,14 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     InputError
         If the run holds too little, or the file cannot be written.
     """
-    scene = scene_of(run)
-    wanted = min(max(2, request.frames or animation.MOST_FRAMES), scene.time.size)
-    page, frames = animation.page(scene, frames=wanted, speed=request.speed)
+    motion = animation_of(run)
+    wanted = min(max(2, request.frames or animation.MOST_FRAMES), motion.time.size)
+    page, frames = animation.page(motion, frames=wanted, speed=request.speed)
     with writing(path) as temporary:
         pathlib.Path(temporary).write_bytes(page)
     held = f"{frames} frames"
     if frames < wanted:
         held += f" (of the {wanted} asked for; a page holds {shown_size(animation.LARGEST)})"
-    elif frames < scene.time.size:
-        held += f" of {scene.time.size} samples"
+    elif frames < motion.time.size:
+        held += f" of {motion.time.size} samples"
     return f"{path}: {held}, {shown_size(size_of(path))}"

@@ -1,4 +1,4 @@
-"""Pictures of a moving scene, one after the other, as the HTML animation draws it."""
+"""Pictures of a motion, one after the other, as the HTML animation shows it."""
 
 from __future__ import annotations
 
@@ -8,74 +8,68 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.animation import extent, ring, seen
-from evolvent.figures import Scene
-from evolvent.motion import about_z, product, turned
-
-
-def at(scene: Scene, time: np.ndarray) -> dict[str, np.ndarray]:
-    """What is drawn, linear between samples, at each `time`: points, value, origin, attitude and numbers."""
-    high = np.clip(np.searchsorted(scene.time, time, side="right"), 1, scene.time.size - 1)
-    low = high - 1
-    share = np.clip((time - scene.time[low]) / (scene.time[high] - scene.time[low]), 0.0, 1.0)
-
-    def mixed(values: np.ndarray) -> np.ndarray:
-        f = share.reshape(-1, *[1] * (values.ndim - 1))
-        return np.where(
-            f == 0.0, values[low], np.where(f == 1.0, values[high], (1 - f) * values[low] + f * values[high])
-        )
-
-    tilt = mixed(scene.tilt)
-    tilt = tilt / np.linalg.norm(tilt, axis=1, keepdims=True)
-    found = {name: mixed(values) for name, values in scene.numbers.items()}
-    return {
-        "points": mixed(scene.points),
-        "value": scene.value[np.where(share < 1.0, low, high)],
-        "origin": mixed(scene.origin),
-        "attitude": product(about_z(mixed(scene.angle)), tilt),
-        **{f"number {name}": values for name, values in found.items()},
-    }
+from evolvent.animation import grid_step
+from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
+from evolvent.motion import Motion, ValueRange, name_and_unit, quantity
 
 
 def pictures(
-    scene: Scene, time: np.ndarray, *, size: tuple[int, int], inertial: bool, label: str
+    motion: Motion, time: np.ndarray, *, size: tuple[int, int], inertial: bool, label: str = ""
 ) -> Iterator[np.ndarray]:
-    """Pictures (height, width, 4) uint8 of a scene, one at each `time`.
+    """Pictures (height, width, 4) uint8 of a motion, one at each `time`.
 
     Parameters
     ----------
-    scene : Scene
+    motion : Motion
     time : (k,) float, s
     size : (2,) int, pixels, width and height
-    inertial : bool, whether inertial axes are drawn or those of the body
+    inertial : bool, whether inertial axes are drawn or those of the main frame
     label : str, written large where it is not empty
     """
-    drawn = at(scene, time)
-    stage = _Stage(scene, size, label)
-    still = np.array([[1.0, 0.0, 0.0, 0.0]])
+    shown = motion.magnified()
+    seen = shown.resampled(np.asarray(time, dtype=float))
+    stage = _Stage(shown, seen if inertial else seen.in_body(), size, inertial=inertial, label=label)
     for k, t in enumerate(time):
-        q = drawn["attitude"][k : k + 1] if inertial else still
-        origin = drawn["origin"][k] if inertial else np.zeros(3)
-        lines = np.stack([origin + turned(q, line[None])[0] for line in drawn["points"][k]])
-        body = [origin + turned(q, polygon[None])[0] for polygon in scene.body]
         text = f"time  {t:.2f} s"
-        for name in scene.numbers:
-            value = drawn[f"number {name}"][k]
-            text += f"\n{name}  {value:.4g}" if np.isfinite(value) else ""
-        yield stage.draw(lines, drawn["value"][k], body, text)
+        for name, values in seen.numbers.items():
+            what, unit = name_and_unit(name)
+            text += f"\n{what}  {values[k]:.4g} {unit}".rstrip() if np.isfinite(values[k]) else ""
+        yield stage.draw(k, text)
 
 
 class _Stage:
-    """A sheet on which what stands still is drawn once."""
+    """A sheet on which what stands still is drawn once.
 
-    def __init__(self, scene: Scene, size: tuple[int, int], label: str) -> None:
+    Parameters
+    ----------
+    motion : Motion, all of it, in inertial axes: sizes and scales are taken from it
+    seen : Motion, at the moments and in the axes that are drawn
+    """
+
+    def __init__(self, motion: Motion, seen: Motion, size: tuple[int, int], *, inertial: bool, label: str) -> None:
         import matplotlib as mpl
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import LineCollection
+        from matplotlib.collections import LineCollection, PolyCollection
         from matplotlib.figure import Figure
 
         width, height = size
         font = max(7.0, height / 60.0)
+        self._pixel = height / 600.0
+        value = next(iter(motion.labels), None)
+        ends = ValueRange(0.0, 1.0) if value is None else motion.value_range(value)
+        colors = mpl.colormaps["viridis"]
+        self._camera = Camera.of(motion if inertial else motion.in_body(), size)
+        self._scales = {force.unit: motion.arrow_scale(force.unit) for force in motion.forces}
+        self._drawer = Drawer(
+            seen,
+            self._camera,
+            scales=self._scales,
+            colors=colors(np.linspace(0.0, 1.0, 256))[:, :3],
+            label=value,
+            ends=ends,
+            pixel=self._pixel,
+        )
+        self._seen, self._step, self._half = seen, grid_step(motion.reach), (0.5 * width, 0.5 * height)
         with mpl.rc_context({"font.size": font}):
             sheet = Figure(figsize=(width / 100.0, height / 100.0), dpi=100)
             self._canvas = FigureCanvasAgg(sheet)
@@ -83,64 +77,112 @@ class _Stage:
             axes.set_axis_off()
             axes.set_xlim(-0.5 * width, 0.5 * width)
             axes.set_ylim(-0.5 * height, 0.5 * height)
-            self._reach, wide, tall = extent(scene)
-            self._scale = min(0.47 * width / wide, 0.46 * height / tall)
-            self._floor(axes, LineCollection, font)
-            finite = scene.value[np.isfinite(scene.value)]
-            low, high = (min(float(finite.min()), 0.0), float(finite.max())) if finite.size else (0.0, 1.0)
-            colors = mpl.colormaps["viridis"].with_extremes(bad="#bbbbbb")
-            norm = mpl.colors.Normalize(low, high if high > low else low + 1.0)
-            if finite.size:
-                bar = sheet.add_axes((0.74, 0.88, 0.22, 0.02))
-                sheet.colorbar(
-                    mpl.cm.ScalarMappable(norm, colors), cax=bar, orientation="horizontal", ticks=[low, high]
-                )
-                bar.set_xticklabels([f"{low:.3g}", f"{high:.3g}"])
-                bar.set_title(scene.value_label, fontsize=font)
-            title = scene.title.removesuffix(f" - {label}") if label else scene.title
+            self._measures(axes, font)
+            if value is not None:
+                bar = sheet.add_axes((0.70, 0.88, 0.22, 0.02))
+                tints = mpl.cm.ScalarMappable(mpl.colors.Normalize(*ends), colors)
+                sheet.colorbar(tints, cax=bar, orientation="horizontal", ticks=list(ends))
+                name, unit = name_and_unit(value)
+                bar.set_xticklabels([quantity(x, unit) for x in ends])
+                bar.set_title(name, fontsize=font)
+            title = motion.title.removesuffix(f" - {label}") if label else motion.title
             sheet.text(0.015, 0.975, title, weight="bold", va="top", fontsize=1.2 * font)
+            axis = "inertial axes" if inertial or motion.body is None else f"axes of {motion.body.name}"
+            sheet.text(0.985, 0.025, axis, color="#6a7480", ha="right", va="bottom", fontsize=0.9 * font)
             if label:
                 short = label if len(label) <= 90 else label[:87] + "..."
-                sheet.text(0.015, 0.025, short, weight="bold", color="#b00020", va="bottom", fontsize=1.1 * font)
-            self._body = LineCollection([], colors="#222222", linewidths=1.4, animated=True)
-            self._lines = LineCollection([], cmap=colors, norm=norm, linewidths=2.2, capstyle="round", animated=True)
-            self._roots = axes.plot([], [], "o", color="#222222", markersize=0.4 * font, animated=True)[0]
-            for collection in (self._body, self._lines):
+                sheet.text(0.015, 0.93, short, weight="bold", color="#b00020", va="top", fontsize=1.1 * font)
+            still = not self._camera.follows
+            self._floor = LineCollection(
+                self._lattice(0) if still else [],
+                colors="#e6e9ec",
+                linewidths=0.7 * self._pixel,
+                animated=not still,
+                zorder=-1,
+            )
+            self._faces: Any = PolyCollection([], animated=True)
+            self._faces.set_joinstyle("round")
+            for collection in (self._floor, self._faces):
                 axes.add_collection(collection, autolim=False)
-            self._text = sheet.text(0.015, 0.92, "", va="top", linespacing=1.4, animated=True)
+            top = 0.87 if label else 0.92
+            self._text = sheet.text(0.015, top, "", va="top", linespacing=1.4, animated=True)
             self._canvas.draw()
         self._axes, self._sheet = axes, sheet
         self._ground = self._canvas.copy_from_bbox(sheet.bbox)
 
-    def _floor(self, axes: Any, collection: Any, font: float) -> None:
-        """Rings in the plane z = 0, and axes."""
-        around = np.linspace(0.0, 2.0 * np.pi, 73)
-        step = ring(self._reach)
-        rings = [step * (i + 1) for i in range(math.floor(self._reach * 1.001 / step))]
-        circles = [np.stack([r * np.cos(around), r * np.sin(around), 0.0 * around], axis=1) for r in rings]
-        axes.add_collection(collection([self._seen(c) for c in circles], colors="#e4e4e4", linewidths=0.8))
-        for r in rings:
-            x, y = self._seen(np.array([[r, 0.0, 0.0]]))[0]
-            axes.text(x + 3, y + 3, f"{r:.3g} m", color="#888888", fontsize=0.85 * font)
-        for axis, name in zip(0.25 * self._reach * np.eye(3), "xyz", strict=True):
-            ends = self._seen(np.stack([np.zeros(3), axis]))
-            axes.plot(*ends.T, color="#aaaaaa", linewidth=0.8)
-            axes.text(*(ends[1] + (4, 0)), name, color="#888888", fontsize=0.85 * font)
+    def _measures(self, axes: Any, font: float) -> None:
+        """Scale bar, scale of the arrows, and directions of the axes."""
+        from matplotlib.collections import PolyCollection
 
-    def _seen(self, points: np.ndarray) -> np.ndarray:
-        """Places (..., 2) on the sheet, pixels from its middle."""
-        return self._scale * seen(points, self._reach)
+        left, row = -self._half[0] + 14.0 * self._pixel, -self._half[1] + 14.0 * self._pixel
+        small: dict[str, Any] = {"fontsize": 0.9 * font, "color": "#6a7480", "va": "center"}
+        ink = "#6a7480"
+        length = _nice(150.0 * self._pixel / self._camera.scale)
+        right, up = left + length * self._camera.scale, 4.0 * self._pixel
+        axes.plot([left, left, right, right], [row + up, row, row, row + up], color=ink, linewidth=1.2 * self._pixel)
+        axes.text(right + 6.0 * self._pixel, row, quantity(length, "m"), **small)
+        for unit, scale in self._scales.items():
+            if scale == 0.0:
+                continue
+            row += 20.0 * self._pixel
+            size = _nice(110.0 * self._pixel / (scale * self._camera.scale))
+            right = left + size * scale * self._camera.scale
+            ends = np.array([[left, row]]), np.array([[right, row]])
+            arrow: Any = PolyCollection([])
+            _show(arrow, join(arrows(*ends, np.zeros(1), self._pixel, twice=unit == "N m")))
+            axes.add_collection(arrow, autolim=False)
+            axes.text(right + 6.0 * self._pixel, row, quantity(size, unit), **small)
+        x, y = left + 30.0 * self._pixel, row + 34.0 * self._pixel
+        for (u, v, _), name, color in zip(self._camera.axes.T, "xyz", ("#c0392b", "#2e8b57", "#2a6fbb"), strict=True):
+            reach = 28.0 * self._pixel
+            axes.plot([x, x + reach * u], [y, y + reach * v], color=color, linewidth=1.5 * self._pixel)
+            axes.text(x + 1.3 * reach * u, y + 1.3 * reach * v, name, color=color, ha="center", va="center")
 
-    def draw(self, lines: np.ndarray, value: np.ndarray, body: list[np.ndarray], text: str) -> np.ndarray:
-        """One picture."""
+    def _lattice(self, k: int) -> list[np.ndarray]:
+        """Lines of the floor, on the picture."""
+        camera = self._camera.at(self._seen, k)
+        up = "xyz".index(self._seen.up)
+        i, j = [c for c in range(3) if c != up]
+        reach = max(self._step, min(1.25 * camera.radius, 12.0 * self._step))
+        step, middle = self._step, camera.target
+        ends = [
+            range(math.ceil((middle[c] - reach) / step), math.floor((middle[c] + reach) / step) + 1) for c in (i, j)
+        ]
+        found = []
+        for a, b, first, second in ((i, j, ends[0], ends[1]), (j, i, ends[1], ends[0])):
+            for n in first:
+                points = np.zeros((2, 3))
+                points[:, a], points[:, b] = n * step, [second[0] * step, second[-1] * step]
+                points[:, up] = middle[up] if camera.follows else 0.0
+                found.append(camera.screen(camera.view(points))[0])
+        return found
+
+    def draw(self, k: int, text: str) -> np.ndarray:
+        """The picture at sample k."""
         self._canvas.restore_region(self._ground)
-        at = self._seen(lines)
-        self._lines.set_segments(list(np.stack([at[:, :-1], at[:, 1:]], axis=2).reshape(-1, 2, 2)))
-        self._lines.set_array(np.ma.masked_invalid(value.ravel()))
-        self._body.set_segments([self._seen(polygon) for polygon in body])
-        self._roots.set_data(*at[:, 0].T)
+        if self._camera.follows:
+            self._floor.set_segments(self._lattice(k))
+            self._axes.draw_artist(self._floor)
+        _show(self._faces, self._drawer.faces(k))
         self._text.set_text(text)
-        for artist in (self._body, self._lines, self._roots):
-            self._axes.draw_artist(artist)
+        self._axes.draw_artist(self._faces)
+        if self._camera.follows:  # the floor has been drawn over them
+            for artist in (*self._sheet.axes[1:], *self._axes.lines, *self._axes.texts, *self._sheet.texts):
+                if artist is not self._text:
+                    self._sheet.draw_artist(artist)
         self._sheet.draw_artist(self._text)
         return np.array(self._canvas.buffer_rgba())
+
+
+def _show(collection: Any, faces: Faces) -> None:
+    """Set the polygons of a collection; widths of lines are in points, of which there are 72 where 100 pixels are."""
+    collection.set_verts(faces.corners)
+    collection.set_facecolor(faces.fill)
+    collection.set_edgecolor(faces.line)
+    collection.set_linewidth(0.72 * faces.width)
+
+
+def _nice(x: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above x."""
+    power = 10.0 ** math.floor(math.log10(x))
+    return next(f for f in (5.0, 2.0, 1.0) if f * power <= x * (1.0 + 1e-9)) * power

@@ -94,11 +94,11 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: in
 
 
 def _title(run: xr.Dataset) -> str:
-    scene = cases.system(run.attrs["system"]).scene(run)
+    motion = cases.system(run.attrs["system"]).motion(run)
     system: str = run.attrs["system"].replace("-", " ").capitalize()
-    if scene is None or scene.title.startswith(system):
+    if motion is None or motion.title.startswith(system):
         return system
-    return f"{system}: {scene.title[:1].lower()}{scene.title[1:]}"
+    return f"{system}: {motion.title[:1].lower()}{motion.title[1:]}"
 
 
 def _head(run: xr.Dataset, title: str) -> str:
@@ -165,26 +165,25 @@ def _figure(figure: Figure) -> str:
 
 def _animation(run: xr.Dataset) -> str:
     """The page of the animation in a frame; on paper, stills."""
-    scene = cases.system(run.attrs["system"]).scene(run)
-    if scene is None:
+    motion = animation.of_run(run)
+    if motion is None:
         return ""
     from PIL import Image
 
-    if unfinished(run):
-        scene = dataclasses.replace(scene, title=f"{scene.title} ({run.attrs['status']})")
-    page = animation.page(scene, playing=False)[0].decode()
+    page = animation.page(motion, playing=False)[0].decode()
     # a frame may run its script, and nothing else: no network, no access to this page
     inside = html.escape(page, quote=True)
-    moving = f'<iframe sandbox="allow-scripts" title="{_text(scene.title)}" srcdoc="{inside}"></iframe>'
+    title = _text(motion.title)
+    moving = f'<iframe sandbox="allow-scripts" allow="fullscreen" title="{title}" srcdoc="{inside}"></iframe>'
     stills = []
-    plain = dataclasses.replace(scene, title="")
-    times = np.linspace(scene.time[0], scene.time[-1], _STILLS + 1)[1:]
-    for picture in pictures(plain, times, size=(360, 270), inertial=False, label=""):
+    plain = dataclasses.replace(motion, title="")
+    times = np.linspace(motion.time[0], motion.time[-1], _STILLS + 1)[1:]
+    for picture in pictures(plain, times, size=(360, 270), inertial=True):
         content = io.BytesIO()
         Image.fromarray(picture[..., :3]).quantize(64, dither=Image.Dither.NONE).save(
             content, format="PNG", optimize=True
         )
-        stills.append(_image(content.getvalue(), "png", scene.title))
+        stills.append(_image(content.getvalue(), "png", motion.title))
     return f'{moving}<div class="stills">{"".join(stills)}</div>'
 
 

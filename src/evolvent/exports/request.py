@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import animation, cases
 from evolvent.errors import InputError
-from evolvent.results import unfinished
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Scene
+    from evolvent.motion import Motion
 
 #: Size above which a file is written only if that is asked for, bytes.
 LARGE = 200_000_000
@@ -30,7 +29,7 @@ class Request:
     frames : int, optional
         Number of moments, evenly spread; left out, what suits the format.
     speed : float, optional
-        Time of the run over time of the clock, of an animation; left out, one that shows the run in 8 to 20 s.
+        Time of the run over time of the clock, of an animation; left out, one that shows the run in 15 s.
     axes : "inertial" or "body", optional
         What positions refer to; left out, what suits the format.
     large : bool
@@ -90,18 +89,32 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
-def scene_of(run: xr.Dataset) -> Scene:
-    """The animation of a run, labelled if the run did not end as it should.
+def animation_of(run: xr.Dataset) -> Motion:
+    """The motion of a run, labelled if the run did not end as it should.
 
     Raises
     ------
     InputError
-        If the run holds too little to draw.
+        If the run holds too little to move.
     """
-    scene: Scene | None = cases.system(run.attrs["system"]).scene(run)
-    if scene is None:
+    motion = animation.of_run(run)
+    if motion is None:
         raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat take it")
-    return scene.labelled(unfinished(run))
+    return motion
+
+
+def motion_of(run: xr.Dataset) -> Motion:
+    """The motion of a run, if only at one sample.
+
+    Raises
+    ------
+    InputError
+        If the run holds too little for that.
+    """
+    motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
+    if motion is None:
+        raise InputError("the run holds too little: there is no motion to export")
+    return motion
 
 
 def about(run: xr.Dataset) -> list[tuple[str, str]]:

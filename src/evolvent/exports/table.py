@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.exports.request import Request, about, kept, shown_size, size_of
+from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from evolvent.motion import Motion
 
 #: Columns of one variable above which it has a table of its own.
 WIDE = 12
@@ -36,6 +38,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
         All that has a few values at every sample, one row a sample.
     ``shapes.csv``
         Where every point is, and what is known there: one row a point and moment, inertial axes.
+    ``bodies.csv``
+        Position and attitude of every body: one row a body and moment, inertial axes.
     ``NAME.csv``
         Other variables with many values at every sample (all that `shapes.csv` does not hold), one row a sample.
     ``results.csv``
@@ -51,7 +55,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     count = run.sizes["time"]
     rows = request.samples(count)
     moments = request.samples(count, most=MOST_SHAPES)
-    motion = cases.system(run.attrs["system"]).motion(run).at(moments)
+    motion = motion_of(run).at(moments)
     held = _held(run, motion)
     narrow, wide = [], []
     for name, variable in run.variables.items():
@@ -61,8 +65,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
                 narrow.append(str(name))
             elif name not in held:
                 wide.append(str(name))
-    points = sum(s.points.shape[1] for s in motion.strands)
-    values = len({name for s in motion.strands for name in s.values})
+    points = sum(s.points.shape[1] for s in motion.lines)
+    values = len({name for s in motion.lines for name in s.values})
     cells = moments.size * points * (6 + values)
     cells += sum(int(run[name].size) * rows.size // count for name in (*narrow, *wide))
     request.allow(_CELL * cells, "these tables")
@@ -70,6 +74,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     label = unfinished(run)
     tables: dict[str, Iterable[Iterable[Any]]] = {"series.csv": _series(run, narrow, rows, label)}
     tables["shapes.csv"] = _shapes(motion)
+    tables |= {"bodies.csv": _bodies(motion)} if motion.frames else {}
     tables |= {f"{name}.csv": _series(run, [name], rows, label) for name in wide}
     tables["results.csv"] = _results(run)
     tables["columns.csv"] = _columns(run, [*narrow, *wide], motion)
@@ -87,9 +92,9 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     return f"{said}, {shown_size(size_of(path))}"
 
 
-def _held(run: xr.Dataset, motion: Any) -> set[str]:
+def _held(run: xr.Dataset, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
-    names = {value.partition(" [")[0] for s in motion.strands for value in s.values}
+    names = {value.partition(" [")[0] for s in motion.lines for value in s.values}
     return {"position"} | {str(n) for n in run.variables if n in names or f"{n}".removeprefix("signed_") in names}
 
 
@@ -122,15 +127,22 @@ def _series(run: xr.Dataset, names: list[str], rows: np.ndarray, label: str) -> 
         yield [*row, label] if label else row
 
 
-def _shapes(motion: Any) -> Iterator[Iterable[Any]]:
-    names = list(dict.fromkeys(name for s in motion.strands for name in s.values))
+def _shapes(motion: Motion) -> Iterator[Iterable[Any]]:
+    names = list(dict.fromkeys(name for s in motion.lines for name in s.values))
     yield ["time [s]", "line", "point", "x [m]", "y [m]", "z [m]", *names]
     for k, time in enumerate(motion.time):
-        for strand in motion.strands:
-            values = [strand.values[name][k] if name in strand.values else None for name in names]
-            for i, x in enumerate(strand.points[k]):
+        for line in motion.lines:
+            values = [line.values[name][k] if name in line.values else None for name in names]
+            for i, x in enumerate(line.points[k]):
                 data = ("" if v is None else _number(v[i]) for v in values)
-                yield [_number(time), strand.name, i + 1, *map(_number, x), *data]
+                yield [_number(time), line.name, i + 1, *map(_number, x), *data]
+
+
+def _bodies(motion: Motion) -> Iterator[Iterable[Any]]:
+    yield ["time [s]", "body", "x [m]", "y [m]", "z [m]", *(f"quaternion {c}" for c in "wxyz")]
+    for k, time in enumerate(motion.time):
+        for frame in motion.frames:
+            yield [_number(time), frame.name, *map(_number, frame.origin[k]), *map(_number, frame.attitude[k])]
 
 
 def _number(x: Any) -> Any:
@@ -161,14 +173,16 @@ def _places(run: xr.Dataset, name: str) -> list[str]:
     return _headings(run.assign({name: run[name].expand_dims("once")}), name)
 
 
-def _columns(run: xr.Dataset, names: list[str], motion: Any) -> Iterator[Iterable[Any]]:
+def _columns(run: xr.Dataset, names: list[str], motion: Motion) -> Iterator[Iterable[Any]]:
     yield ["name", "unit", "columns", "meaning"]
     yield ["time", "s", 1, "time"]
     for name in names:
         attrs = run[name].attrs
         columns = run[name].size // run.sizes["time"]
         yield [name, attrs.get("units", ""), columns, attrs.get("long_name", "")]
-    for number in dict.fromkeys(name for s in motion.strands for name in s.values):
+    for number in dict.fromkeys(name for s in motion.lines for name in s.values):
         name, _, unit = number.partition(" [")
         yield [f"shapes: {name}", unit.rstrip("]"), 1, "at the point"]
     yield ["shapes: x, y, z", "m", 3, "place of the point, inertial axes"]
+    yield ["bodies: x, y, z", "m", 3, "origin of the body, inertial axes"]
+    yield ["bodies: quaternion", "", 4, "from body to inertial axes, scalar part first"]

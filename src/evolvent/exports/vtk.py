@@ -1,4 +1,4 @@
-"""Time series for ParaView: collections (.pvd) of polygonal data (.vtp) of lines, forces and axes of bodies.
+"""Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, strips, bodies, forces, marks, axes.
 
 `pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers weigh half a
 gigabyte. Polygonal data are what ParaView's filter Tube takes; it does not take unstructured grids.
@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.exports.request import Request, about, kept, shown_size, size_of
+from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.motion import turned
 from evolvent.results import make_folder, unfinished, writing
 
@@ -27,20 +26,32 @@ if TYPE_CHECKING:
 
 #: Samples that are written unless more are asked for.
 MOST = 300
-_POINTS, _LINES = "Verts", "Lines"
+_POINTS, _LINES, _FACES = "Verts", "Lines", "Polys"
 _FOLDER = "data"
-_TEXT = """\
-lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness);
+_TEXTS = {
+    "lines": """lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness);
              cell data: line (1, 2, ... in this order)
-forces{suffix}.pvd  {forces}; cell data: kind (1, 2, ... in this order); point data: force [N],
-             a vector (filter Glyph, orient and scale by it; a scale factor of {scale} suits most moments)
-frames{suffix}.pvd  axes of {frames} and its outline; cell data: axis (0 x, 1 y, 2 z, -1 outline);
+""",
+    "strips": """strips{suffix}.pvd  {strips} with their width, as surfaces; data as above
+""",
+    "bodies": """bodies{suffix}.pvd  solids of {bodies}, as surfaces; cell data: body (1, 2, ... as in frames)
+""",
+    "forces": """forces{suffix}.pvd  {forces}; cell data: kind (1, 2, ... in this order); point data: {vectors},
+             vectors (filter Glyph, orient and scale by them; scale factors that suit: {scale})
+""",
+    "marks": """marks{suffix}.pvd   {marks}; cell data: kind (1, 2, ... in this order); point data: size [m]
+""",
+    "frames": """frames{suffix}.pvd  axes of {frames} and what draws them; cell data: axis (0 x, 1 y, 2 z, -1 outline);
              point data: quaternion from body to the axes of this file (scalar, and x, y, z as a vector)
-
+""",
+}
+_TEXT = """
 Open the .pvd files in ParaView; they refer to those in {folder}/. Lengths in m, time in s, axes: {axes}.
 {kept}.
 
 """
+#: What point data of forces are called, by unit.
+_VECTORS = {"N": "force [N]", "N m": "moment [N m]"}
 
 
 def write(run: xr.Dataset, path: str, request: Request) -> str:
@@ -54,16 +65,13 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     file, group = _library()
     count = run.sizes["time"]
     samples = request.samples(count, most=MOST)
-    motion: Motion = cases.system(run.attrs["system"]).motion(run).at(samples)
+    motion = motion_of(run).at(samples)
     if request.axes == "body":
         motion = motion.in_body()
-    numbers = sum(s.points.shape[1] * (5 + len(s.values)) for s in motion.strands)
-    numbers += sum(f.points.shape[1] * 9 for f in motion.forces)
-    request.allow(samples.size * (8.0 * numbers + 8000.0), f"{samples.size} frames")
+    kinds = _kinds(motion)
+    numbers = sum(make(motion, 0).numbers for make in kinds.values())
+    request.allow(samples.size * (8.0 * numbers + 2000.0 * len(kinds)), f"{samples.size} frames")
     suffix = f"-{run.attrs['status']}" if unfinished(run) else ""
-    kinds: dict[str, Callable[[Motion, int], Grid]] = {"lines": _lines, "forces": _forces, "frames": _frames}
-    if not motion.forces:
-        del kinds["forces"]
     data = os.path.join(path, _FOLDER)
     make_folder(path)
     make_folder(data)
@@ -79,16 +87,20 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
             collection.save()
     except OSError as error:
         raise InputError(f"cannot write into {path!r}: {(error.strerror or str(error)).lower()}") from None
-    first = motion.strands[0]
-    text = _TEXT.format(
+    text = "".join(_TEXTS[kind] for kind in kinds) + _TEXT
+    text = text.format(
         suffix=suffix,
-        lines=", ".join(s.name for s in motion.strands),
-        values=", ".join(first.values),
-        forces=", ".join(f.name for f in motion.forces) or "none",
-        scale=f"{_scale(motion):.2g}",
-        frames=", ".join(f.name for f in motion.frames),
+        lines=", ".join(line.name for line in motion.lines),
+        strips=", ".join(line.name for line in motion.lines if line.across is not None),
+        bodies=", ".join(frame.name for frame in motion.frames if frame.solids),
+        marks=", ".join(mark.name for mark in motion.marks),
+        values=", ".join(motion.labels) or "none",
+        forces=", ".join(force.name for force in motion.forces),
+        vectors=", ".join(_VECTORS[unit] for unit in _units(motion)),
+        scale=", ".join(f"{motion.arrow_scale(unit) or 1.0:.2g}" for unit in _units(motion)),
+        frames=", ".join(frame.name for frame in motion.frames),
         folder=_FOLDER,
-        axes="those of the first body" if request.axes == "body" else "inertial",
+        axes="those of the main body" if request.axes == "body" else "inertial",
         kept=kept(samples, count),
     )
     with writing(os.path.join(path, "about.txt")) as temporary:
@@ -107,19 +119,30 @@ def _library() -> tuple[Callable[[str], Any], Any]:
     return lambda name: VtkFile(name, VtkPolyData), VtkGroup
 
 
-def _scale(motion: Motion) -> float:
-    """Length over force, m/N, that draws the largest force of a usual moment a quarter as long as the lines reach."""
-    if not motion.forces:
-        return 1.0
-    sizes = np.concatenate([np.linalg.norm(f.vectors, axis=-1) for f in motion.forces], axis=1)
-    largest = np.nan_to_num(sizes).max(axis=1)
-    return 0.25 * motion.reach / float(np.median(largest[largest > 0.0])) if np.any(largest > 0.0) else 1.0
+def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
+    """What makes the files of a sample, for all that a motion has."""
+    has: dict[str, tuple[bool, Callable[[Motion, int], Grid]]] = {
+        "lines": (bool(motion.lines), _lines),
+        "strips": (any(line.across is not None for line in motion.lines), _strips),
+        "bodies": (any(frame.solids for frame in motion.frames), _bodies),
+        "forces": (bool(motion.forces), _forces),
+        "marks": (bool(motion.marks), _marks),
+        "frames": (bool(motion.frames), _frames),
+    }
+    return {kind: make for kind, (wanted, make) in has.items() if wanted}
+
+
+def _units(motion: Motion) -> list[str]:
+    """Units of forces, each once."""
+    return list(dict.fromkeys(force.unit for force in motion.forces))
 
 
 def _clear(folder: str) -> None:
     """Remove what an earlier export left, and nothing else."""
     for name in os.listdir(folder):
-        if re.fullmatch(r"(lines|forces|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name):
+        if re.fullmatch(
+            r"(lines|strips|bodies|forces|marks|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name
+        ):
             os.unlink(os.path.join(folder, name))
 
 
@@ -127,32 +150,50 @@ def _clear(folder: str) -> None:
 
 
 class Grid:
-    """Points, cells through them in order, and data, as they are put together: lines, or single points."""
+    """Points, cells of one sort through them, and data, as they are put together: lines, faces or single points."""
 
     def __init__(self, cells: str) -> None:
         self._cells = cells
         self._points: list[np.ndarray] = []
-        self._ends: list[int] = []
+        self._corners: list[np.ndarray] = []
+        self._sizes: list[np.ndarray] = []
         self._point_data: list[dict[str, Any]] = []
         self._cell_data: list[dict[str, int]] = []
         self._count = 0
 
-    def add(self, points: np.ndarray, point_data: Mapping[str, np.ndarray], cell_data: dict[str, int]) -> None:
-        """One line through points (n, 3), or n single points."""
+    @property
+    def numbers(self) -> int:
+        """How many numbers a file holds, about."""
+        values = 3 + len({name for data in self._point_data for name in data})
+        return self._count * values + 2 * sum(len(c) for c in self._corners)
+
+    def add(
+        self,
+        points: np.ndarray,
+        point_data: Mapping[str, np.ndarray],
+        cell_data: dict[str, int],
+        *,
+        faces: np.ndarray | None = None,
+    ) -> None:
+        """One line through points (n, 3), n single points, or faces (f, k) between them."""
         n = len(points)
+        if faces is not None:
+            sizes = np.full(len(faces), faces.shape[1])
+        else:
+            sizes = np.array([n]) if self._cells == _LINES else np.ones(n, dtype=int)
         self._points.append(points)
         self._point_data.append(dict(point_data))
-        for size in [n] if self._cells == _LINES else [1] * n:
-            self._count += size
-            self._ends.append(self._count)
-            self._cell_data.append(cell_data)
+        self._corners.append(self._count + (np.arange(n) if faces is None else faces.ravel()))
+        self._sizes.append(sizes)
+        self._cell_data += [cell_data] * len(sizes)
+        self._count += n
 
     def write(self, begin: Callable[[str], Any], path: str) -> None:
         """Write the file `path`, which ends in .vtp."""
         points = _columns(np.concatenate(self._points))
         cells = {
-            "connectivity": np.arange(self._count, dtype=np.int64),
-            "offsets": np.array(self._ends, dtype=np.int64),
+            "connectivity": np.concatenate(self._corners).astype(np.int64),
+            "offsets": np.cumsum(np.concatenate(self._sizes)).astype(np.int64),
         }
         names = list(dict.fromkeys(name for data in self._point_data for name in data))
         point_data = {name: self._at_points(name) for name in names}
@@ -161,8 +202,8 @@ class Grid:
         }
         file = begin(path.removesuffix(".vtp"))
         file.openGrid()
-        count = {_POINTS: "nverts", _LINES: "nlines"}[self._cells]
-        file.openPiece(npoints=self._count, **{count: len(self._ends)})
+        count = {_POINTS: "nverts", _LINES: "nlines", _FACES: "npolys"}[self._cells]
+        file.openPiece(npoints=self._count, **{count: len(cells["offsets"])})
         for where, data in (("Points", {"points": points}), (self._cells, cells)):
             file.openElement(where)
             for name, values in data.items():
@@ -202,16 +243,49 @@ def _columns(values: np.ndarray) -> Any:
 
 def _lines(motion: Motion, k: int) -> Grid:
     made = Grid(_LINES)
-    for number, strand in enumerate(motion.strands, 1):
-        made.add(strand.points[k], {name: v[k] for name, v in strand.values.items()}, {"line": number})
+    for number, line in enumerate(motion.lines, 1):
+        made.add(line.points[k], {name: v[k] for name, v in line.values.items()}, {"line": number})
+    return made
+
+
+def _strips(motion: Motion, k: int) -> Grid:
+    """A quadrilateral for each piece of a strip."""
+    made = Grid(_FACES)
+    for number, line in enumerate(motion.lines, 1):
+        if line.across is None:
+            continue
+        size = np.linalg.norm(line.across[k], axis=1, keepdims=True)
+        edge = 0.5 * (line.width or 0.0) * line.across[k] / np.where(size > 0.0, size, 1.0)
+        n = np.arange(len(edge) - 1)
+        faces = np.stack([n, n + 1, n + 1 + len(edge), n + len(edge)], axis=1)
+        points = np.concatenate([line.points[k] + edge, line.points[k] - edge])
+        made.add(points, {name: np.tile(v[k], 2) for name, v in line.values.items()}, {"line": number}, faces=faces)
+    return made
+
+
+def _bodies(motion: Motion, k: int) -> Grid:
+    made = Grid(_FACES)
+    for number, frame in enumerate(motion.frames, 1):
+        for solid in frame.solids:
+            mesh = solid.mesh()
+            placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
+            made.add(frame.origin[k] + placed, {}, {"body": number}, faces=mesh.faces)
     return made
 
 
 def _forces(motion: Motion, k: int) -> Grid:
     made = Grid(_POINTS)
     for number, force in enumerate(motion.forces, 1):
-        data = {"force [N]": force.vectors[k], "size [N]": np.linalg.norm(force.vectors[k], axis=1)}
+        size = f"size [{force.unit}]"
+        data = {_VECTORS[force.unit]: force.vectors[k], size: np.linalg.norm(force.vectors[k], axis=1)}
         made.add(force.points[k], data, {"kind": number})
+    return made
+
+
+def _marks(motion: Motion, k: int) -> Grid:
+    made = Grid(_POINTS)
+    for number, mark in enumerate(motion.marks, 1):
+        made.add(mark.points[k], {"size [m]": np.full(len(mark.points[k]), mark.size or 0.0)}, {"kind": number})
     return made
 
 

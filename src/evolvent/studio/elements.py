@@ -13,8 +13,8 @@ from nicegui.element import Element
 from evolvent.studio.charts import Chart
 
 _STATIC = pathlib.Path(__file__).with_name("static")
-#: What NiceGUI ships of ECharts and three.js; the elements below import it, offline.
-SHIPPED = (ui.echart, ui.scene)
+#: What NiceGUI ships of ECharts; charts import it, offline.
+SHIPPED = (ui.echart,)
 
 
 class ChartElement(Element, component=_STATIC / "chart.js"):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, Response
 
-from evolvent import cases
+from evolvent.animation import VIEWER
 from evolvent.errors import EvolventError
 from evolvent.studio.state import Studio
 
@@ -60,6 +60,10 @@ def install(app: FastAPI, studio: Studio) -> None:
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
     app.get("/studio/certificate", include_in_schema=False)(guarded(certificate))
 
+    @app.get("/studio/viewer.js", include_in_schema=False)
+    def viewer() -> FileResponse:
+        return FileResponse(VIEWER, media_type="text/javascript", headers={"Cache-Control": "no-cache"})
+
 
 def _named(content: bytes, name: str, kind: str) -> Response:
     return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
@@ -71,12 +75,13 @@ def _plain(name: str) -> str:
 
 def _drawn(studio: Studio, ref: str) -> bytes:
     """Figures and animation of a run, zipped."""
+    from evolvent import animation
     from evolvent.exports import drawings
 
     found = studio.load(ref)
-    scene = cases.system(found.run.attrs["system"]).scene(found.run)
+    motion = animation.of_run(found.run)
     with tempfile.TemporaryDirectory(prefix="evolvent-figures-") as folder:
-        paths = drawings.write(found.run, found.figures, scene, folder)
+        paths = drawings.write(found.run, found.figures, motion, folder)
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
             for path in paths:

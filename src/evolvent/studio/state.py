@@ -227,6 +227,5 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
     from evolvent import animation
 
-    found = _loaded(path, stamp)[0]
-    scene = cases.system(found.attrs["system"]).scene(found)
-    return None if scene is None else animation.pack(scene)
+    motion = animation.of_run(_loaded(path, stamp)[0])
+    return None if motion is None else animation.pack(motion)

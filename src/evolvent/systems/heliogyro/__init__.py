@@ -53,7 +53,7 @@ from evolvent.definition import SystemDefinition
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.dataset import layout
 from evolvent.systems.heliogyro.places import motion
-from evolvent.systems.heliogyro.show import figures, numbers, scene
+from evolvent.systems.heliogyro.show import figures, numbers
 from evolvent.systems.heliogyro.simulate import plan, stepping
 from evolvent.systems.heliogyro.structure import build
 
@@ -66,7 +66,6 @@ class Heliogyro(SystemDefinition):
     motion = staticmethod(motion)
     figures = staticmethod(figures)
     numbers = staticmethod(numbers)
-    scene = staticmethod(scene)
     plan = staticmethod(plan)
     stepping = staticmethod(stepping)
     build = staticmethod(build)
@@ -74,4 +73,4 @@ class Heliogyro(SystemDefinition):
 
 SYSTEM = Heliogyro()
 
-__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "scene", "stepping"]
+__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "stepping"]

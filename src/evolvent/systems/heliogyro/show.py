@@ -1,4 +1,4 @@
-"""What to show of a run: numbers, figures, the scene of an animation."""
+"""What to show of a run: numbers and figures."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.motion import tilt_of
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Figure, Line, Number, Scene
+    from evolvent.figures import Figure, Line, Number
 
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
 
@@ -366,78 +365,3 @@ def _body_figure(run: xr.Dataset) -> Figure:
         Panel(x_label="time, s", y_label="tilt of the body's axis, deg", lines=[Line(x=time, y=tilt)]),
     ]
     return Figure(name="body", title="Motion of the body", panels=panels, size=(8.0, 6.5))
-
-
-def scene(run: xr.Dataset) -> Scene | None:
-    """The deployment in three dimensions; None of a run with a single sample."""
-    from evolvent.figures import Scene, Solid
-
-    if run.sizes["time"] < 2:
-        return None
-
-    case, time = case_of(run), run.time.values
-    blades, n = run.sizes["blade"], run.sizes["node"]
-    turns = 2.0 * np.pi * np.arange(blades) / blades
-    L0, radius = case.body.spool_offset, case.spool.radius
-    Q = np.stack([L0 * np.cos(turns), L0 * np.sin(turns), np.full(blades, radius)], axis=1)
-    released = run.released.values
-    points = np.empty((time.size, blades, n + 1, 3))
-    points[:, :, :n] = np.where(released[..., None], run.position.values, Q[:, None])
-    points[:, :, n] = np.where(run.let_go.values[..., None], points[:, :, n - 1], Q)
-    angle = run.body_angle.values
-    tilt = np.tile([1.0, 0.0, 0.0, 0.0], (time.size, 1))
-    origin = np.zeros((time.size, 3))
-    if "body_quaternion" in run:
-        tilt, origin = tilt_of(run.body_quaternion.values, angle), run.body_position.values
-    around = np.linspace(0.0, 2.0 * np.pi, 25)
-    hub = L0 * np.stack([np.cos(around), np.sin(around), np.zeros(25)], axis=1)
-    numbers = {"body rate, rad/s": run.body_rate.values, "deployed, m": run.deployed_length.values[:, 0]}
-    numbers["tip lag, deg"] = np.degrees(run.signed_lag.values[:, 0, 0])
-    solids = [Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(0.7 * L0, 0.7 * L0, 2.0 * radius))]
-    for blade, turn in enumerate(turns):
-        c, s = float(np.cos(turn)), float(np.sin(turn))
-        solids.append(
-            Solid(
-                kind="cylinder",
-                centre=(L0 * c, L0 * s, 0.0),
-                size=(radius, radius, radius),
-                axis=(-s, c, 0.0),
-                turned=run.spool_angle.values[:, blade] if "spool_angle" in run else None,
-            )
-        )
-    return Scene(
-        name="deployment",
-        title="Deployment of the heliogyro's blades",
-        time=time,
-        points=points,
-        value=1e3 * run.tension.values,
-        value_label="tension, mN",
-        origin=origin,
-        angle=angle,
-        tilt=tilt,
-        body=[hub],
-        numbers=numbers,
-        others={"curvature, 1/m": _bend(points)},
-        solids=solids,
-    )
-
-
-def _bend(x: np.ndarray) -> np.ndarray:
-    """Curvature of lines through points (nt, lines, np, 3), on each of their pieces, 1/m; NaN where a piece is a point.
-
-    Notes
-    -----
-    2 |a x b| / (|a| |b| |a + b|) of two pieces a and b on end, the circle's through three points; a mean of both ends.
-    """
-    a = np.diff(x, axis=2)
-    length = np.linalg.norm(a, axis=-1)
-    chord = np.linalg.norm(a[:, :, 1:] + a[:, :, :-1], axis=-1)
-    area = np.linalg.norm(np.cross(a[:, :, :-1], a[:, :, 1:]), axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = 2.0 * area / (length[:, :, :-1] * length[:, :, 1:] * chord)
-    at = np.where(np.isfinite(at), at, np.nan)
-    bend = np.full(length.shape, np.nan)
-    if at.shape[2]:
-        bend[:, :, 1:-1] = 0.5 * (at[:, :, 1:] + at[:, :, :-1])
-        bend[:, :, 0], bend[:, :, -1] = at[:, :, 0], at[:, :, -1]
-    return bend

@@ -29,7 +29,7 @@ from evolvent.definition import SystemDefinition
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.places import motion
-from evolvent.systems.inertia_stand.show import figures, layout, numbers, scene
+from evolvent.systems.inertia_stand.show import figures, layout, numbers
 from evolvent.systems.inertia_stand.simulate import plan, run_batch
 
 
@@ -44,7 +44,6 @@ class InertiaStand(SystemDefinition):
     figures = staticmethod(figures)
     layout = staticmethod(layout)
     numbers = staticmethod(numbers)
-    scene = staticmethod(scene)
     plan = staticmethod(plan)
     run_batch = staticmethod(run_batch)
 
@@ -59,6 +58,5 @@ __all__ = [
     "numbers",
     "plan",
     "run_batch",
-    "scene",
     "study_figures",
 ]

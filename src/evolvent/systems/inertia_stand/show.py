@@ -1,4 +1,4 @@
-"""What to show of a run: numbers, figures, the scene of an animation."""
+"""What to show of a run: numbers and figures."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Arrows, Figure, Line, Number, Panel, Scene
+from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Largest displacement in the animation, of the stand's half length; the true one would not be seen.
-SHOWN = 0.12
 
 
 def case_of(run: xr.Dataset) -> Case:
@@ -246,79 +243,3 @@ def _balance(run: xr.Dataset) -> Figure:
         ),
     ]
     return Figure(name="balance", title="Energy account", panels=panels, size=(8.0, 6.0))
-
-
-def scene(run: xr.Dataset) -> Scene | None:
-    """Springs and the body's outline, its motion enlarged, z up in the picture; None of a run with a single sample."""
-    if run.sizes["time"] < 2:
-        return None
-    case = case_of(run)
-    springs = np.array(case.stand.springs)
-    centre = np.array(case.body.centre)
-    side = -1.0 if case.stand.support == "standing" else 1.0
-    length = np.broadcast_to(np.array(case.stand.natural_length), (len(springs),))
-    ground = springs + side * length[:, None] * np.array([0.0, 1.0, 0.0])
-    reach = float(np.abs(springs).max())
-    turned = 2.0 * run.attitude.values[:, 1:]
-    moved = run.position.values[:, None] + np.cross(turned[:, None], springs - centre)
-    largest = float(np.abs(moved).max())
-    factor = max(1.0, SHOWN * reach / largest) if largest > 0.0 else 1.0
-    factor = float(f"{factor:.1g}")
-
-    def where(points: np.ndarray) -> np.ndarray:
-        shift = run.position.values[:, None] + np.cross(turned[:, None], points - centre)
-        return points + factor * shift
-
-    outline = box(springs, reach)
-    ends = where(springs)
-    edges = where(outline.reshape(-1, 3)).reshape(len(turned), -1, 2, 3)
-    fixed = np.broadcast_to(ground, ends.shape)
-    points = np.concatenate([np.stack([fixed, ends], axis=2), edges], axis=1)
-    points = points[..., [0, 2, 1]] * np.array([1.0, -1.0, 1.0])
-    value = np.full((*points.shape[:2], 1), np.nan)
-    value[:, : len(springs), 0] = 1e-3 * run.spring_force.values
-    still = np.zeros((len(turned), 4))
-    still[:, 0] = 1.0
-    return Scene(
-        title=f"Inertia stand, motion x {factor:g}",
-        time=run.time.values,
-        points=points,
-        value=value,
-        value_label="force of the spring, kN",
-        origin=np.zeros((len(turned), 3)),
-        angle=np.zeros(len(turned)),
-        tilt=still,
-        body=[],
-        numbers={
-            "kinetic energy, J": run.energy_kinetic.values,
-            "height above rest, mm": 1e3 * run.position.values[:, 1],
-        },
-        coils=len(springs),
-        arrows=_arrows(run, points[:, : len(springs)], reach),
-    )
-
-
-def _arrows(run: xr.Dataset, springs: np.ndarray, reach: float) -> Arrows:
-    """Forces of the springs (nt, springs, 2, 3) on the body, less those at rest; their sign is that of the tension."""
-    along = springs[:, :, 0] - springs[:, :, 1]
-    along = along / np.linalg.norm(along, axis=-1, keepdims=True)
-    force = 1e-3 * run.spring_force.values
-    change = force - force.mean(axis=0)
-    return Arrows(
-        label="force of a spring less its mean, kN",
-        at=springs[:, :, 1],
-        force=change[..., None] * along,
-        longest=0.25 * reach,
-    )
-
-
-def box(springs: np.ndarray, reach: float) -> np.ndarray:
-    """(edges, 2, 3) outline of a body that reaches to its springs."""
-    low, high = springs.min(axis=0), springs.max(axis=0)
-    low[1] -= 0.12 * reach
-    high[1] += 0.12 * reach
-    corners = np.array(
-        [[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-    )
-    pairs = [(a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1]
-    return np.array([[corners[a], corners[b]] for a, b in pairs])

@@ -41,7 +41,7 @@ from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.dataset import layout
 from evolvent.systems.wrapped_rib.places import motion
-from evolvent.systems.wrapped_rib.show import figures, numbers, scene
+from evolvent.systems.wrapped_rib.show import figures, numbers
 from evolvent.systems.wrapped_rib.simulate import plan, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
 from evolvent.systems.wrapped_rib.structure import build
@@ -57,7 +57,6 @@ class WrappedRib(SystemDefinition):
     motion = staticmethod(motion)
     figures = staticmethod(figures)
     numbers = staticmethod(numbers)
-    scene = staticmethod(scene)
     plan = staticmethod(plan)
     stepping = staticmethod(stepping)
     check_follows = staticmethod(check_follows)
@@ -75,7 +74,6 @@ __all__ = [
     "motion",
     "numbers",
     "plan",
-    "scene",
     "stepping",
     "study_figures",
 ]

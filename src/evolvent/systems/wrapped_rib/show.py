@@ -1,4 +1,4 @@
-"""What to show of a run: numbers, figures, the scene of an animation."""
+"""What to show of a run: numbers and figures."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import cases
-from evolvent.figures import Arrows, Figure, Line, Number, Panel, Scene, Solid
-from evolvent.motion import rotation_matrices, tilt_of
+from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
 from evolvent.systems.wrapped_rib.case import Case
@@ -479,62 +478,7 @@ def _hub_figure(run: xr.Dataset, case: Case) -> Figure:
     return Figure(name="hub", title="Hub", panels=panels, size=(8.0, 3.2 * len(panels)))
 
 
-# ------------------------------------------------------------------------------------------------ animation
-
-
-def scene(run: xr.Dataset) -> Scene | None:
-    """The ribs and the hub in three dimensions; None of a run with a single sample."""
-    if run.sizes["time"] < 2:
-        return None
-    case, time = case_of(run), run.time.values
-    count = time.size
-    origin = run.hub_position.values if "hub_position" in run else np.zeros((count, 3))
-    angle = run.hub_angle.values
-    tilt = np.zeros((count, 4))
-    tilt[:, 0] = 1.0
-    if "hub_quaternion" in run:
-        attitude = run.hub_quaternion.values
-        tilt = tilt_of(attitude, angle)
-    else:
-        zero = np.zeros(count)
-        attitude = np.stack([np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)], axis=1)
-    points = np.einsum("tji,tbnj->tbni", rotation_matrices(attitude), run.position.values - origin[:, None, None])
-    bent = case.hub.radius * run.curvature.values
-    along = {"tension, N": _pieces(run.tension.values), "curvature x R": _pieces(bent)}
-    first = "tension, N" if case.phase != "deploy" else "curvature x R"
-    value = along.pop(first)
-    hub = Solid(kind="cylinder", centre=(0.0, 0.0, 0.0), size=(case.hub.radius, case.hub.radius, case.hub.height))
-    edge = 0.5 * case.hub.height
-    around = np.linspace(0.0, 2.0 * np.pi, 49)
-    ring = case.hub.radius * np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
-    up = np.array([0.0, 0.0, edge])
-    posts = [np.stack([ring[k] - up, ring[k] + up]) for k in range(0, 48, 8)]
-    return Scene(
-        name="animation",
-        title={"wind": "Winding", "hold": "Holding", "deploy": "Deployment"}[case.phase] + " of the rib",
-        time=time,
-        points=points,
-        value=value,
-        value_label=first,
-        origin=origin,
-        angle=angle,
-        tilt=tilt,
-        body=[ring - up, ring + up, ring, *posts],
-        numbers={
-            "tip speed, m/s": run.tip_speed.values[:, 0],
-            "wound, turns": run.wrap_angle.values[:, 0] / (2.0 * np.pi),
-            "contact force, N": run.contact_force.values[:, 0],
-        },
-        others=along,
-        solids=[hub],
-        arrows=_arrows(run, case, points),
-    )
-
-
-def _pieces(values: np.ndarray) -> np.ndarray:
-    """Means between points on end."""
-    mean: np.ndarray = 0.5 * (values[..., 1:] + values[..., :-1])
-    return mean
+# ------------------------------------------------------------------------------------------------ forces
 
 
 def element_forces(run: xr.Dataset, away: np.ndarray) -> dict[str, np.ndarray]:
@@ -548,19 +492,3 @@ def element_forces(run: xr.Dataset, away: np.ndarray) -> dict[str, np.ndarray]:
     length = case_of(run).rib.element_length
     below = {"contact_pressure": "the hub", "turn_pressure": "the turn below"}
     return {what: length * run[name].values[..., None] * out for name, what in below.items() if name in run}
-
-
-def _arrows(run: xr.Dataset, case: Case, points: np.ndarray) -> Arrows | None:
-    """Forces of the hub and of turns below on each element, at its middle; None of a run that does not hold them."""
-    per, n = case.output.points, case.rib.elements
-    middle = 0.5 * (points[:, :, per // 2 :: per][:, :, :n] + points[:, :, (per + 1) // 2 :: per][:, :, :n])
-    force = list(element_forces(run, middle * np.array([1.0, 1.0, 0.0])).values())
-    if not force:
-        return None
-    at, shape = np.concatenate([middle] * len(force), axis=1), (len(points), -1, 3)
-    return Arrows(
-        label="force of the hub on an element, N" if len(force) == 1 else "force of hub or turn on an element, N",
-        at=at.reshape(shape),
-        force=np.concatenate(force, axis=1).reshape(shape),
-        longest=case.hub.radius,
-    )

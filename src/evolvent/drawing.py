@@ -1,0 +1,166 @@
+"""The motion of a run, from what its groups say of how they are drawn.
+
+Each group's attribute ``drawn`` is a list of mappings with one key:
+
+``frame``
+    Axes of a body: `origin` and `attitude` (variables), `solids` (list of ``{box: {edges, centre}}`` or
+    ``{revolution: {profile, centre, axis}}``).
+``line``
+    `points` (a variable), `kind` ("line", "rod" or "spring"), `values` (variables of the colour), `width` (m), `across`
+    (a variable, or a vector), and of beams `slope` (a variable) and `length` (m), by which the line is made smooth.
+``marks``
+    `points` (list of variables).
+``forces``
+    `points`, `vectors` (variables), `unit` ("N" or "N m").
+``spool``
+    `body` (a part), `centre`, `axis` (body axes), `radius`, and `angle` (a variable).
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from evolvent import variables
+from evolvent.motion import Forces, Frame, Line, Marks, Motion
+from evolvent.results import unfinished
+from evolvent.solids import Solid
+
+Array = np.ndarray
+#: Points that are drawn between two nodes of a beam, and most of them in all.
+_BETWEEN, _MOST_POINTS = 6, 400
+#: Most numbers beside the picture.
+_NUMBERS = 4
+
+
+def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
+    """Lines, bodies, forces and marks of a run; None where it has a single sample or nothing to draw.
+
+    Parameters
+    ----------
+    run : xarray.DataTree
+    title : str, of the picture
+    """
+    if run.sizes.get("time", 1) < 2:
+        return None
+    frames: dict[str, Frame] = {}
+    lines: list[Line] = []
+    forces: list[Forces] = []
+    marks: list[Marks] = []
+    spools: list[tuple[str, Any]] = []
+    for part in variables.parts(run):
+        group = run[part].to_dataset(inherit=False)
+        for entry in json.loads(group.attrs.get("drawn", "[]")):
+            for kind, own in entry.items():
+                if kind == "frame":
+                    frames[part] = _frame(part, group, own)
+                elif kind == "line":
+                    lines.append(_line(part, group, own))
+                elif kind == "marks":
+                    points = np.stack([group[name].values for name in own["points"]], axis=1)
+                    marks.append(Marks(name=part, points=points))
+                elif kind == "forces":
+                    at, vectors = group[own["points"]].values, group[own["vectors"]].values
+                    unit = own.get("unit", "N")
+                    forces.append(Forces(name=part, points=at[:, None], vectors=vectors[:, None], unit=unit))
+                elif kind == "spool":
+                    spools.append((part, own))
+    if not (frames or lines or marks):
+        return None
+    for part, own in spools:
+        _add_spool(frames, run, part, own)
+    label = unfinished(run)
+    return Motion(
+        title=title or label,
+        time=run["time"].values,
+        frames=list(frames.values()),
+        lines=lines,
+        forces=forces,
+        marks=marks,
+        numbers=_numbers(run),
+        main=next(iter(frames), None),
+    )
+
+
+def _frame(part: str, group: xr.Dataset, own: dict[str, Any]) -> Frame:
+    solids = []
+    for solid in own.get("solids", []):
+        if "box" in solid:
+            solids.append(Solid.box(solid["box"]["edges"], centre=solid["box"].get("centre", (0.0, 0.0, 0.0))))
+        else:
+            found = solid["revolution"]
+            solids.append(Solid.revolution(found["profile"], centre=found["centre"], axis=found["axis"]))
+    return Frame(name=part, origin=group[own["origin"]].values, attitude=group[own["attitude"]].values, solids=solids)
+
+
+def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[str, Any]) -> None:
+    """A spool as a solid of its body that turns."""
+    frame = frames.get(own["body"])
+    if frame is None:
+        return
+    radius = own["radius"]
+    solid = Solid.cylinder(
+        radius, own.get("width", radius), centre=own["centre"], axis=own["axis"], turned=run[part][own["angle"]].values
+    )
+    frames[own["body"]] = Frame(
+        name=frame.name, origin=frame.origin, attitude=frame.attitude, outline=frame.outline,
+        solids=[*frame.solids, solid],
+    )  # fmt: skip
+
+
+def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
+    points = group[own["points"]].values
+    values = {}
+    for name in own.get("values", []):
+        found = group[name]
+        label = f"{name.replace('_', ' ')} [{found.attrs.get('units', '1')}]"
+        values[label] = found.values if found.ndim == 2 else np.repeat(found.values[:, None], points.shape[1], axis=1)
+    across = own.get("across")
+    if isinstance(across, str):
+        across = group[across].values
+        across = across if across.ndim == 3 else np.broadcast_to(across[:, None], points.shape)
+    if "slope" in own:
+        count = points.shape[1] - 1
+        between = max(1, min(_BETWEEN, _MOST_POINTS // count))
+        points = smooth(points, group[own["slope"]].values, own["length"] / count, between)
+        values = {label: _linear(v, between) for label, v in values.items()}
+        across = None if across is None else _linear(across, between)
+    return Line(
+        name=part,
+        points=points,
+        values=values,
+        kind=own.get("kind", "line"),
+        width=own.get("width"),
+        across=None if across is None else np.ascontiguousarray(across),
+        tip=None if own.get("kind") == "spring" else own.get("tip", -1),
+    )
+
+
+def smooth(points: Array, slopes: Array, length: float, between: int) -> Array:
+    """Points of Hermite's cubics through nodes (nt, n, 3) with slopes, `between` a piece of the given length."""
+    s = np.arange(between)[:, None] / between
+    h = 1.0 - 3.0 * s**2 + 2.0 * s**3, length * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, length * (s**3 - s**2)
+    x, d = points[:, :, None], slopes[:, :, None]
+    inner = h[0] * x[:, :-1] + h[1] * d[:, :-1] + h[2] * x[:, 1:] + h[3] * d[:, 1:]
+    return np.concatenate([inner.reshape(len(points), -1, 3), points[:, -1:]], axis=1)
+
+
+def _linear(values: Array, between: int) -> Array:
+    """Values at nodes (nt, n, ...), with those between them by straight lines."""
+    s = (np.arange(between) / between).reshape(-1, *[1] * (values.ndim - 2))
+    inner = (1.0 - s) * values[:, :-1, None] + s * values[:, 1:, None]
+    return np.concatenate([inner.reshape(len(values), -1, *values.shape[2:]), values[:, -1:]], axis=1)
+
+
+def _numbers(run: xr.DataTree) -> dict[str, Array]:
+    """Some numbers over time that stand beside the picture."""
+    found: dict[str, Array] = {}
+    for part in variables.parts(run):
+        for name in json.loads(run[part].attrs.get("plots", "[]")):
+            variable = run[part][name] if name in run[part].data_vars else None
+            if variable is not None and variable.dims == ("time",) and len(found) < _NUMBERS:
+                found[f"{part}.{name} [{variable.attrs.get('units', '1')}]"] = variable.values
+    return found

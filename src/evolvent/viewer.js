@@ -1,0 +1,687 @@
+// Draws motions on a canvas, with controls and keys: the HTML page of a run and the studio both use it.
+// A motion is what evolvent.animation.described makes: a header, and arrays by name with one row a frame; positions are
+// in the axes of the main frame. Faces and pieces of lines are drawn in the order of their distance, the farthest first.
+"use strict";
+
+const VIRIDIS = [[68,1,84],[72,40,120],[62,74,137],[49,104,142],[38,130,142],[31,158,137],[53,183,121],[110,206,88],[181,222,43],[253,231,37]];
+const BODIES = [[188,198,209],[214,197,166],[178,203,176],[204,181,198],[170,194,219],[219,187,174]];
+const RUNS = [[28,31,36],[0,114,178],[213,94,0],[0,158,115],[204,121,167]];
+const RUNS_DARK = [[232,235,237],[77,166,224],[240,128,59],[46,196,150],[227,153,196]];
+const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
+const KEYS = [["space", "play, pause"], ["← →", "one frame back, one on"], ["Home, End", "first frame, last frame"], ["b", "inertial axes or body axes"],
+  ["t", "trails of the tips; click a point for its own"], ["a", "arrows of the forces"], ["c", "camera follows the body"], ["g", "floor grid"],
+  ["r", "reset the view"], ["+ −", "nearer, farther"], ["f", "full screen"], ["?", "this list"],
+  ["drag", "turn; with shift or the right button: move"], ["wheel, two fingers", "zoom"]];
+const STYLE = `
+.ev3 { --ink: #1f242a; --dim: #5c6670; --line: #d5dae0; --back: #ffffff; position: relative; display: flex; flex-direction: column; color: var(--ink);
+  background: var(--back); font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; outline: none; min-height: 0; }
+.ev3.dark { --ink: #e4e7eb; --dim: #9aa4b0; --line: #353c44; --back: #1d2126; }
+.ev3-view { position: relative; flex: 1; min-height: 0; overflow: hidden; }
+.ev3 canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; cursor: grab; touch-action: none; }
+.ev3-numbers { position: absolute; left: 12px; top: 8px; pointer-events: none; font-variant-numeric: tabular-nums; }
+.ev3-numbers td { padding: 0 10px 0 0; } .ev3-numbers td:first-child { color: var(--dim); } .ev3-numbers i { display: inline-block; width: 16px; height: 3px; margin-right: 6px; vertical-align: middle; }
+.ev3-bar { position: absolute; right: 12px; top: 8px; text-align: right; pointer-events: none; width: 170px; }
+.ev3-scale { height: 9px; border-radius: 2px; margin: 2px 0; } .ev3-ends { display: flex; justify-content: space-between; color: var(--dim); font-variant-numeric: tabular-nums; }
+.ev3-views { position: absolute; right: 10px; bottom: 8px; display: flex; gap: 4px; }
+.ev3-foot { display: flex; flex-wrap: wrap; gap: 6px 10px; align-items: center; padding: 7px 12px; border-top: 1px solid var(--line); }
+.ev3 button, .ev3 select { font: inherit; color: var(--ink); background: var(--back); border: 1px solid var(--line); border-radius: 4px; padding: 2px 8px; cursor: pointer; }
+.ev3-views button { padding: 0 7px; color: var(--dim); font-size: 12px; }
+.ev3-play { width: 5.2em; } .ev3-foot input[type=range] { flex: 1 1 150px; min-width: 110px; } .ev3-foot label { color: var(--dim); white-space: nowrap; }
+.ev3-time { min-width: 6.5em; font-variant-numeric: tabular-nums; }
+.ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
+.ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
+.ev3 [hidden] { display: none; }
+@media (max-width: 560px) { .ev3-bar { width: 104px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { display: none; } }`;
+
+// ------------------------------------------------------------------------------------------------ data
+
+const TYPES = { i1: Int8Array, i2: Int16Array, f4: Float32Array, f8: Float64Array };
+const floats = (values, scale) => {  // integers back to what they stand for
+  const none = values instanceof Int8Array ? -128 : -32768, found = new Float32Array(values.length);
+  for (let i = 0; i < values.length; i++) found[i] = values[i] === none ? NaN : values[i] * scale;
+  return found;
+};
+// A motion from the header of a page, whose blocks are base64.
+export const decode = (header) => {
+  const blocks = {};
+  for (const block of header.blocks) {
+    const bytes = Uint8Array.from(atob(block.data), (c) => c.charCodeAt(0)), values = new TYPES[block.type](bytes.buffer);
+    blocks[block.name] = block.type[0] === "i" ? floats(values, block.scale) : values;
+  }
+  return { header, blocks };
+};
+// A motion from the bytes of evolvent.animation.pack.
+export const unpack = (buffer) => {
+  const length = new DataView(buffer).getUint32(0, true), blocks = {};
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  let at = 4 + length;
+  for (const block of header.blocks) {
+    const size = block.shape.reduce((a, b) => a * b, 1) * Number(block.type[1]);
+    blocks[block.name] = new TYPES[block.type](buffer.slice(at, at + size));
+    at += size;
+  }
+  return { header, blocks };
+};
+
+// ------------------------------------------------------------------------------------------------ numbers
+
+const matrix = (w, x, y, z) => [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+  2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)];
+const times = (A, B) => { const C = new Array(9); for (let i = 0; i < 3; i++) for (let j = 0; j < 3; j++) C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j]; return C; };
+const apply = (A, x, y, z) => [A[0] * x + A[1] * y + A[2] * z, A[3] * x + A[4] * y + A[5] * z, A[6] * x + A[7] * y + A[8] * z];
+const IDENTITY = [1, 0, 0, 0, 1, 0, 0, 0, 1];
+const nice = (x) => { const power = 10 ** Math.floor(Math.log10(x)); return (x < 2 * power ? 1 : x < 5 * power ? 2 : 5) * power; };
+const quantity = (x, unit, digits = 3) => {  // as evolvent.motion.quantity
+  let factor = 1, prefix = "";
+  if (["m", "N", "N m", "J", "W", "Pa"].includes(unit) && x) [factor, prefix] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]].find(([f]) => Math.abs(x) >= 0.9999 * f) || [1, ""];
+  const value = x / factor, plain = Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-4) ? value.toExponential(digits - 1) : String(+value.toPrecision(digits));
+  return `${plain} ${prefix}${unit}`.trim();
+};
+const tint = (x) => {
+  const p = Math.min(Math.max(x, 0), 1) * (VIRIDIS.length - 1), k = Math.min(Math.floor(p), VIRIDIS.length - 2), f = p - k;
+  return VIRIDIS[k].map((a, c) => a + f * (VIRIDIS[k + 1][c] - a));
+};
+const css = (c, shade = 1) => `rgb(${c.map((x) => Math.round(Math.min(255, x * shade))).join(",")})`;
+const SCALE = Array.from({ length: 256 }, (_, i) => tint(i / 255));
+
+const corners = (vertices) => {  // of the box around a mesh
+  const ends = [0, 1, 2].map((c) => { const x = vertices.filter((_, i) => i % 3 === c); return [Math.min(...x), Math.max(...x)]; });
+  return [0, 1, 2, 3, 4, 5, 6, 7].map((i) => ends.map((e, c) => e[(i >> c) & 1]));
+};
+
+// ------------------------------------------------------------------------------------------------ one motion
+
+// A motion at a moment: the frames before and after it, and poses between them.
+class Run {
+  constructor({ header, blocks }, index) {
+    Object.assign(this, { header, blocks, index, time: blocks.time, frames: blocks.time.length });
+    this.lines = header.lines.map((line, k) => ({ ...line, points: blocks[`line ${k}`], across: blocks[`across ${k}`],
+      values: Object.fromEntries(Object.entries(line.values).map(([color, name]) => [color, blocks[name]])),
+      place: new Float64Array(3 * line.count), edge: line.strip ? new Float64Array(3 * line.count) : null }));
+    this.nodes = Math.max(0, ...this.lines.map((line) => line.count));
+    this.meshes = header.meshes.map((m) => ({ ...m, corners: corners(m.vertices), view: new Float64Array(m.vertices.length), screen: new Float64Array(m.vertices.length) }));
+    this.still = !blocks.attitude;
+    this.paths = new Map();
+  }
+  at(t) {
+    const { time, frames } = this;
+    let low = 0, high = frames - 1;
+    while (high - low > 1) { const m = (low + high) >> 1; if (time[m] <= t) low = m; else high = m; }
+    const gap = time[high] - time[low];
+    Object.assign(this, { k: low, m: high, f: gap > 0 ? Math.min(Math.max((t - time[low]) / gap, 0), 1) : 0 });
+    if (this.f === 1) { this.k = high; this.f = 0; }
+  }
+  mix(values, i, width) { const a = values[this.k * width + i]; return this.f ? a + this.f * (values[this.m * width + i] - a) : a; }
+  // Rotation matrix of a pose between the frames: the attitude before it, turned on evenly.
+  rotation(attitude, turn, k = this.k, f = this.f) {
+    const [w, x, y, z] = attitude.subarray(4 * k, 4 * k + 4);
+    const v = [turn[3 * k] * f, turn[3 * k + 1] * f, turn[3 * k + 2] * f], angle = Math.hypot(...v);
+    const R = matrix(w, x, y, z);
+    if (angle < 1e-12) return R;
+    const s = Math.sin(angle / 2) / angle;
+    return times(R, matrix(Math.cos(angle / 2), v[0] * s, v[1] * s, v[2] * s));
+  }
+  main(inertial, k = null) {  // rotation and place of the main frame
+    if (!inertial || this.still) return [IDENTITY, [0, 0, 0]];
+    const { attitude, turn, origin } = this.blocks;
+    if (k !== null) return [this.rotation(attitude, turn, k, 0), [origin[3 * k], origin[3 * k + 1], origin[3 * k + 2]]];
+    return [this.rotation(attitude, turn), [0, 1, 2].map((c) => this.mix(origin, c, 3))];
+  }
+  frame(k) {  // rotation and place of a frame in the main one
+    if (this.header.frames[k].still) return [IDENTITY, [0, 0, 0]];
+    const origin = this.blocks[`frame ${k} origin`];
+    return [this.rotation(this.blocks[`frame ${k} attitude`], this.blocks[`frame ${k} turn`]), [0, 1, 2].map((c) => this.mix(origin, c, 3))];
+  }
+  // Points whose trails may be shown: [name, array of places, index, points a frame, whether it is shown first].
+  get traceable() {
+    if (this.named) return this.named;
+    const found = [];
+    this.lines.forEach((line, k) => {
+      if (line.kind === "spring") return;
+      for (const i of [line.count - 1, 0]) found.push({ name: `${line.name}, ${i ? "last" : "first"} point`, values: line.points, i, width: 3 * line.count, tip: line.tip === i });
+    });
+    this.header.marks.forEach((mark, k) => { for (let i = 0; i < mark.count; i++) found.push({ name: mark.count > 1 ? `${mark.name} ${i + 1}` : mark.name, values: this.blocks[`mark ${k}`], i, width: 3 * mark.count, mark: true }); });
+    this.header.frames.forEach((frame, k) => found.push({ name: frame.name, values: frame.still ? null : this.blocks[`frame ${k} origin`], i: 0, width: 3, frame: true }));
+    if (!found.some((x) => x.tip)) { const marks = found.some((x) => x.mark); for (const x of found) x.tip = marks ? x.mark : x.frame; }
+    return (this.named = found);
+  }
+  // Places of a traceable point in the course of the run, and how many of them come up to each frame: more than one
+  // between frames where the main frame turns far.
+  path(point, inertial) {
+    const key = `${point.name} ${inertial}`;
+    if (!this.paths.has(key)) {
+      const found = [], upTo = [], { turn } = this.blocks, before = [this.k, this.m, this.f];
+      for (let k = 0; k < this.frames; k++) {
+        const angle = inertial && !this.still ? Math.hypot(turn[3 * k], turn[3 * k + 1], turn[3 * k + 2]) : 0, count = Math.min(Math.max(1, Math.ceil(angle / 0.15)), 40);
+        for (let i = 0; i < (k + 1 < this.frames ? count : 1); i++) { Object.assign(this, { k, m: Math.min(k + 1, this.frames - 1), f: i / count }); found.push(...this.place(point, inertial)); if (!i) upTo.push(found.length / 3); }
+      }
+      [this.k, this.m, this.f] = before;
+      this.paths.set(key, { places: Float64Array.from(found), upTo });
+    }
+    return this.paths.get(key);
+  }
+  place(point, inertial) {
+    const [R, o] = this.main(inertial), v = point.values, at = 3 * point.i;
+    const p = v ? apply(R, this.mix(v, at, point.width), this.mix(v, at + 1, point.width), this.mix(v, at + 2, point.width)) : [0, 0, 0];
+    return [p[0] + o[0], p[1] + o[1], p[2] + o[2]];
+  }
+}
+
+// ------------------------------------------------------------------------------------------------ the viewer
+
+const element = (tag, properties = {}, ...children) => {
+  const { testid, class: name, ...rest } = properties, made = Object.assign(document.createElement(tag), rest);
+  if (testid) made.dataset.testid = testid;
+  if (name) made.className = name;
+  made.append(...children);
+  return made;
+};
+
+export class Viewer {
+  constructor(host, motions, { names = [], playing = false, dark = false, onTime = null } = {}) {
+    Object.assign(this, { host, names, onTime, playing, dirty: true, last: null, times: [], inertial: true, color: 0, arrows: true, grid: true, trails: [] });
+    this.motions = motions.map((motion, k) => new Run(motion, k));
+    this.alone = motions.length === 1;
+    const first = this.motions[0], { header } = first;
+    this.begin = Math.min(...this.motions.map((m) => m.time[0]));
+    this.end = Math.max(...this.motions.map((m) => m.time[m.frames - 1]));
+    this.now = this.begin;
+    this.up = { x: [0, 1, 0, 0, 0, 1, 1, 0, 0], y: [1, 0, 0, 0, 0, -1, 0, 1, 0], z: IDENTITY }[header.up];
+    this.build(header);
+    this.theme(dark);
+    this.look(...header.view, null);
+    const drift = this.extent(...header.view, true, false), size = this.extent(...header.view, false, false);
+    this.follow = !first.still && drift.radius > 3 * size.radius;
+    this.look(...header.view, null);
+    this.sizes = new ResizeObserver(() => this.redraw());
+    this.sizes.observe(this.canvas);
+    this.onKey = (e) => this.key(e);
+    window.addEventListener("keydown", this.onKey);
+    this.request = requestAnimationFrame((clock) => this.tick(clock));
+  }
+  free() { cancelAnimationFrame(this.request); window.removeEventListener("keydown", this.onKey); this.sizes.disconnect(); this.host.replaceChildren(); }
+  redraw() { this.dirty = true; }
+  theme(dark) {
+    this.dark = dark;
+    this.host.classList.toggle("dark", dark);
+    this.paint = dark ? { ink: "#c3cad2", grid: "#2c3238", dim: "#9aa4b0", force: "#ff7a66", none: [110, 118, 128] } : { ink: "#30363d", grid: "#e6e9ec", dim: "#6a7480", force: "#c5281c", none: [165, 172, 180] };
+    this.redraw();
+  }
+
+  // -------------------------------------------------------------------------------------------- controls
+
+  build(header) {
+    if (!document.getElementById("ev3-style")) document.head.append(element("style", { id: "ev3-style", textContent: STYLE }));
+    const { host } = this, frame = header.main;
+    host.classList.add("ev3");
+    this.canvas = element("canvas");
+    this.pen = this.canvas.getContext("2d");
+    this.numbers = element("table", { class: "ev3-numbers", testid: "numbers" });
+    this.barName = element("div", { testid: "color-name" });
+    [this.low, this.high] = [element("span", { testid: "color-low" }), element("span", { testid: "color-high" })];
+    const scale = element("div", { class: "ev3-scale" });
+    scale.style.background = `linear-gradient(to right,${VIRIDIS.map((c) => css(c)).join(",")})`;
+    this.bar = element("div", { class: "ev3-bar" }, this.barName, scale, element("div", { class: "ev3-ends" }, this.low, this.high));
+    const button = (text, testid, title, act) => element("button", { type: "button", textContent: text, title, testid, onclick: (e) => { act(); e.currentTarget.blur(); } });
+    const views = element("div", { class: "ev3-views" },
+      button("3-D", "view-free", "from the side and above", () => this.look(...header.view, null)), button("top", "view-top", "from above", () => this.look(-Math.PI / 2, Math.PI / 2, null)),
+      button("side", "view-side", "from the side", () => this.look(0, 0, null)), button("near", "view-near", "the bodies alone", () => this.look(...header.view, "bodies")));
+    this.panel = element("div", { class: "ev3-panel", hidden: true, testid: "panel" });
+    const view = element("div", { class: "ev3-view" }, this.canvas, this.numbers, this.bar, views, this.panel);
+    this.playButton = button("", "play", "space", () => this.toggle());
+    this.playButton.classList.add("ev3-play");
+    this.scrub = element("input", { type: "range", min: 0, max: 1000, step: "any", value: 0, ariaLabel: "time", testid: "scrub",
+      oninput: () => { this.play(false); this.go(this.begin + this.scrub.value / 1000 * (this.end - this.begin)); } });
+    this.clock = element("span", { class: "ev3-time", testid: "time" });
+    const select = (testid, options, chosen, act) => {
+      const made = element("select", { testid, onchange: () => { act(made.value); made.blur(); } });
+      for (const [value, text] of options) made.add(new Option(text, value, false, String(value) === String(chosen)));
+      return made;
+    };
+    const rates = [...new Set([...SPEEDS, header.speed])].sort((a, b) => a - b);
+    this.speed = header.speed;
+    this.speedBox = select("speed", rates.map((s) => [s, `${s}×`]), header.speed, (s) => { this.speed = Number(s); });
+    this.axesBox = select("axes", [["inertial", "inertial"], ["body", `of ${frame}`]], "inertial", (a) => this.axes(a === "inertial"));
+    this.colorBox = select("color", header.colors.map((c, k) => [k, c.name]), 0, (k) => { this.color = Number(k); this.legend(); this.redraw(); });
+    this.arrowBox = element("input", { type: "checkbox", checked: true, testid: "arrows", onchange: () => { this.arrows = this.arrowBox.checked; this.redraw(); } });
+    const shown = (test, ...parts) => { const label = element("label", {}, ...parts); label.hidden = !test; return label; };
+    const full = button("full screen", "full", "f", () => this.full());
+    full.hidden = !document.fullscreenEnabled;
+    const foot = element("div", { class: "ev3-foot" }, this.playButton, this.scrub, this.clock, shown(true, "speed ", this.speedBox),
+      shown(frame !== null, "axes ", this.axesBox), shown(this.alone && header.colors.length > 1, "colour ", this.colorBox),
+      shown(this.motions.some((m) => m.header.forces.length), this.arrowBox, " forces"), button("trails", "trails", "t", () => this.open(this.chooseTrails())),
+      full, button("?", "help", "keys", () => this.open(this.keys())));
+    host.replaceChildren(view, foot);
+    this.legend();
+    this.play(this.playing);
+    this.pointers(this.canvas);
+  }
+  legend() {
+    const color = this.motions[0].header.colors[this.color];
+    this.bar.hidden = !color || !this.alone;
+    if (!color) return;
+    this.barName.textContent = color.name;
+    this.low.textContent = quantity(color.low, color.unit);
+    this.high.textContent = quantity(color.high, color.unit);
+  }
+  open(content) {  // a panel over the picture; the same again closes it
+    const same = !this.panel.hidden && this.panel.dataset.what === content.dataset.what;
+    this.panel.hidden = same;
+    this.panel.dataset.what = content.dataset.what;
+    this.panel.replaceChildren(content);
+  }
+  keys() {
+    const table = element("table", {}, ...KEYS.map(([key, what]) => element("tr", {}, element("td", { textContent: key }), element("td", { textContent: what }))));
+    table.dataset.what = "keys";
+    return table;
+  }
+  chooseTrails() {
+    const list = element("div");
+    list.dataset.what = "trails";
+    for (const run of this.motions) for (const point of run.traceable) {
+      const box = element("input", { type: "checkbox", checked: this.trails.some((t) => t.point === point), onchange: () => this.trail(run, point) });
+      list.append(element("label", {}, box, ` ${this.alone ? "" : `${this.names[run.index] ?? run.index + 1}: `}${point.name}`));
+    }
+    return list;
+  }
+  trail(run, point) {  // show the trail of a point, or no longer
+    const at = this.trails.findIndex((t) => t.point === point);
+    if (at >= 0) this.trails.splice(at, 1); else this.trails.push({ run, point });
+    this.redraw();
+  }
+  allTrails() {
+    this.trails = this.trails.length ? [] : this.motions.flatMap((run) => run.traceable.filter((p) => p.tip).slice(0, 8).map((point) => ({ run, point })));
+    this.panel.hidden = true;
+    this.redraw();
+  }
+  play(on) { this.playing = on; this.playButton.textContent = on ? "Pause" : "Play"; }
+  toggle() { if (!this.playing && this.now >= this.end) this.go(this.begin); this.play(!this.playing); }
+  go(t) { this.now = Math.min(Math.max(t, this.begin), this.end); this.redraw(); }
+  step(by) {
+    const run = this.motions[0];
+    this.play(false);
+    run.at(this.now);
+    const on = run.f > 1e-6 ? (by > 0 ? 1 : 0) : by;
+    this.go(run.time[Math.min(Math.max(run.k + on, 0), run.frames - 1)]);
+  }
+  axes(inertial) {
+    this.inertial = inertial || this.motions[0].header.main === null;
+    this.axesBox.value = this.inertial ? "inertial" : "body";
+    this.base = this.extent(this.base.azimuth, this.base.elevation, this.inertial, this.follow, this.base.what);
+    this.redraw();
+  }
+  full() {
+    const done = document.fullscreenElement ? document.exitFullscreen() : this.host.requestFullscreen?.();
+    done?.catch(() => {});  // refused, in a frame of another page
+  }
+  key(e) {
+    const box = e.target;
+    if (e.ctrlKey || e.metaKey || e.altKey || (box !== document.body && !this.host.contains(box))) return;
+    if (box.tagName === "SELECT" || box.tagName === "TEXTAREA" || (box.tagName === "INPUT" && !["range", "checkbox"].includes(box.type))) return;
+    const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
+      End: () => { this.play(false); this.go(this.end); }, f: () => this.full(), b: () => this.axes(!this.inertial), t: () => this.allTrails(),
+      a: () => this.arrowBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
+      r: () => this.look(...this.motions[0].header.view, null), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
+      "?": () => this.open(this.keys()), Escape: () => { this.panel.hidden = true; } }[e.key.length === 1 ? e.key.toLowerCase() : e.key];
+    if (!act) return;
+    e.preventDefault();
+    act();
+  }
+  zoom(by) { this.camera.zoom = Math.min(Math.max(this.camera.zoom * by, 0.1), 2000); this.redraw(); }
+  pointers(canvas) {  // mouse and fingers
+    const held = new Map();
+    let moved = 0, spread = 0;
+    const gap = () => { const [a, b] = [...held.values()]; return Math.hypot(a[0] - b[0], a[1] - b[1]); };
+    canvas.oncontextmenu = (e) => e.preventDefault();
+    canvas.onpointerdown = (e) => {
+      held.set(e.pointerId, [e.clientX, e.clientY]);
+      canvas.setPointerCapture(e.pointerId);
+      moved = 0;
+      if (held.size === 2) spread = gap();
+    };
+    canvas.onpointermove = (e) => {
+      const before = held.get(e.pointerId);
+      if (!before) return;
+      const dx = e.clientX - before[0], dy = e.clientY - before[1];
+      held.set(e.pointerId, [e.clientX, e.clientY]);
+      moved += Math.abs(dx) + Math.abs(dy);
+      if (held.size === 2) { this.pan(dx / 2, dy / 2); const now = gap(); this.zoom(now / (spread || now)); spread = now; return; }
+      if (e.shiftKey || e.buttons & 2) { this.pan(dx, dy); return; }
+      this.camera.azimuth -= dx * 0.008;
+      this.camera.elevation = Math.min(Math.max(this.camera.elevation + dy * 0.008, -Math.PI / 2), Math.PI / 2);
+      this.redraw();
+    };
+    canvas.onpointerup = (e) => {
+      held.delete(e.pointerId);
+      if (moved < 4) { const box = canvas.getBoundingClientRect(); this.pick(e.clientX - box.left, e.clientY - box.top); }
+    };
+    canvas.onpointercancel = (e) => held.delete(e.pointerId);
+    canvas.addEventListener("wheel", (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * 0.0012)); }, { passive: false });
+  }
+  pan(dx, dy) { this.camera.pan[0] += dx; this.camera.pan[1] += dy; this.redraw(); }
+  pick(x, y) {
+    const near = (this.spots || []).map((s) => [Math.hypot(s.x - x, s.y - y), s]).filter(([d]) => d < 14).sort((a, b) => a[0] - b[0])[0];
+    if (near) this.trail(near[1].run, near[1].point);
+  }
+
+  // -------------------------------------------------------------------------------------------- camera
+
+  // Rows: right, up, away; of inertial axes, one of which is up.
+  eye(azimuth, elevation) {
+    const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
+    return times([ca, sa, 0, -sa * se, ca * se, ce, -sa * ce, ca * ce, -se], this.up);
+  }
+  // Middle and size of what is seen from a direction in the course of a run; what: null for all, "bodies" for solids.
+  extent(azimuth, elevation, inertial, follow, what = null) {
+    const C = this.eye(azimuth, elevation), low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const add = (R, o, x, y, z) => {
+      const p = apply(R, x, y, z), v = apply(C, p[0] + o[0], p[1] + o[1], p[2] + o[2]);
+      for (let c = 0; c < 3; c++) if (v[c] === v[c]) { low[c] = Math.min(low[c], v[c]); high[c] = Math.max(high[c], v[c]); }
+    };
+    for (const run of this.motions) {
+      const before = [run.k, run.m, run.f], steps = Math.min(run.frames, 60);
+      for (let s = 0; s < steps; s++) {
+        run.k = run.m = Math.round(s * (run.frames - 1) / Math.max(steps - 1, 1)); run.f = 0;
+        let [R, o] = run.main(inertial);
+        if (follow) o = [0, 0, 0];
+        run.header.frames.forEach((frame, j) => {
+          const [Q, p] = run.frame(j), S = times(R, Q), at = apply(R, ...p).map((x, c) => x + o[c]);
+          for (const solid of frame.solids) {
+            const B = times(S, solid.basis), c = apply(S, ...solid.centre).map((x, n) => x + at[n]);
+            for (const corner of run.meshes[solid.mesh].corners) add(B, c, ...corner);
+          }
+          for (const path of frame.outline) for (let i = 0; i < path.length; i += 3) add(S, at, path[i], path[i + 1], path[i + 2]);
+        });
+        if (what === "bodies" && low[0] <= high[0]) continue;
+        const cloud = (values, count) => {
+          const some = Math.min(count, 40);
+          for (let i = 0; i < some; i++) { const a = 3 * (run.k * count + Math.round(i * (count - 1) / Math.max(some - 1, 1))); add(R, o, values[a], values[a + 1], values[a + 2]); }
+        };
+        for (const line of run.lines) cloud(line.points, line.count);
+        run.header.marks.forEach((mark, j) => cloud(run.blocks[`mark ${j}`], mark.count));
+      }
+      [run.k, run.m, run.f] = before;
+    }
+    if (!(low[0] <= high[0])) { low.fill(-1); high.fill(1); }
+    const middle = low.map((x, c) => 0.5 * (x + high[c])), half = low.map((x, c) => 0.5 * (high[c] - x));
+    const target = [0, 1, 2].map((c) => C[c] * middle[0] + C[3 + c] * middle[1] + C[6 + c] * middle[2]);
+    return { azimuth, elevation, what, target, wide: half[0], tall: half[1], radius: Math.hypot(...half) || 1 };
+  }
+  look(azimuth, elevation, what) {
+    this.camera = { azimuth, elevation, zoom: 1, pan: [0, 0] };
+    this.base = this.extent(azimuth, elevation, this.inertial, this.follow, what);
+    this.redraw();
+  }
+
+  // -------------------------------------------------------------------------------------------- picture
+
+  tick(clock) {
+    this.request = requestAnimationFrame((next) => this.tick(next));
+    const gap = this.last === null ? 0 : clock - this.last;
+    this.last = clock;
+    if (this.playing) {
+      this.now += Math.min(gap, 250) / 1000 * this.speed;
+      if (this.now >= this.end) { this.now = this.end; this.play(false); }
+      this.dirty = true;
+    }
+    if (!this.dirty) return;
+    this.dirty = false;
+    const began = performance.now();
+    this.draw();
+    if (this.playing && gap) { this.times.push([gap, performance.now() - began]); if (this.times.length > 2000) this.times.shift(); }
+    this.scrub.value = 1000 * (this.now - this.begin) / (this.end - this.begin || 1);
+    this.clock.textContent = `${this.now.toFixed(this.end < 10 ? 3 : 2)} s`;
+    this.tell();
+    this.onTime?.(this.now);
+  }
+  tell() {  // numbers beside the picture, or the names of runs
+    const rows = [];
+    if (this.alone) {
+      const [run] = this.motions;
+      rows.push(["time", `${this.now.toFixed(this.end < 10 ? 3 : 2)} s`]);
+      run.header.numbers.forEach(([name, unit], i) => {
+        const values = run.blocks[`number ${i}`], a = values[run.k], b = run.f ? values[run.m] : a;
+        const x = b === b ? a + run.f * (b - a) : a;
+        rows.push([name, x === x ? `${x && Math.abs(x) < 1e-3 ? x.toExponential(3) : x.toPrecision(4)} ${unit}` : "-"]);
+      });
+    } else this.motions.forEach((_, k) => rows.push([this.names[k] ?? `run ${k + 1}`, "", css(this.runColor(k))]));
+    while (this.numbers.rows.length < rows.length) { const row = this.numbers.insertRow(); row.insertCell(); row.insertCell(); }
+    rows.forEach(([name, value, color], i) => {
+      const { cells } = this.numbers.rows[i];
+      if (cells[0].textContent !== name) cells[0].replaceChildren(...(color ? [element("i")] : []), name);
+      if (color) cells[0].firstChild.style.background = color;
+      cells[1].textContent = value;
+    });
+  }
+  runColor(k) { return (this.dark ? RUNS_DARK : RUNS)[k % RUNS.length]; }
+  draw() {
+    const { canvas, pen, camera, base } = this, ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    if (!w || !h) return;
+    if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio)) { canvas.width = Math.round(w * ratio); canvas.height = Math.round(h * ratio); }
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, w, h);
+    pen.lineJoin = pen.lineCap = "round";
+    for (const run of this.motions) run.at(this.now);
+    const C = this.eye(camera.azimuth, camera.elevation), scale = Math.min(0.42 * w / (base.wide || 1e-9), 0.38 * h / (base.tall || 1e-9), 2 * Math.max(w, h) / base.radius) * camera.zoom;
+    const main = this.motions[0].main(this.inertial)[1], T = base.target.map((x, c) => x + (this.follow && this.inertial ? main[c] : 0));
+    Object.assign(this, { w, h, C, T, scale, distance: 6 * base.radius, middle: [w / 2 + camera.pan[0], h / 2 + camera.pan[1]] });
+    this.parts = [];
+    this.spots = [];
+    if (this.grid) this.floor();
+    for (const { run, point } of this.trails) this.track(run, point);
+    for (const run of this.motions) this.collect(run);
+    this.parts.sort((a, b) => b.depth - a.depth);
+    for (const part of this.parts) this.stroke(part);
+    this.measures();
+  }
+  stroke({ at, fill, line, width, round }) {
+    const { pen } = this;
+    pen.beginPath();
+    if (round) pen.arc(at[0], at[1], round, 0, 2 * Math.PI);
+    else { pen.moveTo(at[0], at[1]); for (let i = 2; i < at.length; i += 2) pen.lineTo(at[i], at[i + 1]); }
+    if (fill) { if (!round) pen.closePath(); pen.fillStyle = fill; pen.fill(); }
+    if (line) { pen.strokeStyle = line; pen.lineWidth = width; pen.stroke(); }
+  }
+  // View coordinates (right, up, away) to the screen; null behind the eye.
+  screen(v) {
+    const g = this.distance + v[2];
+    if (!(g > 0.02 * this.distance)) return null;
+    const s = this.scale * this.distance / g;
+    return [this.middle[0] + s * v[0], this.middle[1] - s * v[1], s];
+  }
+  see(p) { return apply(this.C, p[0] - this.T[0], p[1] - this.T[1], p[2] - this.T[2]); }
+  floor() {
+    const { base, T } = this, step = this.motions[0].header.grid, reach = Math.max(step, Math.min(1.25 * base.radius, 12 * step));
+    const [i, j, k] = { x: [1, 2, 0], y: [2, 0, 1], z: [0, 1, 2] }[this.motions[0].header.up];
+    const level = this.follow && this.inertial ? T[k] : 0, from = [i, j].map((c) => Math.round((T[c] - reach) / step)), to = [i, j].map((c) => Math.round((T[c] + reach) / step));
+    const line = (a, b) => { const p = this.screen(this.see(a)), q = this.screen(this.see(b)); if (p && q) this.stroke({ at: [p[0], p[1], q[0], q[1]], line: this.paint.grid, width: 1 }); };
+    const point = (u, v) => { const p = [0, 0, 0]; p[i] = u * step; p[j] = v * step; p[k] = level; return p; };
+    for (let u = from[0]; u <= to[0]; u++) line(point(u, from[1]), point(u, to[1]));
+    for (let v = from[1]; v <= to[1]; v++) line(point(from[0], v), point(to[0], v));
+  }
+  track(run, point) {  // faint but for the last tenth of the run
+    const { places, upTo } = run.path(point, this.inertial), color = TRAILS[this.trails.findIndex((t) => t.point === point) % TRAILS.length];
+    const passed = run.f ? upTo[run.k] + Math.floor(run.f * ((upTo[run.m] ?? upTo[run.k]) - upTo[run.k])) : upTo[run.k];
+    const late = this.now - 0.1 * (this.end - this.begin), from = upTo[Math.max(0, run.time.findIndex((t) => t >= late))] - 1;
+    let at = [];
+    const cut = (alpha) => { this.pen.globalAlpha = alpha; if (at.length > 2) this.stroke({ at, line: color, width: 1.5 }); this.pen.globalAlpha = 1; at = at.slice(-2); };
+    for (let i = 0; i < passed; i++) {
+      const p = places[3 * i] === places[3 * i] ? this.screen(this.see(places.subarray(3 * i, 3 * i + 3))) : null;
+      if (p) at.push(p[0], p[1]); else { cut(i < from ? 0.3 : 1); at = []; }
+      if (i === from) cut(0.3);
+    }
+    const p = this.screen(this.see(run.place(point, this.inertial)));
+    if (p && p[0] === p[0]) at.push(p[0], p[1]);
+    cut(1);
+  }
+  collect(run) {
+    const [R, o] = run.main(this.inertial), A = times(this.C, R), b = this.see(o);
+    run.header.frames.forEach((frame, k) => this.body(run, frame, k, A, b));
+    run.lines.forEach((line) => this.line(run, line, A, b));
+    run.header.marks.forEach((mark, k) => this.mark(run, mark, k, A, b));
+    if (this.arrows) run.header.forces.forEach((force, k) => this.force(run, force, k, A, b));
+    for (const point of run.traceable) {
+      const v = point.values ? [0, 1, 2].map((c) => run.mix(point.values, 3 * point.i + c, point.width)) : [0, 0, 0];
+      const p = this.screen(apply(A, ...v).map((x, c) => x + b[c]));
+      if (p && p[0] === p[0]) this.spots.push({ x: p[0], y: p[1], run, point });
+    }
+  }
+  body(run, frame, k, A, b) {
+    const [Q, p] = run.frame(k), M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
+    const main = run.header.main === frame.name, color = this.alone ? BODIES[main ? 0 : k % BODIES.length] : this.runColor(run.index);
+    frame.solids.forEach((solid, j) => {
+      let B = solid.basis;
+      if (solid.turned) { const angle = run.mix(run.blocks[`turned ${k} ${j}`], 0, 1), [x, y] = [Math.cos(angle), Math.sin(angle)]; B = times(B, [1, 0, 0, 0, x, -y, 0, y, x]); }
+      this.solid(run.meshes[solid.mesh], times(M, B), apply(M, ...solid.centre).map((x, i) => x + c[i]), solid.size, color);
+    });
+    for (const path of frame.outline) {
+      let last = null;
+      for (let i = 0; i < path.length; i += 3) {
+        const v = apply(M, path[i], path[i + 1], path[i + 2]).map((x, n) => x + c[n]), at = this.screen(v);
+        if (last && at) this.edge(last, { v, at }, this.alone ? this.paint.ink : css(color));
+        last = at && { v, at };
+      }
+    }
+  }
+  edge(p, q, line) {  // in short pieces, each at its distance
+    const n = Math.min(24, Math.ceil(Math.hypot(q.at[0] - p.at[0], q.at[1] - p.at[1]) / 24)), point = (s) => [p.at[0] + s * (q.at[0] - p.at[0]), p.at[1] + s * (q.at[1] - p.at[1])];
+    for (let i = 0; i < n; i++) this.parts.push({ depth: p.v[2] + (i + 0.5) / n * (q.v[2] - p.v[2]) - 4e-3 * this.base.radius, at: [...point(i / n), ...point((i + 1) / n)], line, width: 1.3 });
+  }
+  solid(mesh, M, c, size, color) {
+    const { vertices, faces, dark, view, screen } = mesh, middle = this.screen(c);
+    if (!middle || middle[0] !== middle[0]) return;
+    if (size * middle[2] < 1.5) { this.parts.push({ depth: c[2], at: middle, round: 1.5, fill: css(color, 0.8) }); return; }
+    for (let i = 0; i < vertices.length; i += 3) {
+      const v = apply(M, vertices[i], vertices[i + 1], vertices[i + 2]), p = this.screen([v[0] + c[0], v[1] + c[1], v[2] + c[2]]);
+      if (!p) return;
+      view[i] = v[0]; view[i + 1] = v[1]; view[i + 2] = v[2] + c[2];
+      screen[i] = p[0]; screen[i + 1] = p[1];
+    }
+    for (let f = 0; f < faces.length; f += 4) {
+      const [i, j, k, l] = [3 * faces[f], 3 * faces[f + 1], 3 * faces[f + 2], 3 * faces[f + 3]];
+      const [x, y, u, v] = [screen[k] - screen[i], screen[k + 1] - screen[i + 1], screen[l] - screen[j], screen[l + 1] - screen[j + 1]];
+      if (x * v - y * u >= 0) continue;  // seen from behind
+      const d = [0, 1, 2].map((n) => view[k + n] - view[i + n]), e = [0, 1, 2].map((n) => view[l + n] - view[j + n]);
+      const n = [d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]], size = Math.hypot(...n) || 1;
+      // away is the left-handed third axis, so the product points inwards
+      const lit = Math.max(0, -(n[0] * LIGHT[0] + n[1] * LIGHT[1] + n[2] * LIGHT[2]) / size), fill = css(color, (dark[f / 4] ? 0.75 : 1) * ((this.dark ? 0.3 : 0.6) + (this.dark ? 0.45 : 0.48) * lit));
+      this.parts.push({ depth: Math.max(view[i + 2], view[j + 2], view[k + 2], view[l + 2]), at: [screen[i], screen[i + 1], screen[j], screen[j + 1], screen[k], screen[k + 1], screen[l], screen[l + 1]], fill, line: fill, width: 0.7 });
+    }
+  }
+  tintOf(run, line) {  // colour of the piece after a point: the mean of both ends
+    const values = line.values[this.color], { low, high } = run.header.colors[this.color] || { low: 0, high: 1 }, plain = this.alone ? this.paint.none : this.runColor(run.index);
+    if (!this.alone || !values) return () => plain;
+    return (i, j) => {
+      const a = run.mix(values, i, line.count), b = run.mix(values, j, line.count), v = a !== a ? b : b !== b ? a : 0.5 * (a + b);
+      return v !== v ? plain : SCALE[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))];
+    };
+  }
+  line(run, line, A, b) {
+    const { count, points, place, edge } = line, n = 3 * count, pieceColor = this.tintOf(run, line), bias = 2e-3 * this.base.radius;
+    for (let i = 0; i < n; i += 3) {
+      const v = apply(A, run.mix(points, i, n), run.mix(points, i + 1, n), run.mix(points, i + 2, n));
+      for (let c = 0; c < 3; c++) place[i + c] = v[c] + b[c];
+      if (!edge) continue;
+      const e = apply(A, run.mix(line.across, i, n), run.mix(line.across, i + 1, n), run.mix(line.across, i + 2, n)), size = 0.5 * line.width / (Math.hypot(...e) || 1);
+      for (let c = 0; c < 3; c++) edge[i + c] = e[c] * size;
+    }
+    if (line.kind === "spring") { this.spring(run, line, pieceColor(0, count - 1)); return; }
+    let last = null;
+    for (let i = 0; i < count; i++) {
+      const j = 3 * i, v = place.subarray(j, j + 3), at = v[0] === v[0] ? this.screen(v) : null;
+      if (last && at) this.piece(line, last, { v, at, i }, pieceColor(i - 1, i), bias);
+      last = at && { v, at, i };
+    }
+  }
+  piece(line, p, q, color, bias) {
+    const depth = 0.5 * (p.v[2] + q.v[2]) - bias, thin = this.alone ? 2.4 : 2, straight = [p.at[0], p.at[1], q.at[0], q.at[1]];
+    if (!line.edge) {
+      const width = line.width && line.kind === "rod" ? line.width * 0.5 * (p.at[2] + q.at[2]) : 0;
+      this.parts.push({ depth, at: straight, line: css(color, width > thin ? 0.85 : 1), width: Math.max(thin, width) });
+      if (width > 2 * thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: css(color, 1.12), width: 0.4 * width });
+      return;
+    }
+    const e = line.edge, [i, j] = [3 * p.i, 3 * q.i], side = (x, k, sign) => this.screen([x.v[0] + sign * e[k], x.v[1] + sign * e[k + 1], x.v[2] + sign * e[k + 2]]);
+    const [a, c, d, f] = [side(p, i, 1), side(q, j, 1), side(q, j, -1), side(p, i, -1)];
+    const t = [0, 1, 2].map((k) => q.v[k] - p.v[k]), n = [t[1] * e[i + 2] - t[2] * e[i + 1], t[2] * e[i] - t[0] * e[i + 2], t[0] * e[i + 1] - t[1] * e[i]];
+    const lit = Math.abs(n[2]) / (Math.hypot(...n) || 1), fill = css(color, 0.72 + 0.32 * lit);
+    // seen on edge, or from far away, a strip is a line
+    if (a && c && d && f) this.parts.push({ depth, at: [a[0], a[1], c[0], c[1], d[0], d[1], f[0], f[1]], fill, line: fill, width: 0.7 });
+    const seen = lit * line.width * 0.5 * (p.at[2] + q.at[2]);
+    if (seen < thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: fill, width: thin - 0.6 * seen });
+  }
+  spring(run, line, color) {
+    const { place, count, points } = line, p = [...place.slice(0, 3)], q = [...place.slice(3 * count - 3)], n = 3 * count - 3;
+    if (p[0] !== p[0] || q[0] !== q[0]) return;
+    line.rest ??= Math.hypot(points[n] - points[0], points[n + 1] - points[1], points[n + 2] - points[2]) || 1;
+    const axis = [0, 1, 2].map((c) => q[c] - p[c]), length = Math.hypot(...axis) || 1e-9, z = axis.map((x) => x / length), turns = 9, steps = 14, radius = line.width ? 0.5 * line.width : 0.07 * line.rest;
+    const s = Math.abs(z[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0], cross = (a, c) => [a[1] * c[2] - a[2] * c[1], a[2] * c[0] - a[0] * c[2], a[0] * c[1] - a[1] * c[0]];
+    let x = cross(z, s); const size = Math.hypot(...x); x = x.map((v) => v / size);
+    const y = cross(z, x), path = [p];
+    for (let i = 0; i <= turns * steps; i++) {
+      const share = i / (turns * steps), angle = 2 * Math.PI * i / steps, along = length * (0.12 + 0.76 * share), [c, d] = [radius * Math.cos(angle), radius * Math.sin(angle)];
+      path.push([0, 1, 2].map((k) => p[k] + z[k] * along + x[k] * c + y[k] * d));
+    }
+    path.push(q);
+    for (let i = 0; i + 1 < path.length; i += steps / 2) {
+      const some = path.slice(i, i + steps / 2 + 1), at = some.flatMap((v) => this.screen(v)?.slice(0, 2) ?? []);
+      if (at.length > 2) this.parts.push({ depth: some[some.length >> 1][2], at, line: css(color), width: 2 });
+    }
+  }
+  mark(run, mark, k, A, b) {
+    const values = run.blocks[`mark ${k}`], n = 3 * mark.count;
+    for (let i = 0; i < n; i += 3) {
+      const v = apply(A, run.mix(values, i, n), run.mix(values, i + 1, n), run.mix(values, i + 2, n)).map((x, c) => x + b[c]), at = v[0] === v[0] ? this.screen(v) : null;
+      if (at) this.parts.push({ depth: v[2] - (mark.size || 0) - 4e-3 * this.base.radius, at, round: Math.max(3.2, 0.5 * (mark.size || 0) * at[2]), fill: this.alone ? this.paint.ink : css(this.runColor(run.index)), line: this.dark ? "#1d2126" : "#ffffff", width: 1 });
+    }
+  }
+  force(run, force, k, A, b) {
+    const from = run.blocks[`force ${k} at`], along = run.blocks[`force ${k}`], n = 3 * force.count, limit = 3e-3 * this.base.radius;
+    for (let i = 0; i < n; i += 3) {
+      const v = apply(A, run.mix(from, i, n), run.mix(from, i + 1, n), run.mix(from, i + 2, n)).map((x, c) => x + b[c]), e = apply(A, run.mix(along, i, n), run.mix(along, i + 1, n), run.mix(along, i + 2, n)), length = Math.hypot(...e);
+      if (!(length > limit) || v[0] !== v[0]) continue;
+      const p = this.screen(v), q = this.screen(v.map((x, c) => x + e[c]));
+      if (p && q) this.arrow(p, q, v[2] + 0.5 * e[2] - 5e-3 * this.base.radius, force.unit === "N m");
+    }
+  }
+  arrow(p, q, depth, twice = false) {  // twice: a moment, with two heads
+    const [x, y] = [q[0] - p[0], q[1] - p[1]], length = Math.hypot(x, y), head = Math.min(9, 0.6 * length), [u, v] = length > 0.5 ? [x / length, y / length] : [0, 0];
+    const line = this.paint.force, base = [q[0] - head * u, q[1] - head * v];
+    const point = (cx, cy) => this.parts.push({ depth, fill: line, at: [cx, cy, cx - head * u - 0.4 * head * v, cy - head * v + 0.4 * head * u, cx - head * u + 0.4 * head * v, cy - head * v - 0.4 * head * u] });
+    this.parts.push({ depth, at: [p[0], p[1], ...base], line, width: 1.8 });
+    if (length > 2) { point(q[0], q[1]); if (twice) point(...base); }
+  }
+  // Scale bar, arrows' scale, directions of the axes.
+  measures() {
+    const { pen, h, scale, paint } = this, length = nice(150 / scale), y = h - 14;
+    pen.font = "12px system-ui, sans-serif";
+    pen.fillStyle = paint.dim;
+    const line = (at, color, width) => this.stroke({ at, line: color, width });
+    line([14, y - 4, 14, y, 14 + length * scale, y, 14 + length * scale, y - 4], paint.dim, 1.4);
+    pen.fillText(quantity(length, "m"), 14 + length * scale + 7, y + 2);
+    this.scaleText = quantity(length, "m");
+    let row = y - 20;
+    this.forceText = [];
+    const units = this.arrows ? new Map(this.motions.flatMap((m) => m.header.forces.filter((f) => f.scale > 0).map((f) => [f.unit, f]))) : new Map();
+    for (const [unit, force] of units) {
+      const size = nice(110 / (scale * force.scale)), to = 14 + size * force.scale * scale;
+      this.parts = [];
+      this.arrow([14, row], [to, row], 0, unit === "N m");
+      for (const part of this.parts) this.stroke(part);
+      pen.fillStyle = paint.dim;
+      pen.fillText(`${quantity(size, unit)}`, to + 7, row + 4);
+      this.forceText.push(quantity(size, unit));
+      row -= 20;
+    }
+    const [x0, y0] = [44, row - 34];
+    [["x", "#c0392b"], ["y", "#2e8b57"], ["z", "#2a6fbb"]].map(([name, color], c) => [this.C[c], this.C[3 + c], this.C[6 + c], name, color]).sort((a, b) => b[2] - a[2]).forEach(([x, up, , name, color]) => {
+      line([x0, y0, x0 + 28 * x, y0 - 28 * up], color, 1.8);
+      pen.fillStyle = color;
+      pen.fillText(name, x0 + 36 * x - 3, y0 - 36 * up + 4);
+    });
+    pen.fillStyle = paint.dim;
+    pen.fillText(this.inertial ? "inertial axes" : `axes of ${this.motions[0].header.main}`, 14, y0 - 46);
+  }
+}

@@ -1,0 +1,192 @@
+"""The viewer in a page of its own, in a browser: what it shows at first, its keys, and where it draws points."""
+
+import json
+
+import numpy as np
+import pytest
+
+from evolvent import animation
+from many_bodies import many_bodies
+
+VIEWER = "document.getElementById('viewer').viewer"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    made = tmp_path_factory.mktemp("page") / "page.html"
+    made.write_bytes(animation.page(many_bodies(), playing=False)[0])
+    return made
+
+
+@pytest.fixture
+def page(browser, path):
+    opened = browser.new_page(viewport={"width": 1000, "height": 700})
+    errors, asked = [], []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("request", lambda request: asked.append(request.url))
+    opened.goto(path.as_uri())
+    opened.wait_for_timeout(150)
+    yield opened
+    assert not errors
+    assert asked == [path.as_uri()], "the page needs nothing else"
+    opened.close()
+
+
+def get(page, what):
+    return page.evaluate(f"{VIEWER}.{what}")
+
+
+def press(page, key):
+    page.keyboard.press(key)
+    page.wait_for_timeout(80)
+
+
+def image(page):
+    return page.locator("canvas").screenshot()
+
+
+def test_it_opens_at_the_first_frame_in_inertial_axes_with_all_scales(page, shots):
+    assert get(page, "now") == 0.0
+    assert not get(page, "playing")
+    assert get(page, "inertial")
+    assert page.locator("[data-testid=time]").inner_text() == "0.00 s"
+    assert page.locator("[data-testid=color-name]").inner_text() == "moment"
+    low, high = many_bodies().value_range("moment [N m]")
+    assert page.locator("[data-testid=color-low]").inner_text() == f"{low:.3g} N m"
+    assert page.locator("[data-testid=color-high]").inner_text() == f"{high:.3g} N m"
+    beside = page.locator("[data-testid=numbers]").inner_text().split()
+    assert beside == ["time", "0.00", "s", "spin", "0.8000", "rad/s", "late", "-"]
+    assert get(page, "scaleText") in ("1 m", "500 mm", "2 m")
+    assert len(get(page, "forceText")) == 2
+    assert get(page, "forceText").pop().endswith("N m")
+    page.screenshot(path=shots / "viewer.png")
+
+
+def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
+    playing = tmp_path / "playing.html"
+    playing.write_bytes(animation.page(many_bodies())[0])
+    opened = browser.new_page()
+    opened.goto(playing.as_uri())
+    opened.wait_for_timeout(700)
+    assert get(opened, "playing")
+    assert get(opened, "speed") == pytest.approx(12.0 / 15.0)
+    assert 0.0 < get(opened, "now") < 3.0
+    opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
+    opened.wait_for_timeout(300)
+    assert not get(opened, "playing")
+    assert get(opened, "now") == 12.0
+    opened.close()
+
+
+def test_keys(page):
+    press(page, "ArrowRight")
+    assert get(page, "now") == pytest.approx(0.1)
+    press(page, "ArrowLeft")
+    press(page, "ArrowLeft")
+    assert get(page, "now") == 0.0
+    press(page, "End")
+    assert get(page, "now") == 12.0
+    press(page, "Home")
+    assert get(page, "now") == 0.0
+    press(page, " ")
+    assert get(page, "playing")
+    press(page, " ")
+    assert not get(page, "playing")
+    press(page, "Home")
+    press(page, "End")
+    for key, what in (("b", "inertial"), ("g", "grid"), ("a", "arrows"), ("c", "follow")):
+        before, held = image(page), get(page, what)
+        press(page, key)
+        assert get(page, what) != held, key
+        if key != "c":
+            assert image(page) != before, key
+        press(page, key)
+        assert get(page, what) == held, key
+    press(page, "t")
+    assert len(get(page, "trails.map(t => t.point.name)")) == 2
+    press(page, "t")
+    assert not get(page, "trails.length")
+    press(page, "?")
+    assert page.locator("[data-testid=panel]").is_visible()
+    for word in ("space", "Home", "full screen", "body axes", "trails"):
+        assert word in page.locator("[data-testid=panel]").inner_text()
+    press(page, "Escape")
+    assert not page.locator("[data-testid=panel]").is_visible()
+    press(page, "f")
+    page.wait_for_timeout(300)
+    assert page.evaluate("document.fullscreenElement !== null")
+    press(page, "f")
+
+
+def test_points_are_where_the_motion_has_them(page):
+    """Between frames of the page, in inertial and in body axes; positions are kept to 1/32767."""
+    motion = many_bodies()
+    for t in (0.0, 3.333, 7.77, 12.0):
+        page.evaluate(f"{VIEWER}.go({t}), {VIEWER}.draw()")
+        exact = motion.resampled(np.array([t]))
+        for inertial, wanted in ((True, exact), (False, exact.in_body())):
+            run = f"{VIEWER}.motions[0]"
+            place = f"p => [p.name, {run}.place(p, {json.dumps(inertial)})]"
+            places = dict(page.evaluate(f"{run}.traceable.map({place})"))
+            assert places["boom, last point"] == pytest.approx(wanted.lines[0].points[0, -1], abs=2e-4)
+            assert places["strut, first point"] == pytest.approx(wanted.lines[1].points[0, 0], abs=2e-4)
+            assert places["tip mass"] == pytest.approx(wanted.marks[1].points[0, 0], abs=2e-4)
+            assert places["ball"] == pytest.approx(wanted.frames[2].origin[0], abs=2e-4)
+            assert places["bus"] == pytest.approx(wanted.frames[0].origin[0], abs=2e-4)
+
+
+def test_a_click_on_a_point_shows_its_trail(page, shots):
+    page.evaluate(f"{VIEWER}.go(6)")
+    page.wait_for_timeout(100)
+    found = f"{VIEWER}.spots.find(s => s.point.name === 'boom, last point')"
+    spot = page.evaluate(f"(({{ x, y }}) => ({{ x, y }}))({found})")
+    box = page.locator("canvas").bounding_box()
+    before = image(page)
+    page.mouse.click(box["x"] + spot["x"], box["y"] + spot["y"])
+    page.wait_for_timeout(100)
+    (name,) = get(page, "trails.map(t => t.point.name)")
+    assert name in ("boom, last point", "hinge", "panel")  # all three are there
+    assert image(page) != before
+    page.screenshot(path=shots / "trail.png")
+    page.click("[data-testid=trails]")
+    names = page.locator("[data-testid=panel] label").all_inner_texts()
+    assert [n.strip() for n in names][:3] == ["boom, last point", "boom, first point", "strut, last point"]
+    page.locator("[data-testid=panel] label", has_text="ball").click()
+    assert "ball" in get(page, "trails.map(t => t.point.name)")
+
+
+def test_it_is_turned_moved_and_zoomed(page):
+    box = page.locator("canvas").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+
+    def drag(**options):
+        page.mouse.move(x, y)
+        page.mouse.down(**options)
+        page.mouse.move(x + 60, y + 30, steps=3)
+        page.mouse.up(**options)
+        page.wait_for_timeout(60)
+
+    before = get(page, "camera")
+    drag()
+    turned = get(page, "camera")
+    assert turned["azimuth"] < before["azimuth"]
+    assert turned["elevation"] > before["elevation"]
+    drag(button="right")
+    assert get(page, "camera")["pan"] == [60, 30]
+    page.mouse.wheel(0, -300)
+    page.wait_for_timeout(60)
+    assert get(page, "camera")["zoom"] > 1.2
+    press(page, "r")
+    assert get(page, "camera") == before
+
+
+def test_bodies_hide_what_is_behind_them(page):
+    """The middle of the bus seen from the side: its colour there is grey, though the boom begins behind."""
+    page.evaluate(f"{VIEWER}.arrows = false, {VIEWER}.look(Math.PI, 0, null), {VIEWER}.go(0), {VIEWER}.draw()")
+    colour = page.evaluate(
+        f"""(() => {{ const v = {VIEWER}, run = v.motions[0], bus = v.spots.find(s => s.point.name === 'bus'),
+        r = v.canvas.width / v.canvas.clientWidth;
+        return [...v.pen.getImageData(Math.round((bus.x + 8) * r), Math.round((bus.y + 8) * r), 1, 1).data]; }})()"""
+    )
+    assert max(colour[:3]) - min(colour[:3]) < 40
+    assert colour[3] == 255
