@@ -36,7 +36,7 @@ COMMON: dict[str, dict[str, float]] = {
     "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
     "1/s": {"1/s": 1.0},
 }
-#: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them, without a factor.
+#: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
 OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 
 #: Largest size of a value, in SI units, and the inverse of the least: far beyond any that can be meant, and near enough

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from evolvent import cases
+from evolvent import cases, schema
 from evolvent.elements import cable_stretch_form
 from evolvent.errors import InputError
 from evolvent.kernels.ancf import WORK

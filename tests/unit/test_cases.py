@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from evolvent import cases
+from evolvent import cases, schema
 from evolvent.errors import InputError
 from evolvent.systems.heliogyro import Case
 
