@@ -36,11 +36,9 @@ COMMON: dict[str, dict[str, float]] = {
     "N m/rad": {"N m/rad": 1.0, "N m": 1.0},
     "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
     "1/s": {"1/s": 1.0},
-    # the exponent n is another key's; a contact checks that the unit has it
-    "N/m^n": {"N/m^n": 1.0, "N/m": 1.0},
-    "s/m": {"s/m": 1.0, "N s/m": 1.0},
 }
-
+#: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
+OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 
 #: Largest size of a value, in SI units, and the inverse of the least: far beyond any that can be meant, and near enough
 #: for products of several to be finite.
@@ -87,8 +85,10 @@ def parse(text: str, unit: str) -> float:
         return value
     if given in COMMON.get(unit, {}):
         return value * COMMON[unit][given]
-    if unit == "N/m^n" and re.fullmatch(r"N/m\^\d+(\.\d+)?", given):
-        return value
+    if unit in OF_CONTACT:
+        if re.fullmatch(OF_CONTACT[unit], given):
+            return value
+        raise UnitError(f"{given!r} is a unit of something else, or not of SI")
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
     pint, registry = startup.load("pint"), _registry()

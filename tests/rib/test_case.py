@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from evolvent import cases
+from evolvent import cases, schema
 from evolvent.elements import cable_stretch_form
 from evolvent.errors import InputError
 from evolvent.kernels.ancf import WORK
@@ -287,10 +287,10 @@ def test_a_taper_has_the_mass_and_the_mean_stiffness_of_its_pieces():
 
 
 def test_every_key_has_a_description_or_bounds():
-    schema = cases.json_schema("wrapped-rib")
-    for section in (schema, *schema["$defs"].values()):
+    described = cases.json_schema("wrapped-rib")
+    for section in (described, *described["$defs"].values()):
         for key, what in section["properties"].items():
             known = "description" in what or "$ref" in json.dumps(what) or key == "system"
             assert known, key
     for key in schema.keys(Case):
-        assert json.dumps(key.rpartition(".")[2]) in json.dumps(schema)
+        assert json.dumps(key.rpartition(".")[2]) in json.dumps(described)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from evolvent import cases
+from evolvent import cases, schema
 from evolvent.errors import InputError
 from evolvent.systems.heliogyro import Case
 
@@ -218,10 +218,10 @@ def test_a_case_file_is_read(tmp_path):
 
 
 def test_schema_knows_every_key():
-    schema = cases.json_schema("heliogyro")
+    described = cases.json_schema("heliogyro")
     for key in schema.keys(Case):
-        assert json.dumps(key.rpartition(".")[2]) in json.dumps(schema)
-    assert schema["additionalProperties"] is False
+        assert json.dumps(key.rpartition(".")[2]) in json.dumps(described)
+    assert described["additionalProperties"] is False
 
 
 @pytest.mark.parametrize("name", cases.systems())

@@ -60,6 +60,13 @@ def test_units_read_without_the_library_agree_with_it(unit):
         assert factor == pytest.approx(wanted, rel=1e-15)
 
 
+@pytest.mark.parametrize("text", ["3 N/m^n", "3 N/m", "3 N/m^1.5", "3"])
+def test_a_contact_stiffness_has_a_power_of_the_length(text):
+    assert units.parse(text, "N/m^n") == 3.0
+    with pytest.raises(units.UnitError, match="'N/mm' is a unit of something else, or not of SI"):
+        units.parse("3 N/mm", "N/m^n")
+
+
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
