@@ -120,11 +120,11 @@ class StateSpace:
     @property
     def summary(self) -> str:
         """What the model consists of, one sentence."""
-        growing = int(np.sum(self.square < 0.0))
-        parts = [f"{self.rigid} rigid-body", f"{len(self.square) - self.rigid - growing} elastic"]
-        if growing:
-            parts.append(f"{growing} unstable")
-        whole = f"{' and '.join(parts) if len(parts) == 2 else ', '.join(parts)} modes"
+        negative = int(np.sum(self.square < 0.0))
+        parts = [f"{self.rigid} rigid-body", f"{len(self.square) - self.rigid - negative} elastic"]
+        whole = f"{' and '.join(parts)} modes"
+        if negative:  # a spin's gyroscopic terms may keep them from growing
+            whole += f", {negative} of negative stiffness"
         return f"{len(self.A)} states: {whole} ({self.method}), {len(self.inputs)} inputs, {len(self.outputs)} outputs"
 
     @property
