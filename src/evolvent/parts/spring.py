@@ -26,7 +26,8 @@ class Spring:
     damping : float, N s/m
     length : float, m, natural length; the distance at the start if left out
     law : optional, tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v
-        (m/s) and t (s), or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``
+        (m/s) and t (s), or a function under ``@evolvent.spring_law``:
+        ``law(extension, rate, t, parameters) -> tension``
     parameters : list of numbers, of a Python law
     constants : mapping of names to numbers, of an expression
     lateral_stiffness, lateral_damping : float, N/m and N s/m
