@@ -153,7 +153,7 @@ Parameters = Annotated[tuple[float, ...], _Parameters()]
 
 
 def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequence[float] = (),
-              constants: Mapping[str, float] | None = None, *, variables: Sequence[str] = (),
+              constants: Mapping[str, float] | None = None, *, key: str = "law", variables: Sequence[str] = (),
               before: Sequence[float] = ()) -> dict[str, int]:  # fmt: skip
     """Store the law of a row, and its parameters or constants; the times at which an expression jumps become breaks.
 
@@ -164,6 +164,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     law : compiled Python law, or expression
     kind : {"spring", "force", "feed", "event"}
     parameters : of a Python law; constants : of an expression
+    key : str, the key that holds the law, for messages
     variables : of an expression; those of `VARIABLES` if left out
     before : numbers that stand before an expression's instructions
 
@@ -184,7 +185,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
         raise InputError(f"{name}.parameters are those of a Python law; an expression takes {name}.constants")
     texts = law if kind == "force" else (law,)
     known = variables or VARIABLES[kind]
-    programs = [expressions.compile_expression(text, known, constants, name=f"{name}.law") for text in texts]
+    programs = [expressions.compile_expression(text, known, constants, name=f"{name}.{key}") for text in texts]
     builder.breaks.update(t for program in programs for t in program.corners if t > 0.0)
     code = [*before, *(number for program in programs for number in program.code)]
     shown = ", ".join(repr(program.text) for program in programs)
