@@ -225,9 +225,9 @@ class _Compiler:
         return value
 
     def _name(self, node: ast.Name) -> list[float] | float:
+        if node.id in FUNCTIONS:
+            raise self._refuse(node, f"is a function; write {node.id}(...)")
         if self.variables is None:
-            if node.id in FUNCTIONS:
-                raise self._refuse(node, f"is a function; write {node.id}(...)")
             return CONSTANTS.get(node.id, [run.VARIABLE, 0.0])
         if node.id in self.constants:
             return float(self.constants[node.id])

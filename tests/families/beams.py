@@ -65,6 +65,14 @@ def beam_load() -> Case:
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 
+@of("a load on a beam by a profile")
+def beam_profile() -> Case:
+    """As under a force that does not change."""
+    F = 0.02
+    push = parts.Force(at="rod.tip", direction=(0.0, -1.0, 0.0), profile={"constant": F})
+    return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
+
+
 def oscillation(t: Array, rest: float, start: float, rate: float, w: float) -> Array:
     """x'' = -w^2 (x - rest)."""
     return rest + (start - rest) * np.cos(w * t) + rate / w * np.sin(w * t)

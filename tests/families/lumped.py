@@ -379,6 +379,29 @@ def force() -> Case:
     )  # fmt: skip
 
 
+@of("a force or torque by a profile")
+def profile() -> Case:
+    """A sine of time on a mass on a spring: x = F/(m (w^2 - f^2)) (sin f t - f/w sin w t)."""
+    k, m, F, f, time = 8.0, 2.0, 3.0, 3.0, 0.4
+    w = math.sqrt(k / m)
+    sine = {"amplitude": F, "frequency": f / (2.0 * math.pi)}
+
+    def system() -> System:
+        found = System()
+        found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
+        found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
+        found.add(parts.Force(at="mass", direction=(1.0, 0.0, 0.0), profile={"sine": sine}), "push")
+        return found
+
+    return Case(
+        part="push", system=system, end=3.0, step=0.01, seen=at("mass"), time=time,
+        motion=lambda t: columns(
+            F / (m * (w**2 - f**2)) * (np.sin(f * t) - f / w * np.sin(w * t)), 0.0, np.cos(w * t)
+        ),
+        still=(F / k * math.sin(f * time), 0.0, 0.0), poles=springs_poles(*[w**2] * 3),
+    )  # fmt: skip
+
+
 @evolvent.event_law
 def falls_below(t, y, parameters):  # type: ignore[no-untyped-def]
     """Rises through zero where the first coordinate falls below a level."""

@@ -158,7 +158,7 @@ class ExpressionDrive(DriveKind):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the expression."""
-        return _law_row(builder, name, self.expression, (), self.constants)
+        return _law_row(builder, name, self.expression, constants=self.constants, key="expression")
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration; refused unless finite."""
@@ -181,7 +181,7 @@ class LawDrive(DriveKind):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the law's address and parameters."""
-        return _law_row(builder, name, self.law, self.parameters, None)
+        return _law_row(builder, name, self.law, parameters=self.parameters)
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration; refused unless finite."""
@@ -189,8 +189,8 @@ class LawDrive(DriveKind):
         return angle, rate, acceleration
 
 
-def _law_row(builder: Builder, name: str, law: Any, parameters: Any, constants: Any) -> DriveRow:
-    fields = write_law(builder, name, law, "feed", parameters, constants)
+def _law_row(builder: Builder, name: str, law: Any, **options: Any) -> DriveRow:
+    fields = write_law(builder, name, law, "feed", **options)
     return DriveRow(kernels.LAW, fields["first"], fields["last"], fields["law"])
 
 

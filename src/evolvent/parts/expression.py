@@ -21,7 +21,6 @@ VARIABLES = {
     "spring": ("x", "v", "t"),
     "force": ("x", "y", "z", "vx", "vy", "vz", "t"),
     "feed": ("t",),
-    "event": ("t",),
 }
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "feed": "a*(1 - cos(w*t))", "event": "t - 2"}
 _RUN = {
@@ -154,7 +153,8 @@ Parameters = Annotated[tuple[float, ...], _Parameters()]
 
 
 def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequence[float] = (),
-              constants: Mapping[str, float] | None = None) -> dict[str, int]:  # fmt: skip
+              constants: Mapping[str, float] | None = None, *, key: str = "law", variables: Sequence[str] = (),
+              before: Sequence[float] = ()) -> dict[str, int]:  # fmt: skip
     """Store the law of a row, and its parameters or constants; the times at which an expression jumps become breaks.
 
     Parameters
@@ -164,6 +164,9 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     law : compiled Python law, or expression
     kind : {"spring", "force", "feed", "event"}
     parameters : of a Python law; constants : of an expression
+    key : str, the key that holds the law, for messages
+    variables : of an expression; those of `VARIABLES` if left out
+    before : numbers that stand before an expression's instructions
 
     Returns
     -------
@@ -181,11 +184,10 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     if len(parameters):
         raise InputError(f"{name}.parameters are those of a Python law; an expression takes {name}.constants")
     texts = law if kind == "force" else (law,)
-    programs = [expressions.compile_expression(text, VARIABLES[kind], constants, name=f"{name}.law") for text in texts]
+    known = variables or VARIABLES[kind]
+    programs = [expressions.compile_expression(text, known, constants, name=f"{name}.{key}") for text in texts]
     builder.breaks.update(t for program in programs for t in program.corners if t > 0.0)
-    code = [number for program in programs for number in program.code]
-    if kind == "event":
-        code = [0.0, *code]
+    code = [*before, *(number for program in programs for number in program.code)]
     shown = ", ".join(repr(program.text) for program in programs)
     what = "the expression" if len(programs) == 1 else "the expressions"
     return builder.expression(_RUN[kind], kind, code, f"{what} {shown}")

@@ -40,6 +40,8 @@ ENERGY_LOSS = {"heun": (3, 4.0), "rk4": (5, 72.0)}
 MOST_STEPS = 1e10
 #: Relative defect of the energy balance at which a run has failed.
 ENERGY_LIMIT = 1e-2
+#: Energy below which a defect does not count, J: a structure at rest has that of round-off, before a load begins.
+LEAST_ENERGY = 1e-18
 #: Share of a run in which a whole log of events is not plausible: the same ones fire again and again.
 CHATTER = 1e-6
 #: What a step may be, in messages.
@@ -244,7 +246,7 @@ class _Run:
         """Look at the energy balance of the state now."""
         now = self._balance(self.reached)
         self.peak = max(self.peak, float(eb.energy(now)))
-        defect = abs(float(eb.defect(now, self.start))) / max(float(eb.scale(now, self.peak)), 1e-300)
+        defect = abs(float(eb.defect(now, self.start))) / max(float(eb.scale(now, self.peak)), LEAST_ENERGY)
         self.worst = defect if not defect <= self.worst else self.worst
         return self.worst <= ENERGY_LIMIT
 
