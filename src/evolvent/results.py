@@ -44,7 +44,7 @@ def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **a
     return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": long_name, **attrs})
 
 
-def unfinished(run: xr.Dataset) -> str:
+def unfinished(run: Any) -> str:
     """What to write on what is drawn of a run that did not end as it should; '' of one that did."""
     status = run.attrs["status"]
     if status in WELL:
@@ -87,13 +87,13 @@ def label(
     return dataset
 
 
-def statistics_of(run: xr.Dataset) -> dict[str, Any]:
+def statistics_of(run: Any) -> dict[str, Any]:
     """The solver's account of a run, numbers by name; None for what is not finite."""
     found: dict[str, Any] = json.loads(run.attrs["statistics"])
     return found
 
 
-def closing_numbers(run: xr.Dataset) -> list[Number]:
+def closing_numbers(run: Any) -> list[Number]:
     """The rows of a run's table that tell of any run: its warning, steps, and the time that they took."""
     found = []
     if run.attrs.get("warning"):

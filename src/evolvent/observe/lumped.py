@@ -52,7 +52,7 @@ def solids_of(part: Any, mass: float, inertia: np.ndarray) -> list[dict[str, Any
     -----
     Edges a, b, c of that box: a^2 = 6 (Iy + Iz - Ix)/m and so on; none of a body without mass.
     """
-    shape = getattr(part, "shape", None)
+    shape: Any = getattr(part, "shape", None)
     match type(shape).__name__:
         case "Box":
             return [{"box": {"edges": list(shape.size)}}]
