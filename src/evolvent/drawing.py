@@ -52,7 +52,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     marks: list[Marks] = []
     spools: list[tuple[str, Any]] = []
     for part in variables.parts(run):
-        group = run[part].to_dataset(inherit=False)
+        group = variables.group_of(run, part)
         for entry in json.loads(group.attrs.get("drawn", "[]")):
             for kind, own in entry.items():
                 if kind == "frame":
@@ -75,7 +75,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     label = unfinished(run)
     return Motion(
         title=title or label,
-        time=run["time"].values,
+        time=run.to_dataset()["time"].values,
         frames=list(frames.values()),
         lines=lines,
         forces=forces,
@@ -103,7 +103,7 @@ def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[
         return
     radius = own["radius"]
     solid = Solid.cylinder(
-        radius, own.get("width", radius), centre=own["centre"], axis=own["axis"], turned=run[part][own["angle"]].values
+        radius, own.get("width", radius), centre=own["centre"], axis=own["axis"], turned=variables.group_of(run, part)[own["angle"]].values
     )
     frames[own["body"]] = Frame(
         name=frame.name, origin=frame.origin, attitude=frame.attitude, outline=frame.outline,

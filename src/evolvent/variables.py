@@ -30,7 +30,7 @@ def names(run: xr.DataTree | xr.Dataset, *, over_time: bool = True) -> list[str]
 
     found = list(listed(_root(run), ""))
     for part in parts(run):
-        found += listed(run[part].to_dataset(inherit=False), f"{part}.")  # type: ignore[union-attr]
+        found += listed(group_of(run, part), f"{part}.")
     return found
 
 
@@ -64,7 +64,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
         return _component(root[part], name, variable)
     if part not in parts(run):
         raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
-    group = run[part].to_dataset()  # type: ignore[union-attr]
+    group = group_of(run, part, inherit=True)
     if variable is None:
         own = [k.partition(".")[2] for k in known if k.startswith(f"{part}.")]
         raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
@@ -86,6 +86,12 @@ def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:
         if dimension in found.dims and axis in letters:
             return found.isel({dimension: letters.index(axis)})
     raise InputError(f"{name!r}: the variable has no component {axis!r}")
+
+
+def group_of(run: xr.DataTree | xr.Dataset, part: str, *, inherit: bool = False) -> xr.Dataset:
+    """Variables of a part; with `inherit`, the coordinates of the root as well."""
+    assert isinstance(run, xr.DataTree)
+    return run.children[part].to_dataset(inherit=inherit)
 
 
 def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
@@ -119,7 +125,7 @@ def flat(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
     found = run.to_dataset()
     data: dict[str, xr.Variable] = {}
     for part in parts(run):
-        group = run[part].to_dataset(inherit=False)  # type: ignore[union-attr]
+        group = group_of(run, part)
         for name, variable in group.variables.items():
             if name in SHARED:
                 continue
