@@ -2,6 +2,7 @@
 
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import FieldTorque, LineLoad, PointLoad
+from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.event import Event
 from evolvent.parts.feed import ConstantFeed, FreeSpool, LawFeed, RampFeed, TableFeed
@@ -22,6 +23,7 @@ __all__ = [
     "Beam",
     "Box",
     "ConstantFeed",
+    "CustomForce",
     "Cylinder",
     "CylinderContact",
     "Event",
