@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from evolvent import InputError, RunFailed, System, parts
 from evolvent.elements import General, Material, Rectangle
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers import modes as under_test
 from evolvent.solvers.alpha_state import displace
+from evolvent.solvers.eigenproblem import DENSE
 from evolvent.solvers.modes import matrices, modes
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, spin_of
@@ -30,7 +30,7 @@ FORMS = {
 
 def across(found, axis: int, name: str = "beam", threshold: float = 0.9) -> np.ndarray:
     """Numbers of the modes whose places move along one axis mainly."""
-    places = np.abs(found.of(name)[:, :, 0]).max(axis=1)
+    places = np.abs(found[name].displacement).max(axis=1)
     return np.flatnonzero(places[:, axis] > threshold * np.linalg.norm(places, axis=1))
 
 
@@ -82,7 +82,7 @@ def test_modes_are_orthogonal_and_their_multiple_frequencies_complete():
         system.add(parts.Joint(a=place, b=f"bar-{k}.root", type="clamp"))
     a = system.assemble()
     found = modes(a, count=18)
-    assert a.model.info.nv > under_test.DENSE
+    assert a.model.info.nv > DENSE
     assert_allclose(found.frequency / UNIT, np.repeat([3.516015, 22.034492], [16, 2]), rtol=1e-4)
     work = Work(a, found.equilibrium.y[-1], 0.0, np.zeros(6))
     M = matrices(work)[0]
@@ -94,7 +94,7 @@ def test_torsion_of_a_clamped_rod(formulation, book):
     section = General(area=1e-4, Iy=2e-9, Iz=1e-9, J=5e-10)
     a = beam(formulation, 16, section=section)
     found = modes(a, count=12)
-    slopes = found.of("beam")[:, -1]
+    slopes = found["beam"].shape[:, -1]
     twist = np.flatnonzero(np.abs(slopes[:, 2, 2]) > 0.5 * np.linalg.norm(slopes.reshape(12, -1), axis=1))
     wanted = 0.5 * np.pi * np.sqrt(STEEL.shear_modulus * 5e-10 / (STEEL.density * 3e-9))
     assert_allclose(found.frequency[twist[0]], wanted, rtol=1e-3)
@@ -192,8 +192,8 @@ def test_two_bodies_on_a_spring_swing_against_each_other(book):
     found = modes(system.assemble(), count=12)
     assert np.abs(found.square[:-1]).max() < 1e-6  # no tension holds them sideways
     assert_allclose(found.frequency[-1], np.sqrt(300.0 * (1 / 2.0 + 1 / 5.0)), rtol=1e-9)
-    light, heavy = found.of("light")[-1], found.of("heavy")[-1]
-    assert_allclose(2.0 * light[:3], -5.0 * heavy[:3], atol=1e-9)
+    light, heavy = (found[name].displacement[-1] for name in ("light", "heavy"))
+    assert_allclose(2.0 * light, -5.0 * heavy, atol=1e-9)
     book(
         "Modes", "Two bodies on a spring", reference="sqrt(k (1/m1 + 1/m2))", source="closed form",
         error=abs(found.frequency[-1] / np.sqrt(300.0 * (1 / 2.0 + 1 / 5.0)) - 1.0), allowed=1e-9,
@@ -281,7 +281,7 @@ def test_an_oscillator_seen_from_a_turn_has_two_frequencies(book):
     found = modes(system.assemble(), rotating=(0.0, 0.0, 2.0), count=3)
     assert_allclose(found.frequency, [3.0, 5.0, 7.0], rtol=1e-6)
     assert np.abs(found.decay_rate).max() < 1e-9
-    slow = found.of(mass)[0]
+    slow = found[mass].displacement[0]
     assert_allclose(abs(slow[0]), abs(slow[1]), rtol=1e-6)  # a circle
     assert_allclose(abs(np.angle(slow[1] / slow[0])), 0.5 * np.pi, rtol=1e-6)
     book(
@@ -367,9 +367,9 @@ def test_bad_input():
     with pytest.raises(InputError, match="not both"):
         modes(a, equilibrium=found, y=a.y)
     with pytest.raises(InputError, match="'root' is one of the joints and does not move"):
-        modes(a, equilibrium=found, count=1).of("root")
+        modes(a, equilibrium=found, count=1)["root"]
     with pytest.raises(InputError, match="no part is called"):
-        modes(a, equilibrium=found, count=1).of("bea")
+        modes(a, equilibrium=found, count=1)["bea"]
     with pytest.raises(RunFailed, match=r"no equilibrium to vibrate about: nothing holds 'beam'") as caught:
         modes(beam("cable", 4, (), section=BAR, gravity=(0.0, 0.0, -9.81)))
     assert caught.value.run.status == "failed"

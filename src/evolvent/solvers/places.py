@@ -1,0 +1,153 @@
+"""Places of a structure: how bodies, points and nodes of beams move with the velocities' coordinates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.builder import Assembly
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import rigid
+from evolvent.kernels.flexible import CABLE, NODE_VECTORS
+from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
+from evolvent.solvers.static_work import places_of
+
+Array = np.ndarray
+
+
+class Place(NamedTuple):
+    """A place, and the linear maps from the displacements u (nv,) of the velocities' coordinates to its motion.
+
+    Attributes
+    ----------
+    position : (3,) float, m, in the state that the maps belong to
+    where : slice, the coordinates of u that move it
+    displacement : (3, n) float, m in inertial axes per unit of u[where]; None of a body on a fixed axis
+    rotation : (3, n) float, rad about inertial axes per unit of u[where]; None of a point
+    """
+
+    position: Array
+    where: slice
+    displacement: Array | None
+    rotation: Array | None
+
+
+def moving(assembly: Assembly) -> dict[str, tuple[str, int, slice]]:
+    """Parts that move: name -> (family, index, their coordinates)."""
+    found = {}
+    for name, (family, index) in assembly.names.items():
+        where = places_of(assembly.model, family, index)
+        if where is not None:
+            found[name] = (family, index, where)
+    return found
+
+
+def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
+    """Family, index and coordinates of a part that moves; InputError otherwise."""
+    known = moving(assembly)
+    if name in known:
+        return known[name]
+    if isinstance(name, str) and name in assembly.names:
+        raise InputError(f"{name!r} is one of the {assembly.names[name][0]} and does not move")
+    raise InputError(f"no part is called {name!r}; {nearest(str(name), known)}")
+
+
+def places(assembly: Assembly, y: Array) -> dict[str, Place]:
+    """Places of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
+
+    Parameters
+    ----------
+    assembly : Assembly
+    y : (ny,) float, state about which the maps are linear
+    """
+    found: dict[str, Place] = {}
+    for name, (family, index, where) in moving(assembly).items():
+        if family == "beams":
+            nodes = _nodes(assembly, index, where, y)
+            found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
+            found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
+        elif family == "points":
+            found[name] = Place(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
+        else:
+            found[name] = _body(assembly, index, where, y)
+    return found
+
+
+def _at(y: Array, first: int) -> Array:
+    return np.array(y[first : first + 3])
+
+
+def _body(assembly: Assembly, index: int, where: slice, y: Array) -> Place:
+    """A free body by its centre of mass, or one that turns about a fixed axis."""
+    row = assembly.model.bodies[index]
+    q = int(row["iq"])
+    R = np.empty((3, 3))
+    if row["motion"] == rigid.FREE:
+        rotation_from_quaternion(*y[q + 3 : q + 7], R)
+        zero = np.zeros((3, 3))
+        return Place(_at(y, q), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
+    rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
+    return Place(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+
+
+def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[Place]:
+    """Nodes of a beam; rotations of its section, of a cable those of its axis, which has no twist."""
+    row = assembly.model.flexible.beams[index]
+    vectors = NODE_VECTORS[row["kind"]]
+    size, found = 3 * vectors, []
+    for i in range(int(row["nodes"])):
+        node = y[row["iq"] + size * i : row["iq"] + size * (i + 1)].reshape(vectors, 3)
+        at = where.start + size * i
+        displacement = np.zeros((3, size))
+        displacement[:, :3] = np.eye(3)
+        rotation = np.zeros((3, size))
+        if row["kind"] == CABLE:
+            rotation[:, 3:] = _skew(node[1]) / (node[1] @ node[1])
+        else:
+            # least squares of theta x r = dr for both directions across
+            across = node[2:]
+            A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in across)
+            rotation[:, 6:] = np.linalg.solve(A, np.hstack([_skew(r) for r in across]))
+        found.append(Place(node[0].copy(), slice(at, at + size), displacement, rotation))
+    return found
+
+
+def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
+    """Displacements of the coordinates as the whole moves like a rigid body: (nv, 6).
+
+    Columns: translation by 1 m along inertial x, y, z, then rotation by 1 rad about axes x, y, z through `point`. A
+    body on a fixed axis takes part by its rotation about that axis.
+    """
+    model = assembly.model
+    found = np.zeros((int(model.info.nv), 6))
+    turns = np.eye(3)
+    for family, index, where in moving(assembly).values():
+        block = found[where]
+        if family == "beams":
+            row = model.flexible.beams[index]
+            vectors = NODE_VECTORS[row["kind"]]
+            e = y[row["iq"] : row["iq"] + len(block)].reshape(-1, vectors, 3).copy()
+            e[:, 0] -= point
+            whole = block.reshape(-1, vectors, 3, 6)
+            whole[:, 0, :, :3] = np.eye(3)
+            for j in range(3):
+                whole[..., 3 + j] = np.cross(turns[j], e)
+            continue
+        place = _body(assembly, index, where, y) if family == "bodies" else None
+        if place is not None and place.displacement is None:
+            assert place.rotation is not None
+            block[0, 3:] = place.rotation[:, 0]
+            continue
+        x = place.position if place is not None else _at(y, model.points["iq"][index])
+        block[:3, :3] = np.eye(3)
+        for j in range(3):
+            block[:3, 3 + j] = np.cross(turns[j], x - point)
+        if place is not None:
+            assert place.rotation is not None
+            block[3:, 3:] = place.rotation[:, 3:].T
+    return found
+
+
+def _skew(a: Array) -> Array:
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
