@@ -20,7 +20,20 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.errors import InputError
-from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, layers, loads, rigid, sides, springs, thread
+from evolvent.kernels import (
+    beam_loads,
+    contact,
+    custom,
+    flexible,
+    hinge,
+    joint,
+    layers,
+    loads,
+    rigid,
+    sides,
+    springs,
+    thread,
+)
 from evolvent.kernels.feed import FREE
 from evolvent.model import Model
 

@@ -95,7 +95,7 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # a user's law between places, which are sides (`kernels.sides`). balanced: 1 where the last forces had neither a
     # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
-    "custom_forces": _record("law first last place places", "", "energy balanced symmetric"),
+    "custom_forces": _record("law first last place places", "", "balanced symmetric"),
     "custom_places": _record("on index iq iv", "local", "", local=_3),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
     # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`; share: of their

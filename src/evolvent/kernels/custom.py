@@ -66,7 +66,6 @@ def add_custom_forces(t, y, model, F):
     for k in range(forces.size):
         m = _gather(y, model, k)
         stored, lost = _evaluate(t, model, k, m, 2 * m)
-        forces[k].energy = stored
         forces[k].balanced = _is_balanced(work, m)
         energy += stored
         power += lost

@@ -68,7 +68,9 @@ class Reference:
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
         if self.place and self.several:
-            return f"a list of {self.what}, each a name, a point such as 'boom.tip' or [hub, [0, 0, 1 m]], or a position"
+            return (
+                f"a list of {self.what}, each a name, a point such as 'boom.tip' or [hub, [0, 0, 1 m]], or a position"
+            )
         if self.place:
             return (
                 f"{self.what}: a name, a point such as 'boom.tip', 'boom[5]' or [hub, [0, 0, 1 m]], "

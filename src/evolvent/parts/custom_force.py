@@ -76,7 +76,5 @@ class CustomForce(Part):
             index = at.index if on == ON_BODY else -1
             builder.add("custom_places", on=on, index=index, iq=at.iq, iv=at.iv, local=at.local)
         address = builder.law(law, "element")
-        row = builder.add(
-            "custom_forces", law=address, first=first, last=last, place=place, places=len(found)
-        )
+        row = builder.add("custom_forces", law=address, first=first, last=last, place=place, places=len(found))
         builder.names[name] = ("custom_forces", row)
