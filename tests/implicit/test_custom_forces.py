@@ -98,8 +98,9 @@ def test_modes_equal_to_those_of_springs() -> None:
     assert a.square[-1] > 100.0
     assert b.square == pytest.approx(a.square, rel=1e-8, abs=1e-6)
     a, b = (modes(connected(law).assemble(), count=16, damped=True) for law in (False, True))
-    assert np.sum(np.abs(a.pole) > 0.1) > 5
-    assert b.pole[np.abs(a.pole) > 0.1] == pytest.approx(a.pole[np.abs(a.pole) > 0.1], rel=1e-7)
+    moving = np.abs(a.pole) > 0.1
+    assert moving.sum() == 4  # one a spring, at rest
+    assert b.pole[moving] == pytest.approx(a.pole[moving], rel=1e-7)
 
 
 def test_a_force_on_a_beams_tip() -> None:

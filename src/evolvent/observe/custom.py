@@ -24,7 +24,8 @@ def observe_custom(view: View, name: str) -> Observed:
     found.along("force", "place", forces, "N", "force on each place, inertial axes")
     found.scalar("energy", values[:, 0], "J", "energy stored")
     found.scalar("dissipation", values[:, 1], "W", "power dissipated")
-    found.drawn = [{"line": {"points": "places", "kind": "spring", "values": []}}]
+    if x.shape[1] > 1:
+        found.drawn = [{"line": {"points": "places", "kind": "spring" if x.shape[1] == 2 else "line"}}]
     found.plots = ["energy"]
     return found
 

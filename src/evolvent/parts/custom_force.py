@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator
-from pydantic_core import PydanticCustomError
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent import units
 from evolvent.builder import Builder
@@ -16,14 +16,38 @@ from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import Part, Places
 
 
-def _read_law(value: Any) -> Any:
-    """A function under ``@evolvent.element_law``; case files hold none."""
-    if not callable(value):
-        raise PydanticCustomError("law", "it must be a function under @evolvent.element_law, given in Python")
-    return value
+class _Law:
+    """A pydantic annotation: a function under ``@evolvent.element_law``; case files hold none."""
+
+    allowed = "a function under @evolvent.element_law, given in Python"
+
+    def read(self, value: Any) -> Any:
+        """The function, as it is."""
+        if not callable(value):
+            raise PydanticCustomError("law", "it must be {allowed}", {"allowed": self.allowed})
+        return value
+
+    def write(self, value: Any) -> Any:
+        """Refuse to write a function into a case file."""
+        name = getattr(value, "__name__", repr(value))
+        raise InputError(
+            f"the law {name!r} is a Python function, which a file cannot hold; make a kind of part with it, a subclass "
+            f"of CustomForce"
+        )
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Nothing that a file could hold."""
+        return {"not": {}, "description": self.allowed}
 
 
-ElementLaw = Annotated[Any, BeforeValidator(_read_law)]
+ElementLaw = Annotated[Any, _Law()]
 
 
 class CustomForce(Part):
@@ -49,7 +73,7 @@ class CustomForce(Part):
 
     kind: Literal["custom-force"] = "custom-force"
     places: Places
-    law: ElementLaw = None
+    law: ElementLaw | None = None
     parameters: units.Parameters = ()
 
     def law_and_parameters(self, positions: np.ndarray) -> tuple[Any, Sequence[float]]:
