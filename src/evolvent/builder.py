@@ -271,7 +271,7 @@ class Builder:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
-            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, 
+            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
             ne=2 * n_threads + len(self.rows["events"]) + self._latches(), bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip

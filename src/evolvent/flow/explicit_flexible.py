@@ -32,7 +32,7 @@ def has_flexible(model):
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_forces(t, y, s, model, dy):
-    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, and into F and P of `Flexible`.
+    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, and into `Flexible.F` and P.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def add_flexible_forces(t, y, s, model, dy):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_inventory(t, y, s, model, out):
-    """Add beams, contacts, hinges, penalties and users' laws to an inventory (the beams' momenta are those of bodies)."""
+    """Add beams, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0

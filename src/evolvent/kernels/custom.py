@@ -117,7 +117,7 @@ def _spread(work, first, count):
 
 @inlined
 def _differences(t, model, k, m, at, step, scale, K):
-    """Add -scale times the derivatives of the forces of law k by the numbers from scratch[at] on, central ones, to K."""
+    """Add -scale times central differences of the forces of law k by the numbers from scratch[at] on to K."""
     work = model.flexible.custom
     for j in range(m):
         kept = work[at + j]

@@ -164,7 +164,7 @@ def longest_step(hinges):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
 def latch_values(t, y, s, model, first, g):
-    """Values of the events of all latches, from place `first` of g on: angle beyond the latch, -1 where none is open."""
+    """Values of the events of all latches, from g[first] on: angle beyond the latch, -1 where none is open."""
     hinges, bodies = model.flexible.hinges, model.bodies
     rigid.kinematics(t, y, model)
     for k in range(hinges.size):

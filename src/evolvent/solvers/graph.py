@@ -84,7 +84,7 @@ def _add_coordinates(graph: _Graph) -> None:
 
 
 def _couple_forces(graph: _Graph) -> None:
-    """What threads, springs, hinges, users' laws and contacts couple; turns of a coil on one another are inner unknowns."""
+    """What threads, springs, hinges, custom forces and contacts couple; turns of a coil on one another are inner."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
