@@ -32,7 +32,7 @@ def has_flexible(model):
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_forces(t, y, s, model, dy):
-    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, and into `Flexible.F` and P.
+    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
 
     Parameters
     ----------
