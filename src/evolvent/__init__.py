@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         Taper,
         Tube,
     )
-    from evolvent.laws import event_law, feed_law, force_law, spring_law
+    from evolvent.laws import element_law, event_law, feed_law, force_law, spring_law
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
     from evolvent.studies import sweep
@@ -46,6 +46,7 @@ __all__ = [
     "System",
     "Taper",
     "Tube",
+    "element_law",
     "event_law",
     "feed_law",
     "force_law",
@@ -66,6 +67,7 @@ _LAZY = {
     ),
     "Stepper": "evolvent.stepping",
     "System": "evolvent.system",
+    "element_law": "evolvent.laws",
     "event_law": "evolvent.laws",
     "feed_law": "evolvent.laws",
     "force_law": "evolvent.laws",

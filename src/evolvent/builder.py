@@ -14,7 +14,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation, load_weight
-from evolvent.kernels import ancf, constraint_rows, flexible, loads, rigid, springs, thread
+from evolvent.kernels import ancf, constraint_rows, custom, flexible, hinge, loads, rigid, springs, thread
 from evolvent.pointer import zeros_record
 from evolvent.references import Location, split_reference
 
@@ -283,15 +283,14 @@ class Builder:
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
-        s = np.zeros(2 * n_threads, dtype=np.int64)
-        s[:n_threads] = self.released
+        s = self._switches(families["hinges"])
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
-            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, ne=2 * n_threads + len(self.rows["events"]),
-            bandwidth=bandwidth, gravity=self.gravity,
+            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
+            ne=2 * n_threads + len(self.rows["events"]) + self._latches(), bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         values = np.array(self.values, dtype=float)
@@ -307,7 +306,7 @@ class Builder:
             scratch=np.zeros((3, 3)),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
-            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}),
+            flexible=self._flexible({name: families.pop(name) for name in mdl.FLEXIBLE}, s),
             **families,
         )
         if np.any(self.gravity):
@@ -326,7 +325,23 @@ class Builder:
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _flexible(self, families: dict[str, Array]) -> mdl.Flexible:
+    def _switches(self, hinges: Array) -> Array:
+        """Switches at the start: threads with nothing released but what they say, turns and latches of the hinges."""
+        n = len(self.rows["threads"])
+        s = np.zeros(2 * n + 2 * hinges.size, dtype=np.int64)
+        s[:n] = self.released
+        for k in range(hinges.size):
+            hinges["switch"][k] = at = 2 * (n + k)
+            s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER)
+            s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
+        return s
+
+    def _latches(self) -> int:
+        """Number of the events of hinges: one each, where any of them has a latch."""
+        rows = self.rows["hinges"]
+        return len(rows) if any(np.isfinite(row["latch"]) for row in rows) else 0
+
+    def _flexible(self, families: dict[str, Array], s: Array) -> mdl.Flexible:
         """Beams and what belongs to them."""
         n_v = len(self.v)
         beams = families["beams"]
@@ -337,9 +352,10 @@ class Builder:
         return mdl.Flexible(
             B0=np.zeros((2, 4)),
             G=np.zeros(n_v),
-            switches=np.zeros(2 * len(self.rows["threads"]), dtype=np.int64),
+            switches=s.copy(),
             strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
             angles=np.zeros(int(beams["nodes"].sum())),
+            custom=np.zeros(max((custom.scratch_size(row["places"]) for row in self.rows["custom_forces"]), default=0)),
             masses=_factor_masses(beams, families["elements"], pools),
             F=np.zeros(n_v),
             P=np.zeros(n_v),

@@ -103,7 +103,11 @@ def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[
         return
     radius = own["radius"]
     solid = Solid.cylinder(
-        radius, own.get("width", radius), centre=own["centre"], axis=own["axis"], turned=variables.group_of(run, part)[own["angle"]].values
+        radius,
+        own.get("width", radius),
+        centre=own["centre"],
+        axis=own["axis"],
+        turned=variables.group_of(run, part)[own["angle"]].values,
     )
     frames[own["body"]] = Frame(
         name=frame.name, origin=frame.origin, attitude=frame.attitude, outline=frame.outline,

@@ -5,9 +5,9 @@ that it supports, so that a family which the table does not name is refused, nev
 lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
-`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `flexible`
-(beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`, and for threads the package `thread`. The
-functions of `evolvent.flow` call them, family by family.
+`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `custom`
+(users' laws between places), `flexible` (beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`,
+and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import (
     beam_loads,
     contact,
+    custom,
     flexible,
     hinge,
     joint,
@@ -49,7 +50,7 @@ SOLVERS = {
 }
 EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
-PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points")
+PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,6 +108,7 @@ _THREAD_TANGENT = (
     thread.add_thread_energies,
     *_MATRIX,
 )
+_HINGE_TANGENT = (hinge.add_hinge_tangents, hinge._add_turns, *_ON_BODIES)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
@@ -174,12 +176,15 @@ FAMILIES = (
     ),
     Family(
         "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(hinge.add_hinges,),
-        tangents=(hinge.add_hinge_tangents, *_ON_BODIES),
+        tangents=_HINGE_TANGENT,
     ),
     Family(
-        "a hinge with a latch", "hinges", _NOT_EXPLICIT, "take generalized-alpha",
-        which=lambda found: np.isfinite(found["latch"]), forces=(hinge.add_hinges,),
-        tangents=(hinge.add_hinge_tangents, *_ON_BODIES),
+        "a hinge with a latch", "hinges", EVERY, which=lambda found: np.isfinite(found["latch"]),
+        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+    ),
+    Family(
+        "a custom force", "custom_forces", EVERY, forces=(custom.add_custom_forces, custom.custom_energies),
+        tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),
     Family(
         "a contact without friction", "cylinders", EVERY,

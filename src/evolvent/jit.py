@@ -449,6 +449,7 @@ LAWS = {
     "spring": f8(f8, f8, f8, f8[::1]),
     "feed": _VECTOR(f8, f8[::1]),
     "event": f8(f8, f8[::1], f8[::1]),
+    "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
 }
 #: Only used without compilation: addresses are then places in this list; 0 stands for no law.
 PLAIN: list[Any] = [None]
@@ -512,3 +513,4 @@ force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 feed_law_at = _make_lookup(LAWS["feed"])
 event_law_at = _make_lookup(LAWS["event"])
+element_law_at = _make_lookup(LAWS["element"])

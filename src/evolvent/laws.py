@@ -20,6 +20,7 @@ FORMS = {
     "spring": "(extension, rate, t, parameters) -> tension",
     "feed": "(t, parameters) -> (angle, rate, acceleration)",
     "event": "(t, y, parameters) -> value",
+    "element": "(t, x, v, parameters, f) -> (energy, power)",
 }
 
 
@@ -68,8 +69,10 @@ def _one_line(message: str) -> str:
     return " ".join(said[: 2 if said[0].endswith(":") else 1])
 
 
-def try_law(law: Any, *arguments: Any, described: str = "") -> tuple[float, ...]:
+def try_law(law: Any, *arguments: Any, described: str = "", parameters: Any = None) -> tuple[float, ...]:
     """What a user's law returns, as a tuple of finite numbers; `described` names it in messages.
+
+    Its parameters are the last argument, or `parameters`.
 
     Raises
     ------
@@ -77,7 +80,7 @@ def try_law(law: Any, *arguments: Any, described: str = "") -> tuple[float, ...]
         If it raises an exception, or returns anything else.
     """
     described = described or describe_law(law)
-    count = len(arguments[-1])
+    count = len(arguments[-1] if parameters is None else parameters)
     given = "1 parameter is" if count == 1 else f"{count} parameters are"
     try:
         result = law(*arguments)
@@ -139,6 +142,28 @@ def feed_law(function: Callable) -> Any:
 def event_law(function: Callable) -> Any:
     """Turn ``f(t, y, parameters) -> value`` into an event that fires where the value rises through zero."""
     return _law("event", function)
+
+
+def element_law(function: Callable) -> Any:
+    """Turn ``f(t, x, v, parameters, f) -> (energy, power)`` into the law of a `CustomForce`.
+
+    Parameters
+    ----------
+    function : callable
+        Receives the time `t` : s, positions `x` : (3 k,) m and velocities `v` : (3 k,) m/s of k places, inertial axes,
+        place after place, and `parameters` : (n,). It adds to `f` : (3 k,) N, zero at the call, the forces on these
+        places, inertial axes, and returns the energy stored (J) and the power dissipated (W).
+
+    Returns
+    -------
+    compiled function
+
+    Notes
+    -----
+    The energy balance of a run closes where f . v = -(d/dt)(energy) - power. Of forces that give energy, the power is
+    below zero. Momentum is kept where the forces have neither a resultant nor a moment.
+    """
+    return _law("element", function)
 
 
 def law_address(law: Any, kind: str) -> int:

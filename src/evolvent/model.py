@@ -1,9 +1,9 @@
 """The Model: flat arrays of one type for every system.
 
-A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches (nodes and
-whole threads released); `evolvent.flow` holds the functions of it that a solver calls. Families may be empty. Scratch
-memory lives in the model, so that nothing is allocated in a time loop; two threads of execution therefore
-need two models.
+A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches: the nodes released of
+each thread, then whether the whole of each is, then quarter turns and latch of each hinge. `evolvent.flow` holds the
+functions of it that a solver calls. Families may be empty. Scratch memory lives in the model, so that nothing is
+allocated in a time loop; two threads of execution therefore need two models.
 """
 
 from __future__ import annotations
@@ -84,13 +84,19 @@ RECORDS: dict[str, np.dtype] = {
         "u g gap rate",
         on=(2,), index=(2,), iq=(2,), iv=(2,), local=(2, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(2, 3), g=(2, 3),
     ),
-    # spring, damper, stops and latch between a body's direction `zero` and a beam's slope, about the body's `axis`
+    # spring, damper, stops and latch between a body's direction `zero` and a second direction, about the body's `axis`:
+    # a beam's slope (on 1, at iq, iv), or `local` of the body `other` (on 0). switch: the first of two switches, the
+    # angle in quarter turns, rounded, and 1 once latched. before, pace: angle and size of the rate of the last step
     "hinges": _record(
-        "body iq iv",
-        "axis zero stiffness damping rest low high stop latch latch_stiffness latch_damping side",
-        "angle rate torque latched before",
-        axis=_3, zero=_3,
+        "body on other iq iv switch",
+        "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side",
+        "angle rate torque before pace",
+        axis=_3, zero=_3, local=_3,
     ),
+    # a user's law between places, which are sides (`kernels.sides`). balanced: 1 where the last forces had neither a
+    # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
+    "custom_forces": _record("law first last place places", "", "balanced symmetric"),
+    "custom_places": _record("on index iq iv", "local", "", local=_3),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
     # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`; share: of their
     # forces in the equations of a step's end
@@ -116,7 +122,10 @@ RECORDS: dict[str, np.dtype] = {
     "beam_loads": _record("kind beam iq iv first last", "value centre axis start end ramp", centre=_3, axis=_3),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
-FLEXIBLE = ("beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads")
+FLEXIBLE = (
+    "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
+    "custom_places",
+)  # fmt: skip
 
 
 def family_type(name: str) -> Any:
@@ -135,7 +144,8 @@ class Flexible(Struct):
 
     Attributes
     ----------
-    beams, elements, joints, hinges, cylinders, contact_points, beam_loads : families of records (see `RECORDS`)
+    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places : families of
+        records (see `RECORDS`)
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -147,6 +157,7 @@ class Flexible(Struct):
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams,) float, scratch, angles about a layer's axis
+    custom : (k,) float, scratch of users' laws between places (`kernels.custom`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
     J : (2, 3, 6) float, scratch
@@ -159,6 +170,8 @@ class Flexible(Struct):
     cylinders: Array = array(1, RECORDS["cylinders"])
     contact_points: Array = array(1, RECORDS["contact_points"])
     beam_loads: Array = array(1, RECORDS["beam_loads"])
+    custom_forces: Array = array(1, RECORDS["custom_forces"])
+    custom_places: Array = array(1, RECORDS["custom_places"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)
@@ -176,6 +189,7 @@ class Flexible(Struct):
     switches: Array = array(1, np.int64)
     strands: Array = array(2)
     angles: Array = array(1)
+    custom: Array = array(1)
     F: Array = array(1)
     P: Array = array(1)
     work: Array = array(1)

@@ -208,8 +208,6 @@ def test_what_explicit_methods_refuse() -> None:
     refused(lambda s: s.add(turn, "turn"), "'turn' is a joint driven along a path.*generalized-alpha")
     hub = parts.CylinderContact(body="ground", beams=["rib"], radius=0.6, friction=0.3)
     refused(lambda s: s.add(hub, "hub"), "'hub' is a contact with friction.*generalized-alpha")
-    hinge = parts.RotationalSpring(body="ground", node="rib.root", latch=0.5, latch_stiffness=1.0)
-    refused(lambda s: s.add(hinge, "lock"), "'lock' is a hinge with a latch.*generalized-alpha")
 
 
 def test_a_joint_is_a_penalty_as_a_whole() -> None:

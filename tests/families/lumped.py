@@ -108,6 +108,37 @@ def free_body() -> Case:
     )  # fmt: skip
 
 
+@evolvent.element_law
+def tie(t, x, v, p, f):  # type: ignore[no-untyped-def]
+    """A spring without length between two places."""
+    energy = 0.0
+    for c in range(3):
+        e = x[3 + c] - x[c]
+        f[c] += p[0] * e
+        f[3 + c] -= p[0] * e
+        energy += 0.5 * p[0] * e * e
+    return energy, 0.0
+
+
+@of("a custom force")
+def custom_force() -> Case:
+    """A mass hangs on a spring without length, by a law of the user's."""
+    k, m = 20.0, 0.5
+
+    def system() -> System:
+        found = System(gravity=DOWN)
+        found.add(parts.Point(mass=m, position=(0.1, 0.0, 0.0)), "mass")
+        found.add(parts.CustomForce(places=[ORIGIN, "mass"], law=tie, parameters=(k,)), "tie")
+        return found
+
+    w, sag = math.sqrt(k / m), m * G / k
+    return Case(
+        part="tie", system=system, seen=at("mass"), end=2.0, step=1e-3,
+        motion=lambda t: columns(0.1 * np.cos(w * t), 0.0, -sag * (1.0 - np.cos(w * t))),
+        still=(0.0, 0.0, -sag), poles=springs_poles(*[k / m] * 3),
+    )  # fmt: skip
+
+
 @of("a guide")
 def guide() -> Case:
     """Guides bear the weight and a torque about y of springs that stand askew; the rest moves as before."""

@@ -1,4 +1,4 @@
-"""Events: nodes leave and reach their spools, whole threads are released, a user's events."""
+"""Events: nodes leave and reach their spools, whole threads are released, a user's events, hinges latch."""
 
 import numpy as np
 from numba import types, void
@@ -7,7 +7,7 @@ from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
-from evolvent.kernels import constraint_rows, rigid, thread
+from evolvent.kernels import constraint_rows, hinge, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
@@ -34,7 +34,7 @@ def event_values(t, y, s, model, g):
 
     Parameters
     ----------
-    g : (ne,) float, output: release and capture of every thread, then the user's events
+    g : (ne,) float, output: release and capture of every thread, the user's events, the latch of every hinge
     """
     threads = model.threads
     n = threads.size
@@ -56,6 +56,8 @@ def event_values(t, y, s, model, g):
     for k in range(model.events.size):
         parameters = model.parameters[model.events[k].first : model.events[k].last]
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
+    if g.size > 2 * n + model.events.size:
+        hinge.latch_values(t, y, s, model, 2 * n + model.events.size, g)
 
 
 @inlined
@@ -72,6 +74,9 @@ def apply_event(t, y, s, model, k, g):
     All releases that are due by g, the values of the events, are carried out with the first of them.
     """
     n = model.threads.size
+    if k >= 2 * n + model.events.size:
+        s[model.flexible.hinges[k - 2 * n - model.events.size].switch + 1] = 1
+        return 0
     if k >= 2 * n:
         return model.events[k - 2 * n].stops
     p = k // 2

@@ -1,12 +1,12 @@
-"""Beams, contacts, hinges and penalty joints as explicit methods need them: forces, energies.
+"""Beams, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect
-from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, points, rigid
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, points, rigid
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -23,9 +23,16 @@ from evolvent.model import (
 )
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL, VECTOR))
-def add_flexible_forces(t, y, model, dy):
-    """Forces of beams, contacts, hinges and penalties: onto bodies and points, and into F and P of `Flexible`.
+@inlined
+def has_flexible(model):
+    """Whether a model has any of these; `needs.is_flexible` for compiled code."""
+    f = model.flexible
+    return f.beams.size > 0 or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def add_flexible_forces(t, y, s, model, dy):
+    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
 
     Parameters
     ----------
@@ -40,7 +47,7 @@ def add_flexible_forces(t, y, model, dy):
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
-    by_mass = by_stiffness = by_contact = by_joints = given = 0.0
+    by_mass = by_stiffness = by_contact = by_joints = given = by_laws = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:
         by_mass, by_stiffness = flexible.add_elements(y, dy[n_q : n_q + n_v], model, F)
@@ -55,23 +62,27 @@ def add_flexible_forces(t, y, model, dy):
             by_contact += f.cylinders[k].power
             dy[account + IMPULSE + k] = f.cylinders[k].normal
     if f.hinges.size > 0:
-        _, by_joints = hinge.add_hinges(y, model, F)
+        _, by_joints = hinge.add_hinges(y, s, model, F)
+        info = model.info
+        info.step = min(info.step, hinge.longest_step(f.hinges))
     for k in range(f.joints.size):
         if joint.is_penalty(t, f.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
-    if f.joints.size > 0:
+    if f.custom_forces.size > 0:
+        _, by_laws = custom.add_custom_forces(t, y, model, F)
+    if f.joints.size > 0 or f.custom_forces.size > 0:
         points.take_forces(n_q, model.points, F)
     if f.beams.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
         dy[account + BY_JOINTS] = by_joints
-    return by_mass + by_stiffness + by_contact + by_joints, given
+    return by_mass + by_stiffness + by_contact + by_joints + by_laws, given
 
 
-@indirect(void(REAL, VECTOR, MODEL, VECTOR))
-def add_flexible_inventory(t, y, model, out):
-    """Add beams, contacts, hinges and penalties to an inventory (the beams' momenta are those of bodies)."""
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def add_flexible_inventory(t, y, s, model, out):
+    """Add beams, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0
@@ -88,8 +99,10 @@ def add_flexible_inventory(t, y, model, out):
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
     if f.hinges.size > 0:
-        energy, _ = hinge.add_hinges(y, model, F)
+        energy, _ = hinge.add_hinges(y, s, model, F)
         out[ELASTIC] += energy
+    if f.custom_forces.size > 0:
+        out[ELASTIC] += custom.custom_energies(t, y, model)
     for k in range(f.joints.size):
         if joint.is_penalty(t, f.joints, k):
             joint.joint_geometry(t, y, k, model)

@@ -20,7 +20,20 @@ from evolvent.flow.powers import (
     STIFFNESS_DAMPING,
 )
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import beam_loads, contact, flexible, hinge, joint, loads, points, rigid, sparse, springs, thread
+from evolvent.kernels import (
+    beam_loads,
+    contact,
+    custom,
+    flexible,
+    hinge,
+    joint,
+    loads,
+    points,
+    rigid,
+    sparse,
+    springs,
+    thread,
+)
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY
 from evolvent.kernels.sparse import SPARSE
@@ -61,9 +74,12 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
     if f.hinges.size > 0:
-        energy, lost = hinge.add_hinges(y, model, F)
+        energy, lost = hinge.add_hinges(y, f.switches, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
+    if f.custom_forces.size > 0:
+        _, lost = custom.add_custom_forces(t, y, model, F)
+        powers[SPRINGS] += lost
     for k in range(f.joints.size):
         energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
@@ -108,6 +124,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
         hinge.add_hinge_tangents(y, c_rate, model, matrix)
+    if f.custom_forces.size > 0:
+        custom.add_custom_tangents(t, y, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
@@ -131,6 +149,8 @@ def energies(t, y, model, out):
     points.add_point_energy(y, model.points, out, 0)
     if model.springs.size > 0:
         out[1] += springs.springs_energy(y, model)
+    if f.custom_forces.size > 0:
+        out[1] += custom.custom_energies(t, y, model)
     for k in range(f.cylinders.size):
         out[1] += f.cylinders[k].energy
     if model.threads.size > 0:
@@ -170,6 +190,14 @@ def is_isolated(t, model):
                     return False
     for k in range(f.hinges.size):
         if bodies[f.hinges[k].body].motion != rigid.FREE:
+            return False
+        if f.hinges[k].on == ON_BODY and bodies[f.hinges[k].other].motion != rigid.FREE:
+            return False
+    for k in range(f.custom_forces.size):
+        if f.custom_forces[k].balanced == 0.0:
+            return False
+    for k in range(f.custom_places.size):
+        if f.custom_places[k].on == ON_BODY and bodies[f.custom_places[k].index].motion != rigid.FREE:
             return False
     for k in range(f.cylinders.size):
         if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:

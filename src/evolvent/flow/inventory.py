@@ -2,7 +2,7 @@
 
 from numba import void
 
-from evolvent.flow.explicit_flexible import add_flexible_inventory
+from evolvent.flow.explicit_flexible import add_flexible_inventory, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.kernels import points, rigid, springs, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
@@ -34,5 +34,5 @@ def inventory(t, y, s, model, out):
         out[ELASTIC] += springs.springs_energy(y, model)
     for p in range(model.threads.size):
         thread.thread_inventory(y, s, model, p, out)
-    if model.flexible.beams.size > 0 or model.info.penalties > 0:
-        add_flexible_inventory(t, y, model, out)
+    if has_flexible(model):
+        add_flexible_inventory(t, y, s, model, out)

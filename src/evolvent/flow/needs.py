@@ -10,13 +10,14 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.flow import events, explicit_flexible, implicit, impulse, inventory, projection, rhs, sampling
-from evolvent.kernels import constraint_rows, contact, flexible, loads, rigid, sparse, sparse_lu, thread
+from evolvent.kernels import constraint_rows, contact, flexible, hinge, loads, rigid, sparse, sparse_lu, thread
 from evolvent.model import Model
 
 
 def is_flexible(model: Model) -> bool:
-    """Whether a model has beams, or joints by penalties."""
-    return bool(model.flexible.beams.size or model.info.penalties)
+    """Whether a model has beams, joints by penalties, hinges or users' laws between places."""
+    f = model.flexible
+    return bool(f.beams.size or model.info.penalties or f.hinges.size or f.custom_forces.size)
 
 
 def forces(model: Model) -> Iterator[Any]:
@@ -64,6 +65,8 @@ def explicit(model: Model) -> Iterator[Any]:
     if is_flexible(model):
         yield from (explicit_flexible.add_flexible_forces, flexible.beam_rates)
         yield from (explicit_flexible.add_flexible_inventory, explicit_flexible.release_penalties)
+    if model.flexible.hinges.size:
+        yield from (hinge.note_turns, hinge.latch_values)
     if projection.is_corrected(model):
         yield projection.project
     if model.links.size or model.guides.size:

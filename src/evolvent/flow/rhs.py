@@ -4,7 +4,7 @@ import math
 
 from numba import void
 
-from evolvent.flow.explicit_flexible import add_flexible_forces
+from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import constraint_rows, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
@@ -17,9 +17,9 @@ def rhs(t, y, s, model, dy):
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
-    is_flexible = model.flexible.beams.size > 0 or model.info.penalties > 0
+    is_flexible = has_flexible(model)
     if is_flexible:
-        lost, given = add_flexible_forces(t, y, model, dy)
+        lost, given = add_flexible_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)

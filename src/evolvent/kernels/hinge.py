@@ -1,32 +1,50 @@
-"""Hinges: spring, damper, stops and latch between a direction of a body and a beam's slope."""
+"""Hinges: spring, damper, stops and latch between a body's direction and a second one, of a beam or of another body.
+
+The angle is continuous over any number of turns. Two switches of the state stand behind it: the angle of the last step
+in quarter turns, rounded, by which a turn more is told from a turn less, and whether the latch has locked.
+"""
 
 import math
 
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
-from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.kernels.sides import (
+    ON_BODY,
+    ON_COORDINATES,
+    add_relative,
+    add_relative_body,
+    body_columns,
+    side_vector,
+    turn_axis,
+)
+from evolvent.kernels.sparse import SPARSE, add_block, first_entry
 from evolvent.model import MODEL
+
+_I = types.int64
+TURN, QUARTER = 2.0 * math.pi, 0.5 * math.pi
+#: Angle that a step may turn a hinge by, rad; the quarter turns of its start tell turns apart up to 3/4 pi.
+MOST_TURNED = 1.5
+#: An angle this near to the latch's, rad, has reached it.
+REACHED = 1e-10
 
 
 @inlined
-def _hinge_geometry(y, hinges, bodies, k):
-    """Zero direction a and the one across it b, parts p and q of the slope along them, and g = d(angle)/d(slope).
+def _hinge_geometry(hinges, bodies, k, ux, uy, uz):
+    """Zero direction a and the one across it b, parts p and q of the direction u along them, and g = d(angle)/du.
 
     Notes
     -----
     angle = atan2(q, p), g = (p b - q a)/(p^2 + q^2).
     """
-    R, iq = bodies[hinges[k].body].R, hinges[k].iq
+    R = bodies[hinges[k].body].R
     z, n = hinges[k].zero, hinges[k].axis
     ax, ay, az = turn(R, z[0], z[1], z[2])
     nx, ny, nz = turn(R, n[0], n[1], n[2])
     bx, by, bz = cross(nx, ny, nz, ax, ay, az)
-    ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
     p, q = ux * ax + uy * ay + uz * az, ux * bx + uy * by + uz * bz
     rr = p * p + q * q
     g = ((p * bx - q * ax) / rr, (p * by - q * ay) / rr, (p * bz - q * az) / rr)
@@ -34,7 +52,22 @@ def _hinge_geometry(y, hinges, bodies, k):
 
 
 @inlined
-def hinge_law(hinges, k, angle, rate):
+def continuous_angle(p, q, quarters):
+    """Angle of (p, q) that is nearest to a number of quarter turns."""
+    wrapped = math.atan2(q, p)
+    return wrapped + TURN * math.floor((quarters * QUARTER - wrapped) / TURN + 0.5)
+
+
+@inlined
+def _second_side(y, hinges, bodies, k):
+    """Second direction of hinge k and its rate, inertial axes."""
+    return side_vector(
+        y, bodies, hinges[k].on, hinges[k].other, hinges[k].iq, hinges[k].iv, hinges[k].local, False
+    )  # fmt: skip
+
+
+@inlined
+def hinge_law(hinges, k, latched, angle, rate):
     """Torque that resists, its derivatives with respect to angle and rate, energy and dissipated power."""
     torque, stiffness, damping = 0.0, hinges[k].stiffness, hinges[k].damping
     turned = angle - hinges[k].rest
@@ -45,7 +78,7 @@ def hinge_law(hinges, k, angle, rate):
         stiffness += hinges[k].stop
         torque += hinges[k].stop * over
         energy += 0.5 * hinges[k].stop * over * over
-    if hinges[k].latched != 0.0:
+    if latched != 0:
         off = angle - hinges[k].latch
         stiffness += hinges[k].latch_stiffness
         damping += hinges[k].latch_damping
@@ -54,68 +87,158 @@ def hinge_law(hinges, k, angle, rate):
     return torque + damping * rate, stiffness, damping, energy, damping * rate * rate
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, MODEL, VECTOR))
-def add_hinges(y, model, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, VECTOR))
+def add_hinges(y, s, model, F):
     """Torques of all hinges; returns (energy, power dissipated).
 
     Notes
     -----
-    With g = d(angle)/du of the slope u, a turn w of the body changes the angle by -(u x g) . w.
+    With g = d(angle)/du of the second direction u, a turn w of the first body changes the angle by -(u x g) . w, one of
+    the second body by (u x g) . w.
     """
     hinges, bodies, n_q = model.flexible.hinges, model.bodies, model.info.nq
     energy = power = 0.0
     for k in range(hinges.size):
-        _, _, p, q, (gx, gy, gz) = _hinge_geometry(y, hinges, bodies, k)
-        iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
-        tx, ty, tz = cross(y[iq], y[iq + 1], y[iq + 2], gx, gy, gz)
+        ux, uy, uz, vx, vy, vz = _second_side(y, hinges, bodies, k)
+        _, _, p, q, (gx, gy, gz) = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
+        body, switch = hinges[k].body, hinges[k].switch
+        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
         w = bodies[body].w
-        rate = gx * y[iv] + gy * y[iv + 1] + gz * y[iv + 2] - tx * w[0] - ty * w[1] - tz * w[2]
-        angle = math.atan2(q, p)
-        torque, _, _, u, lost = hinge_law(hinges, k, angle, rate)
+        rate = gx * vx + gy * vy + gz * vz - tx * w[0] - ty * w[1] - tz * w[2]
+        angle = continuous_angle(p, q, s[switch])
+        torque, _, _, u, lost = hinge_law(hinges, k, s[switch + 1], angle, rate)
         hinges[k].angle, hinges[k].rate, hinges[k].torque = angle, rate, torque
         energy += u
         power += lost
-        at, G = iv - n_q, bodies[body].F
-        F[at] += torque * gx
-        F[at + 1] += torque * gy
-        F[at + 2] += torque * gz
+        G = bodies[body].F
         G[3] += torque * tx
         G[4] += torque * ty
         G[5] += torque * tz
+        if hinges[k].on == ON_COORDINATES:
+            at = hinges[k].iv - n_q
+            F[at] += torque * gx
+            F[at + 1] += torque * gy
+            F[at + 2] += torque * gz
+        else:
+            H = bodies[hinges[k].other].F
+            H[3] -= torque * tx
+            H[4] -= torque * ty
+            H[5] -= torque * tz
     return energy, power
+
+
+# ------------------------------------------------------------------------------------------------ turns and latches
+
+
+@inlined
+def end_hinge_step(s, hinges):
+    """Take the angles of the last forces as those of an accepted step: into the switches, and as its start."""
+    for k in range(hinges.size):
+        hinges[k].before, hinges[k].pace = hinges[k].angle, abs(hinges[k].rate)
+        s[hinges[k].switch] = math.floor(hinges[k].angle / QUARTER + 0.5)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def note_turns(t, y, s, model):
+    """`end_hinge_step` of a state whose forces have not been evaluated."""
+    hinges, bodies = model.flexible.hinges, model.bodies
+    rigid.kinematics(t, y, model)
+    for k in range(hinges.size):
+        ux, uy, uz, vx, vy, vz = _second_side(y, hinges, bodies, k)
+        _, _, p, q, (gx, gy, gz) = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
+        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
+        w = bodies[hinges[k].body].w
+        hinges[k].rate = gx * vx + gy * vy + gz * vz - tx * w[0] - ty * w[1] - tz * w[2]
+        hinges[k].angle = continuous_angle(p, q, s[hinges[k].switch])
+    end_hinge_step(s, hinges)
+
+
+@inlined
+def longest_step(hinges):
+    """Time in which a hinge turns by `MOST_TURNED` at the rate of the last step, s; infinity where none turns."""
+    pace = 0.0
+    for k in range(hinges.size):
+        pace = max(pace, hinges[k].pace)
+    return MOST_TURNED / pace if pace > 0.0 else math.inf
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
+def latch_values(t, y, s, model, first, g):
+    """Values of the events of all latches, from g[first] on: angle beyond the latch, -1 where none is open."""
+    hinges, bodies = model.flexible.hinges, model.bodies
+    rigid.kinematics(t, y, model)
+    for k in range(hinges.size):
+        g[first + k] = -1.0
+        switch = hinges[k].switch
+        if s[switch + 1] == 0 and math.isfinite(hinges[k].latch):
+            ux, uy, uz, _, _, _ = _second_side(y, hinges, bodies, k)
+            _, _, p, q, _ = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
+            g[first + k] = -hinges[k].side * (continuous_angle(p, q, s[switch]) - hinges[k].latch)
+
+
+@inlined
+def until_latch(s, hinges):
+    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
+    part = 1.0
+    for k in range(hinges.size):
+        if s[hinges[k].switch + 1] == 0 and math.isfinite(hinges[k].latch):
+            off, before = hinges[k].angle - hinges[k].latch, hinges[k].before - hinges[k].latch
+            if hinges[k].side * off < -REACHED and hinges[k].side * before > REACHED:
+                part = min(part, before / (before - off))
+    return part
+
+
+@inlined
+def latch_reached(s, hinges, k):
+    """Whether the open latch of hinge k is reached at the angle of the last step."""
+    if s[hinges[k].switch + 1] != 0 or not math.isfinite(hinges[k].latch):
+        return False
+    return hinges[k].side * (hinges[k].angle - hinges[k].latch) <= REACHED
+
+
+# ------------------------------------------------------------------------------------------------ tangent
 
 
 @indirect(void(VECTOR, REAL, MODEL, SPARSE))
 def add_hinge_tangents(y, c_rate, model, matrix):
-    """Tangents of all hinges.
+    """Tangents of all hinges, at the angles of the last forces.
 
     Notes
     -----
     With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
-    is the slope's rate as seen from the body.
+    is the rate of u as seen from the body.
     """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    flexible, bodies, n_q, s = model.flexible, model.bodies, model.info.nq, model.flexible.switches
     hinges = flexible.hinges
     K = flexible.K12
     for k in range(hinges.size):
-        a, b, p, q, g = _hinge_geometry(y, hinges, bodies, k)
-        iq, iv, body = hinges[k].iq, hinges[k].iv, hinges[k].body
-        ux, uy, uz = y[iq], y[iq + 1], y[iq + 2]
+        u = _second_side(y, hinges, bodies, k)
+        ux, uy, uz = u[0], u[1], u[2]
+        a, b, p, q, g = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
+        body = hinges[k].body
         rr = p * p + q * q
-        torque, stiffness, damping, _, _ = hinge_law(hinges, k, hinges[k].angle, hinges[k].rate)
+        torque, stiffness, damping, _, _ = hinge_law(
+            hinges, k, s[hinges[k].switch + 1], hinges[k].angle, hinges[k].rate
+        )
         slope = stiffness + c_rate * damping
         w = bodies[body].w
         rx, ry, rz = cross(w[0], w[1], w[2], ux, uy, uz)
-        r = (y[iv] - rx, y[iv + 1] - ry, y[iv + 2] - rz)
-        s, d = 2.0 * p * q / (rr * rr), (q * q - p * p) / (rr * rr)
+        r = (u[3] - rx, u[4] - ry, u[5] - rz)
+        x, d = 2.0 * p * q / (rr * rr), (q * q - p * p) / (rr * rr)
+        if hinges[k].on == ON_BODY:
+            for j in range(3):
+                for i in range(3):
+                    K[3 + i, 3 + j] = x * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
+            _add_between_bodies(model, k, (ux, uy, uz), g, torque, slope, damping, K, matrix)
+            continue
         for j in range(3):
             turned = 0.0
             for i in range(3):
-                turned += (s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])) * r[i]
+                turned += (x * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])) * r[i]
             for i in range(3):
-                second = s * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
+                second = x * (a[i] * a[j] - b[i] * b[j]) + d * (a[i] * b[j] + b[i] * a[j])
                 K[i, j] = slope * g[i] * g[j] + torque * second + damping * g[i] * turned
-        at = iv - n_q
+        at = hinges[k].iv - n_q
         add_block(matrix, at, at, K, 0, 0, 3, 3, 1.0)
         if bodies[body].motion != rigid.DRIVEN:
             local = flexible.e[2]
@@ -126,6 +249,71 @@ def add_hinge_tangents(y, c_rate, model, matrix):
             add_relative_body(matrix, model, body, False, flexible.J[1], K, f)
 
 
+@inlined
+def _add_between_bodies(model, k, u, g, torque, slope, damping, K, matrix):
+    """Tangent of hinge k between two bodies; K[3:6, 3:6] = H.
+
+    Notes
+    -----
+    A turn z of the second body as seen from the first (inertial axes) changes u by z x u, and t = u x g by T z beside
+    what turns with the first body; the torque by s . z, s = slope t + damping (T^T r + w_b x t), r = w_b - w_a. The
+    torques on the axes of the bodies then change by A z of the first, A = t s^T + torque T, and by
+    (A + torque [t]x) z of the second one, with opposite signs.
+    """
+    bodies, hinges = model.bodies, model.flexible.hinges
+    a, b = hinges[k].body, hinges[k].other
+    t = cross(u[0], u[1], u[2], g[0], g[1], g[2])
+    wb = bodies[b].w
+    r = (wb[0] - bodies[a].w[0], wb[1] - bodies[a].w[1], wb[2] - bodies[a].w[2])
+    c = cross(wb[0], wb[1], wb[2], t[0], t[1], t[2])
+    for j in range(3):
+        e = (1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+        dx, dy, dz = cross(e[0], e[1], e[2], u[0], u[1], u[2])
+        hx = K[3, 3] * dx + K[3, 4] * dy + K[3, 5] * dz
+        hy = K[4, 3] * dx + K[4, 4] * dy + K[4, 5] * dz
+        hz = K[5, 3] * dx + K[5, 4] * dy + K[5, 5] * dz
+        one, two = cross(dx, dy, dz, g[0], g[1], g[2]), cross(u[0], u[1], u[2], hx, hy, hz)
+        T = (one[0] + two[0], one[1] + two[1], one[2] + two[2])
+        s = slope * t[j] + damping * (T[0] * r[0] + T[1] * r[1] + T[2] * r[2] + c[j])
+        turned = cross(t[0], t[1], t[2], e[0], e[1], e[2])
+        for i in range(3):
+            K[i, j] = t[i] * s + torque * T[i]
+            K[6 + i, j] = K[i, j] + torque * turned[i]
+    _add_turns(matrix, model, a, a, K, 0, 1.0)
+    _add_turns(matrix, model, a, b, K, 0, -1.0)
+    _add_turns(matrix, model, b, a, K, 6, -1.0)
+    _add_turns(matrix, model, b, b, K, 6, 1.0)
+
+
+@indirect(void(SPARSE, MODEL, _I, _I, MATRIX, _I, REAL))
+def _add_turns(matrix, model, i, j, K, first, scale):
+    """Add scale K[first : first + 3, :3], torques on body i by turns of body j in inertial axes, to their unknowns."""
+    bodies, n_q = model.bodies, model.info.nq
+    if bodies[i].motion == rigid.DRIVEN or bodies[j].motion == rigid.DRIVEN:
+        return
+    row = 3 if bodies[i].motion == rigid.FREE else 0
+    column = 3 if bodies[j].motion == rigid.FREE else 0
+    to, right, down = first_entry(matrix, bodies[i].iv - n_q + row, bodies[j].iv - n_q + column)
+    if to < 0:
+        return
+    values = matrix.values
+    for c in range(3 if column == 3 else 1):
+        nx, ny, nz = turn_axis(bodies, j, bodies[j].motion, 3 + c)
+        z = turn(bodies[j].R, nx, ny, nz)
+        for m in range(3 if row == 3 else 1):
+            nx, ny, nz = turn_axis(bodies, i, bodies[i].motion, 3 + m)
+            x = turn(bodies[i].R, nx, ny, nz)
+            value = 0.0
+            for d in range(3):
+                value += x[d] * (K[first + d, 0] * z[0] + K[first + d, 1] * z[1] + K[first + d, 2] * z[2])
+            values[to + m * down + c * right] += scale * value
+
+
 def hinge_bound(hinges):
-    """Stiffness of all hinges with every stop reached, N m/rad. Not compiled."""
-    return hinges["stiffness"] + np.maximum(hinges["stop"], 0.0)
+    """Stiffness (N m/rad) and damping (N m s/rad) of all hinges, every stop reached and every latch locked.
+
+    Not compiled.
+    """
+    locked = np.isfinite(hinges["latch"])
+    stiffness = hinges["stiffness"] + np.maximum(hinges["stop"], 0.0) + np.where(locked, hinges["latch_stiffness"], 0.0)
+    return stiffness, hinges["damping"] + np.where(locked, hinges["latch_damping"], 0.0)

@@ -136,7 +136,7 @@ def body_columns(model, index, local, is_place, J):
 
 
 @inlined
-def _turn_axis(bodies, index, motion, c):
+def turn_axis(bodies, index, motion, c):
     """Axis (body axes) about which column c of a body turns it; zero where it moves it."""
     n = bodies[index].axis
     if motion == rigid.SPIN:
@@ -171,7 +171,7 @@ def add_relative(matrix, model, index, J, K, f, row, share):
     if to < 0 or of < 0:
         return
     for c in range(size):
-        nx, ny, nz = _turn_axis(bodies, index, motion, c)
+        nx, ny, nz = turn_axis(bodies, index, motion, c)
         tx, ty, tz = turn(R, nx, ny, nz)
         cx, cy, cz = cross(tx, ty, tz, f[0], f[1], f[2])
         x = (cx, cy, cz)
@@ -201,7 +201,7 @@ def add_relative_body(matrix, model, index, is_place, J, K, f):
     values = matrix.values
     to, right, down = first_entry(matrix, at, at)
     for c in range(size):
-        nx, ny, nz = _turn_axis(bodies, index, motion, c)
+        nx, ny, nz = turn_axis(bodies, index, motion, c)
         tx, ty, tz = turn(R, nx, ny, nz)
         cx, cy, cz = cross(tx, ty, tz, f[0], f[1], f[2])
         dx, dy, dz = turn_back(R, -J[0, c], -J[1, c], -J[2, c])
@@ -211,7 +211,7 @@ def add_relative_body(matrix, model, index, is_place, J, K, f):
             for i in range(3):
                 for j in range(3):
                     value += J[i, r] * K[i, j] * J[j, c]
-            ax, ay, az = _turn_axis(bodies, index, motion, r)
+            ax, ay, az = turn_axis(bodies, index, motion, r)
             value += ax * gx + ay * gy + az * gz
             if is_place and motion == rigid.FREE and r < 3:
                 value -= cx if r == 0 else (cy if r == 1 else cz)

@@ -14,8 +14,10 @@ import numpy as np
 from evolvent.kernels import hinge as hinge_kernels
 from evolvent.kernels import joint as kernels
 from evolvent.kernels.constraint_rows import GUIDE, LINK
+from evolvent.kernels.sides import ON_COORDINATES
 from evolvent.observe.variables import Observed, dot, norm, turned
-from evolvent.observe.view import View
+from evolvent.observe.view import Side, View
+from evolvent.solvers.solution import first_latch
 
 Array = np.ndarray
 
@@ -183,39 +185,48 @@ def observe_hinge(view: View, name: str) -> Observed:
     """Angle, rate, torque and latch of a hinge's spring."""
     hinges, index, found = view.model.flexible.hinges, view.index(name), Observed()
     row = hinges[index]
+    switch = int(row["switch"])
+    second = _second_direction(view, row)
     pose = view.pose(int(row["body"]))
-    u, du = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
     axis, zero = turned(pose.R, row["axis"]), turned(pose.R, row["zero"])
     across = np.cross(axis, zero)
-    p, q = dot(u, zero), dot(u, across)
-    angle = np.unwrap(np.arctan2(q, p))
-    seen = du - np.cross(pose.w, u)
+    p, q = dot(second.u, zero), dot(second.u, across)
+    wrapped = np.arctan2(q, p)
+    quarters = hinge_kernels.QUARTER * view.s[:, switch]
+    angle = wrapped + hinge_kernels.TURN * np.round((quarters - wrapped) / hinge_kernels.TURN)
+    seen = second.rate - np.cross(pose.w, second.u)
     rate = (p * dot(seen, across) - q * dot(seen, zero)) / (p * p + q * q)
-    latched = _latched(view, row, angle)
-    torque = []
-    for a, v, on in zip(angle, rate, latched, strict=True):
-        row["latched"] = float(on)
-        torque.append(hinge_kernels.hinge_law(hinges, index, float(a), float(v))[0])
-    found.scalar("angle", angle, "rad", "angle, any number of turns")
+    latched = view.s[:, switch + 1]
+    laws = [
+        hinge_kernels.hinge_law(hinges, index, int(on), float(x), float(v))
+        for on, x, v in zip(latched, angle, rate, strict=True)
+    ]
+    torque, energy, lost = (np.array([law[k] for law in laws]) for k in (0, 3, 4))
+    found.scalar("angle", angle, "rad", "angle of the second side as seen from the first, any number of turns")
     found.scalar("rate", rate, "rad s-1", "rate of the angle")
-    found.scalar("torque", np.array(torque), "N m", "torque of spring, damper, stops and latch that resists the angle")
+    found.scalar("torque", torque, "N m", "torque of spring, damper, stops and latch that resists the angle")
+    found.scalar("energy", energy, "J", "energy of spring, stops and latch")
+    found.scalar("dissipation", lost, "W", "power dissipated by the dampers of hinge and latch")
     found.scalar("latched", latched, "1", "1 once the latch has locked")
-    when = np.flatnonzero(latched)
-    found.scalar(
-        "latch_time",
-        np.full(view.t.size, view.t[when[0]] if when.size else math.nan),
-        "s",
-        "first sample at which the latch has locked",
-    )
+    found.scalar("latch_time", np.full(view.t.size, latch_time(view, index)), "s", "time at which the latch has locked")
     found.plots = ["angle", "torque"]
     return found
 
 
-def _latched(view: View, row: Any, angle: Array) -> Array:
-    """Whether the latch has locked at each sample: once the angle has passed it."""
-    if not math.isfinite(row["latch"]) or view.t.size < 1:
-        return np.zeros(view.t.size)
-    side = -1.0 if angle[0] <= row["latch"] else 1.0
-    passed = side * (angle - row["latch"]) <= 0.0 if side > 0 else angle >= row["latch"]
-    found: Array = np.maximum.accumulate(passed.astype(float))
-    return found
+def _second_direction(view: View, row: Any) -> Side:
+    """Second direction of a hinge and its rate."""
+    if row["on"] == ON_COORDINATES:
+        return Side(view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"])), -1)
+    pose = view.pose(int(row["other"]))
+    u = turned(pose.R, row["local"])
+    return Side(u, np.cross(pose.w, u), int(row["other"]))
+
+
+def latch_time(view: View, index: int) -> float:
+    """Time at which a hinge has locked, s: that of the run's event, or of its start; NaN where it has not."""
+    solution = view.solution
+    events = solution.event_times[solution.event_kinds == first_latch(view.model) + index]
+    if events.size:
+        return float(events[0])
+    locked = view.t.size > 0 and view.s[0, int(view.model.flexible.hinges["switch"][index]) + 1] != 0
+    return float(view.t[0]) if locked else math.nan

@@ -2,6 +2,7 @@
 
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
+from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
@@ -23,6 +24,7 @@ __all__ = [
     "Beam",
     "Box",
     "ConstantDrive",
+    "CustomForce",
     "Cylinder",
     "CylinderContact",
     "DistributedTorque",

@@ -63,6 +63,10 @@ class Reference:
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
+        if self.place and self.several:
+            return (
+                f"a list of {self.what}, each a name, a point such as 'boom.tip' or [hub, [0, 0, 1 m]], or a position"
+            )
         if self.place:
             return (
                 f"{self.what}: a name, a point such as 'boom.tip', 'boom[5]' or [hub, [0, 0, 1 m]], "
@@ -78,7 +82,10 @@ class Reference:
             yield split_reference(value)[0]
         elif self.several:
             for one in value:
-                yield split_reference(one)[0]
+                if self.place:
+                    yield from _PLACE.names(one)
+                else:
+                    yield split_reference(one)[0]
         elif isinstance(value[0], str):
             yield value[0]
 
@@ -90,6 +97,8 @@ class Reference:
                 if point is None or self.place:
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
+            if self.several and self.place and not isinstance(value, str):
+                return tuple(_PLACE.read(one) for one in value)
             if self.several and not isinstance(value, str):
                 return tuple(v if split_reference(v)[1] is None else _refuse(v) for v in value)
             if self.place and not isinstance(value, str) and len(value) == 2 and isinstance(value[0], str):
@@ -105,7 +114,7 @@ class Reference:
         if value is None or isinstance(value, str):
             return value
         if self.several:
-            return list(value)
+            return [_PLACE.write(one) for one in value] if self.place else list(value)
         return [value[0], _POSITION.write(value[1])] if isinstance(value[0], str) else _POSITION.write(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
@@ -118,7 +127,8 @@ class Reference:
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or a list."""
         if self.several:
-            return {"type": "array", "items": {"type": "string"}, "description": self.allowed}
+            items = {"anyOf": [{"type": "string"}, {"type": "array"}]} if self.place else {"type": "string"}
+            return {"type": "array", "items": items, "description": self.allowed}
         if self.place:
             return {"anyOf": [{"type": "string"}, {"type": "array"}], "description": self.allowed}
         return {"type": "string", "description": self.allowed}
@@ -129,8 +139,12 @@ def _refuse(value: str) -> str:
 
 
 _POSITION = units.Vector(quantity=units.Quantity(what="a length", unit="m", example="1 m"))
+_PLACE = Reference(what="a place", place=True)
 #: A point on a body, a node of a beam, a point mass, or a position on the ground.
-Place = Annotated[str | tuple[str, units.Triple] | units.Triple, Reference(what="a place", place=True)]
+Place = Annotated[str | tuple[str, units.Triple] | units.Triple, _PLACE]
+Places = Annotated[
+    tuple[str | tuple[str, units.Triple] | units.Triple, ...], Reference(what="places", place=True, several=True)
+]
 BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]
 BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]

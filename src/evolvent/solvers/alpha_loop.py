@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, rigid
+from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import solve_step, step_of
@@ -60,6 +60,8 @@ def keep_sample(n, model, work):
     f = model.flexible
     for i in range(work.y.size):
         work.out_y[n, i] = work.y[i]
+    for i in range(f.switches.size):
+        work.out_s[n, i] = f.switches[i]
     for i in range(work.dq.size):
         work.out_a[n, i] = work.dv1[i]
     for i in range(work.la.size):
@@ -91,8 +93,7 @@ def begin(model, matrix, work):
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     fill_energies(t, model, work)
     work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
-    for k in range(model.flexible.hinges.size):
-        model.flexible.hinges[k].before = model.flexible.hinges[k].angle
+    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     if work.samples[0] <= t:
         keep_sample(0, model, work)
         work.loop.sample = 1
@@ -109,7 +110,7 @@ def advance(model, matrix, work, budget):
         if loop.sample == work.samples.size:
             return DONE
         target, stops = next_target(work, near)
-        h, lands = step_length(work, target - loop.time, adaptive)
+        h, lands = step_length(model, work, target - loop.time, adaptive)
         t1 = target if lands else loop.time + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
@@ -123,7 +124,7 @@ def advance(model, matrix, work, budget):
             loop.rejected += 1
             loop.step = h * (0.35 if iterations <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
-        part = _until_latch(model)
+        part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
         if part < 1.0 and h * part > options.smallest:
             restore_start(model, work)
             loop.event_step = h * part
@@ -133,11 +134,9 @@ def advance(model, matrix, work, budget):
         # a few steps from rest gain as much as there is, and then less and less beside it
         ends = t1 >= work.samples[work.samples.size - 1] - near
         gained = loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2))
-        latched = False
-        if not gained:
-            if adaptive:
-                loop.step = next_step(h, error, iterations, lands, work)
-            latched = _latch(model)
+        latched = _latch(t1, model, work)
+        if not gained and adaptive:
+            loop.step = next_step(h, error, iterations, lands, work)
         if at_sample and (lands or not gained):
             keep_sample(loop.sample, model, work)
             loop.sample += 1
@@ -168,9 +167,9 @@ def next_target(work, near):
 
 
 @inlined
-def step_length(work, left, adaptive):
+def step_length(model, work, left, adaptive):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
-    h = min(work.loop.step, work.loop.event_step)
+    h = min(work.loop.step, work.loop.event_step, hinge.longest_step(model.flexible.hinges))
     if h >= left * (1.0 - 1e-9):
         return left, True
     if adaptive and 2.0 * h > left:
@@ -270,18 +269,6 @@ def restart(t, h, model, matrix, work):
     return status
 
 
-@inlined
-def _until_latch(model):
-    """Part of the step at which the first latch is passed, by a secant; 1 where none is, or the step ends on it."""
-    hinges, part = model.flexible.hinges, 1.0
-    for k in range(hinges.size):
-        if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch):
-            off, before = hinges[k].angle - hinges[k].latch, hinges[k].before - hinges[k].latch
-            if hinges[k].side * off < -1e-10 and hinges[k].side * before > 0.0:
-                part = min(part, before / (before - off))
-    return part
-
-
 @indirect(void(MODEL, WORKSPACE))
 def restore_start(model, work):
     """Restore the start of a step that is rejected."""
@@ -299,13 +286,15 @@ def restore_start(model, work):
 
 
 @inlined
-def _latch(model):
-    """Latch the hinges that have passed their latch's angle, as seen by the sign of what they are off it."""
-    hinges, found = model.flexible.hinges, False
+def _latch(t, model, work):
+    """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
+    hinges, s, loop = model.flexible.hinges, model.flexible.switches, work.loop
+    found = False
     for k in range(hinges.size):
-        hinges[k].before = hinges[k].angle
-        off = hinges[k].angle - hinges[k].latch
-        if hinges[k].latched == 0.0 and math.isfinite(hinges[k].latch) and hinges[k].side * off <= 0.0:
-            hinges[k].latched = 1.0
+        if hinge.latch_reached(s, hinges, k):
+            s[hinges[k].switch + 1] = 1
+            work.log_t[loop.latches], work.log_k[loop.latches] = t, k
+            loop.latches += 1
             found = True
+    hinge.end_hinge_step(s, hinges)
     return found

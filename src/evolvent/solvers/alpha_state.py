@@ -23,10 +23,10 @@ BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT =
 #: which the balance has gained too much; sample, stop: the next ones; factored_step: step of the factored matrix;
 #: quality: its worst pivot so far; net_gain, largest_gain: what the balance has gained since the start and since its
 #: lowest; last_step: step that the algorithmic accelerations belong to; event_step: limit of the next step, on which a
-#: latch lies; start_energy, peak_energy: J.
+#: latch lies; start_energy, peak_energy: J; latches: number of latches that have locked.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
-                                   "contact_set", "over", "touched")]
+                                   "contact_set", "over", "touched", "latches")]
     + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "net_gain", "largest_gain",
                                        "last_step", "event_step", "start_energy", "peak_energy")],
     align=True,
@@ -60,6 +60,7 @@ class Workspace(Struct):
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
+    log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
     out_* : what is kept at the samples
     """
 
@@ -92,7 +93,10 @@ class Workspace(Struct):
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
+    log_t: np.ndarray = array(1)
+    log_k: np.ndarray = array(1, np.int64)
     out_y: np.ndarray = array(2)
+    out_s: np.ndarray = array(2, np.int64)
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(1, BALANCE)

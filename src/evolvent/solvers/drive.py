@@ -81,7 +81,8 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step is None:
         if not math.isfinite(limit):
             raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
-        if assembly.names.get(mode.where, ("",))[0] == "threads" or needs.is_flexible(assembly.model):
+        beams = assembly.model.flexible.beams.size > 0 or assembly.model.info.penalties > 0
+        if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
             return limit * (0.25 if rigid_links else SAFETY[method]), limit, mode

@@ -21,6 +21,7 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
+from evolvent.kernels import hinge
 from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
@@ -272,6 +273,8 @@ def start_up(model, work):
     t = work.loop.time
     if is_corrected(model):
         project(t, work.y, work.s, model)
+    if model.flexible.hinges.size > 0:
+        hinge.note_turns(t, work.y, work.s, model)
     for k in range(work.g0.size):
         work.g0[k] = 0.0
     stop = fire(model, t, work) if work.g.size > 0 else 0
@@ -289,7 +292,7 @@ def fixed_step(A, b, c, model, work, budget):
     status = start_up(model, work)
     if status != BUDGET:
         return status
-    watch = work.g.size > 0
+    watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
     corrected = is_corrected(model)
     end = work.samples[work.samples.size - 1]
     until = next_break(model, work, loop.time)
@@ -352,6 +355,8 @@ def fixed_step(A, b, c, model, work, budget):
         loop.time = target
         if corrected:
             project(target, y, s, model)
+        if turns:
+            hinge.note_turns(target, y, s, model)
         if on_grid:
             loop.grid += 1
         if watch:
@@ -469,7 +474,7 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
     if status != BUDGET:
         return status
     n = model.info.nq + model.info.nv
-    watch = work.g.size > 0
+    watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
     corrected = is_corrected(model)
     end = work.samples[work.samples.size - 1]
     until = min(next_break(model, work, loop.time), end)
@@ -483,6 +488,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         if watch and log_is_short(model, work):
             return LOG_FULL
         t, h = loop.time, loop.step
+        if turns:
+            h = min(h, hinge.longest_step(model.flexible.hinges))
         landing = t + h * 1.01 >= until
         if landing:
             h = until - t
@@ -529,6 +536,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
             y[i] = y1[i]
         loop.time = target
         changed = corrected and project(target, y, s, model) != 0
+        if turns:
+            hinge.note_turns(target, y, s, model)
         stop = 0
         if part != NO_EVENT:
             stop = fire(model, target, work)

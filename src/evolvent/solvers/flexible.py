@@ -24,7 +24,8 @@ _STEP = 1e-6
 def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]:
     """Square of the highest frequency (rad2/s2), damping rate of that mode (1/s), its place, largest damping rate.
 
-    Of the model as it starts, with every contact point in contact, across its beam, and every stop reached.
+    Of the model as it starts, with every contact point in contact, across its beam, and every stop reached,
+    every latch locked.
 
     Notes
     -----
@@ -54,7 +55,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
 
     try:
         f.cylinders["stiffness"] = 0.0
-        f.hinges["stiffness"] = hinge.hinge_bound(f.hinges)
+        f.hinges["stiffness"], f.hinges["damping"] = hinge.hinge_bound(f.hinges)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0

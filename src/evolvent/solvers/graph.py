@@ -84,7 +84,7 @@ def _add_coordinates(graph: _Graph) -> None:
 
 
 def _couple_forces(graph: _Graph) -> None:
-    """What threads, springs, hinges and contacts couple; turns of a coil on one another are inner unknowns."""
+    """What threads, springs, hinges, custom forces and contacts couple; turns of a coil on one another are inner."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
@@ -98,7 +98,12 @@ def _couple_forces(graph: _Graph) -> None:
                 ends.append(int(graph.body[marker["index"]]))
         graph.couple(*ends)
     for hinge in model.flexible.hinges:
-        graph.couple(graph.of(int(hinge["iv"])), graph.body[hinge["body"]])
+        second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
+        graph.couple(second, graph.body[hinge["body"]])
+    for force in model.flexible.custom_forces:
+        places = model.flexible.custom_places[int(force["place"]) : int(force["place"] + force["places"])]
+        on_body = places["on"] == sides.ON_BODY
+        graph.couple(*graph.body[places["index"][on_body]], *(graph.of(int(iv)) for iv in places["iv"][~on_body]))
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
         for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])

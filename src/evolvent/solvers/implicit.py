@@ -25,7 +25,7 @@ from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
 from evolvent.solvers.sampled import Sampled
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "generalized-alpha"
@@ -195,7 +195,6 @@ class Run:
         jit.load((*needs.implicit_steps(self.model), *alpha_loop.functions(self.model)))
         self.work = workspace(of.assembly, of.times, of.weight, of.options.copy())
         self.compile_time = clock.perf_counter() - began
-        self.kept_s = np.zeros((of.times.size, of.assembly.s.size), dtype=np.int64)
 
     @property
     def reached(self) -> float:
@@ -219,14 +218,11 @@ class Run:
         code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
         if code == alpha_state.REDUNDANT:
             raise InputError(redundant(self.assembly, self.plan.matrix))
-        self.kept_s[0] = self.model.flexible.switches
         return "" if code == alpha_state.DONE else self.why(code)
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
-        first = int(self.work.loop.sample)
         code = alpha_loop.advance(self.model, self.plan.matrix, self.work, budget)
-        self.kept_s[first : int(self.work.loop.sample)] = self.model.flexible.switches
         if code == alpha_state.AT_STOP and self.releases is not None:
             return True, "" if self.releases.resume(self.work) >= 0 else reason_of_outrun(self.reached)
         if code == alpha_state.BUDGET:
@@ -275,7 +271,6 @@ class Run:
             if self.releases.resume(work) < 0:
                 failure = reason_of_outrun(self.reached)
             alpha_loop.keep_sample(work.samples.size - 1, self.model, work)
-            self.kept_s[-1] = self.model.flexible.switches
         return failure
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
@@ -286,17 +281,27 @@ class Run:
         ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
         return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
 
+    def _events(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times and kinds of all events: of threads, and latches."""
+        count, releases = int(self.work.loop.latches), self.releases
+        latches = first_latch(self.model) + self.work.log_k[:count]
+        times = np.append(np.array(releases.times if releases is not None else [], float), self.work.log_t[:count])
+        kinds = np.append(np.array(releases.kinds if releases is not None else [], np.int64), latches)
+        order = np.argsort(times, kind="stable")
+        return times[order], kinds[order]
+
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
-        work, loop, releases = self.work, self.work.loop, self.releases
+        work, loop = self.work, self.work.loop
         n, steps = int(loop.sample), int(loop.steps)
         balance = work.out_balance[:n].view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)
+        event_times, event_kinds = self._events()
         found = Solution(
             assembly=self.assembly,
             method=NAME,
             t=self.plan.times[:n].copy(),
             y=work.out_y[:n],
-            s=self.kept_s[:n],
+            s=work.out_s[:n],
             status=status,
             message=message,
             statistics={
@@ -304,14 +309,14 @@ class Run:
                 "rejected_steps": int(loop.rejected),
                 "iterations": int(loop.iterations),
                 "factorizations": int(loop.factorizations),
-                "events": 0 if releases is None else len(releases.times),
+                "events": event_times.size,
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
                 "smallest_pivot": float(loop.quality),
                 "energy_gained": float(loop.net_gain),
             },
-            event_times=np.array(releases.times if releases is not None else [], dtype=float),
-            event_kinds=np.array(releases.kinds if releases is not None else [], dtype=np.int64),
+            event_times=event_times,
+            event_kinds=event_kinds,
             wall_time=wall_time,
             compile_time=self.compile_time,
             kept=Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n]),

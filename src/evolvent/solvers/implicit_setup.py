@@ -114,12 +114,11 @@ def check_start(assembly: Assembly, t: float) -> None:
 
 
 def clear_history(model: mdl.Model) -> None:
-    """Forget what a run leaves in its model: contacts before the step, friction, latches."""
+    """Forget what a run leaves in its model: contacts before the step, friction."""
     f = model.flexible
     f.contact_points["gap"], f.contact_points["carrier"] = np.inf, UNKNOWN
     f.contact_points["stick"] = 0.0
     f.contact_points["drag"] = 0.0
-    f.hinges["latched"] = 0.0
 
 
 def options_of(rho: float, **given: float) -> np.record:
@@ -176,7 +175,10 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         kept=np.full(12, np.nan),
         samples=times.copy(),
         stops=stops,
+        log_t=np.zeros(model.flexible.hinges.size),
+        log_k=np.zeros(model.flexible.hinges.size, dtype=np.int64),
         out_y=np.zeros((times.size, assembly.y.size)),
+        out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_a=out.acceleration,
         out_la=out.la,
         out_balance=out.balance.view(np.ndarray),

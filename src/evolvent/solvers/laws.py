@@ -15,7 +15,7 @@ from evolvent.errors import EvolventError, InputError
 from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation
-from evolvent.kernels import feed, loads, springs
+from evolvent.kernels import custom, feed, loads, springs
 
 Array = np.ndarray
 #: A time (s) and the states y and s at which a run was then.
@@ -31,7 +31,7 @@ class _Use(NamedTuple):
 
 
 def try_laws(assembly: Assembly, start: float, end: float) -> None:
-    """Evaluate every law of a model: feeds at `start` and `end`, springs and events at the start, loads at the reel.
+    """Evaluate every law of a model: feeds at `start` and `end`, loads at the reel, all others at the start.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     for use, arguments, time in _calls(assembly, states):
         law, described = _law(assembly, use)
         try:
-            laws.try_law(law, *arguments, described=described)
+            laws.try_law(law, *arguments, described=described, parameters=_parameters(assembly, use))
         except InputError as found:
             if isinstance(found.__cause__, type(error)):
                 return f"at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
@@ -127,6 +127,8 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
                 yield _Use(family, k, row)
+    for k, row in enumerate(model.flexible.custom_forces):
+        yield _Use("custom_forces", k, row)
 
 
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
@@ -148,6 +150,8 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
             for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
                 yield node["x"].copy(), node["v"].copy(), time
         yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
+    elif use.family == "custom_forces":
+        yield time, *custom.states_of_places(model, y, use.number)
     else:
         yield time, y
 
@@ -165,7 +169,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
             for arguments in _arguments(assembly, use, (time, y, s), everywhere=True):
-                yield use, (*arguments, parameters), time
+                yield use, (*arguments, parameters, *_room(use)), time
 
 
 def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
@@ -183,8 +187,16 @@ def _parameters(assembly: Assembly, use: _Use) -> Array:
 
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:
     """Evaluate the law of one row."""
+    parameters, room = _parameters(assembly, use), _room(use)
     try:
         law, described = _law(assembly, use)
-        laws.try_law(law, *arguments, _parameters(assembly, use), described=described)
+        laws.try_law(law, *arguments, parameters, *room, described=described, parameters=parameters)
+        if room and not np.all(np.isfinite(room[0])):
+            raise InputError(f"{laws.describe_law(law)} writes {room[0].tolist()} to f; forces must be finite numbers")
     except InputError as error:
         raise InputError(f"{owner(assembly, use.family, use.number)!r} at t = {time:g} s: {error}") from error
+
+
+def _room(use: _Use) -> tuple[Array, ...]:
+    """Room for the forces that a law between places writes; nothing for other laws."""
+    return (np.zeros(3 * int(use.row["places"])),) if use.family == "custom_forces" else ()

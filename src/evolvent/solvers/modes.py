@@ -12,7 +12,7 @@ import scipy.sparse as sparse
 from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed
-from evolvent.kernels import joint, loads, rigid, springs
+from evolvent.kernels import joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
@@ -110,6 +110,7 @@ def at_equilibrium(
         raise InputError(f"equilibrium is a motion by {equilibrium.method}; it must be a solution of solve_static")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
+    assembly = dataclasses.replace(assembly, s=equilibrium.s[-1].copy())
     try:
         work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
         work.balance.la[:] = equilibrium.la[-1]
@@ -150,6 +151,8 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
 def is_conservative(work: Work) -> bool:
     """Whether no load turns with what it loads, and nothing rubs: K is symmetric then."""
     model = work.model
+    if np.any(model.flexible.custom_forces["symmetric"] == 0.0):
+        return False
     if np.any(model.flexible.beam_loads["kind"] == FIELD) or np.any(model.flexible.cylinders["friction"] > 0.0):
         return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
@@ -196,12 +199,13 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     """
     b, model, f = work.balance, work.model, work.model.flexible
     own: list[int] = []
-    families = ("bodies", "points") if np.any(model.springs["law"] != 0) else ("bodies",)
+    by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size
+    families = ("bodies", "points") if by_law else ("bodies",)
     for family, index in work.assembly.names.values():
         where = places_of(model, family, index) if family in families else None
         if where is not None:
             own.extend(range(where.start, where.stop))
-    ends = {int(v) for v in f.hinges["iv"]}
+    ends = {int(v) for v in f.hinges["iv"][f.hinges["on"] == sides.ON_COORDINATES]}
     for cylinder in f.cylinders[model.bodies["motion"][f.cylinders["body"]] != rigid.DRIVEN]:
         ends.update(f.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())
     facing = {v - work.n_q + c for v in ends for c in range(3)} if own else set()

@@ -130,7 +130,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.cylinders[k, :, 8] = f.cylinders["touching"]
             found.balance.contact[k] = f.cylinders["energy"].sum()
         if f.hinges.size:
-            coupled += hinge.add_hinges(y[k], model, scratch)[0]
+            coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     if f.cylinders.size:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent.flow.needs import is_flexible
 from evolvent.flow.observations import Observations, observe, sums_of
 from evolvent.solvers import balance as eb
 from evolvent.solvers.sampled import Momentum, Sampled, balances, empty, evaluate, momentum_of
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
     from evolvent.builder import Assembly
 
 Array = np.ndarray
+
+
+def first_latch(model: Any) -> int:
+    """Kind of the event by which the first hinge of a model latches (`Solution.event_kinds`); then the others."""
+    return int(2 * model.threads.size + model.events.size)
 
 
 class Path(NamedTuple):
@@ -51,7 +57,9 @@ class Solution:
     message : str, one sentence; for a failure: what, where, when, what to try
     statistics : dict of steps, rejected_steps, events, step (s), energy_defect (largest, of the largest energy and the
         work) and what else a method counts
-    event_times, event_kinds : (ne,) float and int
+    event_times, event_kinds : (ne,) float and int, s, and what each is: 2 p, a node or the whole of thread p is
+        released; 2 p + 1, a node is taken up; then the events that the user has added, in their order; then, from
+        `first_latch` on, the latch of each hinge
     wall_time, compile_time : float, s
     kept : Sampled, what the method has kept at its samples; None of explicit methods
     path : Path, of a static solution; None of a motion
@@ -114,9 +122,7 @@ class Solution:
     @property
     def _is_split(self) -> bool:
         """Whether energies of contacts and joints stand apart from the others."""
-        return self.kept is not None or bool(
-            self.assembly.model.flexible.beams.size or self.assembly.model.info.penalties
-        )
+        return self.kept is not None or is_flexible(self.assembly.model)
 
     @property
     def cylinders(self) -> Array:

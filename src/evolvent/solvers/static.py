@@ -73,7 +73,7 @@ def solve_static(
 
     Notes
     -----
-    Dampers rest, latches stay open. Friction acts where the path rubs.
+    Dampers rest, open latches stay open. Friction acts where the path rubs.
     """
     targets = _targets(load_steps)
     tolerance = positive("tolerance", tolerance)

@@ -46,13 +46,13 @@ class Search:
             eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
         )
 
-    def _state(self) -> tuple[Array, Array, Array]:
+    def _state(self) -> tuple[Array, Array, Array, Array]:
         b = self.work.balance
-        return b.y.copy(), b.la.copy(), b.before.copy()
+        return b.y.copy(), b.la.copy(), b.before.copy(), self.work.model.flexible.switches.copy()
 
-    def _back(self, state: tuple[Array, Array, Array]) -> None:
+    def _back(self, state: tuple[Array, Array, Array, Array]) -> None:
         b = self.work.balance
-        b.y[:], b.la[:], b.before[:] = state
+        b.y[:], b.la[:], b.before[:], self.work.model.flexible.switches[:] = state
 
     def _turned_over(self, before: Array) -> bool:
         """Whether a beam's slope points against where it pointed before."""
@@ -73,7 +73,8 @@ class Search:
             cylinders[k, :6], cylinders[k, 6], cylinders[k, 8] = row["F"], row["normal"], row["touching"]
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
-        self.kept.append((factor, y, b.la.copy(), energies, f.P.copy(), cylinders, w.model.bodies["F"].copy()))
+        wrenches = w.model.bodies["F"].copy()
+        self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), cylinders, wrenches))
         if self.progress is not None:
             self.progress(factor)
 
@@ -83,7 +84,7 @@ class Search:
             w = self.work
             rows = np.full((w.model.flexible.cylinders.size, 9), np.nan), np.full((w.model.bodies.size, 6), np.nan)
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
-            self.kept.append((0.0, self._start, *unknown, *rows))
+            self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))
 
     def _slide(self, factor: float) -> bool:
         """Slide to an equilibrium at a factor, then balance."""
@@ -286,8 +287,9 @@ class Search:
         w, n = self.work, len(self.kept)
         out = empty(w.model, n)
         factor, loads, y = np.zeros(n), np.zeros((n, w.n_v)), np.zeros((n, w.balance.y.size))
-        for k, (own, state, la, energies, weights, cylinders, wrenches) in enumerate(self.kept):
-            factor[k], y[k], loads[k] = own, state, weights
+        s = np.zeros((n, w.assembly.s.size), dtype=np.int64)
+        for k, (own, state, switches, la, energies, weights, cylinders, wrenches) in enumerate(self.kept):
+            factor[k], y[k], s[k], loads[k] = own, state, switches, weights
             out.la[k], out.cylinders[k], out.wrenches[k] = la, cylinders, wrenches
             for name, value in zip(eb.ENERGIES, energies, strict=True):
                 out.balance[name][k] = value
@@ -298,7 +300,7 @@ class Search:
             method="static",
             t=np.full(n, w.time),
             y=y,
-            s=np.tile(w.assembly.s, (n, 1)),
+            s=s,
             status=self.status,
             message=self.message,
             statistics={

@@ -71,7 +71,7 @@ def _vector(name: str, value: Any) -> Array:
 
 
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
-    """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over, nothing latched."""
+    """A copy of a model for statics: driven bodies stand where they are at `time`, ramps are over."""
     copy = model.copy()
     flexible = copy.flexible
     rigid.kinematics(time, np.zeros(int(model.info.ny)), copy)
@@ -129,6 +129,7 @@ class Work:
             **unknowns,
             **moves,
         )
+        model.flexible.switches[:] = assembly.s
         jit.load((*needs.balance(model), *eq.functions()))
         # friction is that of displacements from here on
         b = self.balance

@@ -1,0 +1,104 @@
+"""Forces between places by a law of the user's, or of a package from outside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
+from evolvent.parts.base import Part, Places
+
+
+class _Law:
+    """A pydantic annotation: a function under ``@evolvent.element_law``; case files hold none."""
+
+    allowed = "a function under @evolvent.element_law, given in Python"
+
+    def read(self, value: Any) -> Any:
+        """The function, as it is."""
+        if not callable(value):
+            raise PydanticCustomError("law", "it must be {allowed}", {"allowed": self.allowed})
+        return value
+
+    def write(self, value: Any) -> Any:
+        """Refuse to write a function into a case file."""
+        name = getattr(value, "__name__", repr(value))
+        raise InputError(
+            f"the law {name!r} is a Python function, which a file cannot hold; make a kind of part with it, a subclass "
+            f"of CustomForce"
+        )
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """A validator, and a serializer."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Nothing that a file could hold."""
+        return {"not": {}, "description": self.allowed}
+
+
+ElementLaw = Annotated[Any, _Law()]
+
+
+class CustomForce(Part):
+    """Forces on several places that follow from their positions and velocities by a law.
+
+    Parameters
+    ----------
+    places : list of place
+        Point masses, points of bodies, nodes of beams, positions on the ground: "mass", "hub.left", ("hub", (x, y, z)),
+        "boom.tip".
+    law : function under ``@evolvent.element_law``
+        ``law(t, x, v, parameters, f) -> (energy, power)``: from the positions x and velocities v of the k places,
+        (3 k,) each, it adds to f : (3 k,) the forces on them, and returns the energy stored (J) and the power
+        dissipated (W).
+    parameters : list of float
+        Of the law.
+
+    Notes
+    -----
+    A part of its own is a subclass with a `kind`, keys, and `law_and_parameters`, which turns its keys into a law and
+    its numbers.
+    """
+
+    kind: Literal["custom-force"] = "custom-force"
+    places: Places
+    law: ElementLaw | None = None
+    parameters: units.Parameters = ()
+
+    def law_and_parameters(self, positions: np.ndarray) -> tuple[Any, Sequence[float]]:
+        """The law, and the numbers it is called with.
+
+        Parameters
+        ----------
+        positions : (k, 3) float, m, of the places at the start, inertial axes
+        """
+        return self.law, self.parameters
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write a row of the family `custom_forces`, and one of `custom_places` for each place."""
+        found = [builder.place(where, f"{name}.places[{k}]") for k, where in enumerate(self.places)]
+        if not found:
+            raise InputError(f"{name}.places is empty; a custom force needs a place to act on")
+        law, parameters = self.law_and_parameters(np.array([at.x for at in found]))
+        if law is None:
+            raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
+        first, last = builder.parameters(parameters)
+        place = len(builder.rows["custom_places"])
+        for at in found:
+            on = ON_BODY if at.family == "bodies" else ON_COORDINATES
+            index = at.index if on == ON_BODY else -1
+            builder.add("custom_places", on=on, index=index, iq=at.iq, iv=at.iv, local=at.local)
+        address = builder.law(law, "element")
+        row = builder.add("custom_forces", law=address, first=first, last=last, place=place, places=len(found))
+        builder.names[name] = ("custom_forces", row)
