@@ -253,14 +253,10 @@ def linearize(
 
     Notes
     -----
-    M u'' + C u' + K u + G^T la = B f, G u = 0, with the matrices of `evolvent.solvers.modes.modes`, gyroscopic terms of
-    a spin included. u = V eta with V^T M V = 1 and G V = 0: the modes of M and the symmetric part of K, all, the
-    slowest, or those of a basis of Craig and Bampton [1]_. Poles are those of `modes` with the same `damped`. A modal
-    model of an odd number of modes may hold one of a pair of equal frequency.
-
-    References
-    ----------
-    .. [1] Craig, Bampton (1968), Coupling of substructures for dynamic analyses, AIAA Journal 6 (7), 1313-1319.
+    M u'' + C u' + K u + G^T la = B f, G u = 0, with the matrices of `evolvent.solvers.modes.modes`, gyroscopic terms
+    of a spin included. u = V eta with V^T M V = 1 and G V = 0: the modes of M and the symmetric part of K, all, the
+    slowest, or those of a basis of Craig and Bampton (1968), see `craig_bampton_basis`. Poles are those of `modes`
+    with the same `damped`. A modal model of an odd number of modes may hold one of a pair of equal frequency.
 
     Examples
     --------

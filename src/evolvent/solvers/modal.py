@@ -195,14 +195,10 @@ class Modes:
 
         Notes
         -----
-        ``(u^T M r)^2`` of modes with ``u^T M u = 1`` [1]_, r being the displacement of the coordinates as ground and
-        structure move together like a rigid body. The sum over all modes is `movable_mass`. A structure that nothing
-        holds has all of it in its rigid-body modes, since the others are orthogonal to them.
-
-        References
-        ----------
-        .. [1] Wijker (2004), Mechanical Vibrations in Spacecraft Design; Girard, Roy (2008), Structural Dynamics in
-           Industry.
+        ``(u^T M r)^2`` of modes with ``u^T M u = 1`` (Girard and Roy 2008, Structural Dynamics in Industry), r being
+        the displacement of the coordinates as ground and structure move together like a rigid body. The sum over all
+        modes is `movable_mass`. A structure that nothing holds has all of it in its rigid-body modes, since the
+        others are orthogonal to them.
         """
         return self.participation**2
 

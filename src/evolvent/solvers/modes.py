@@ -66,12 +66,13 @@ def modes(
     Notes
     -----
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
-    equilibrium, Z and Gy are what accelerations of the turn add by place and velocity (Coriolis). Modes nearest to zero
-    come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes of equal frequency,
-    the first is the one that base motion along x excites, the next along y, z, then about x, y, z, where they are
-    excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations and rotations. The
-    objective damping of a cable's bending goes with the rate of the curvature's size, which has no linear part where a
-    cable is straight. Frequencies below some 1e-7 times the highest one asked for are round-off and given as 0.
+    equilibrium, Z and Gy are what accelerations of the turn add by place and velocity (Coriolis). Modes nearest to
+    zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes of equal
+    frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z, where
+    they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations and
+    rotations. The objective damping of a cable's bending goes with the rate of the curvature's size, which has no
+    linear part where a cable is straight. Frequencies below some 1e-7 times the highest one asked for are round-off
+    and given as 0.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")

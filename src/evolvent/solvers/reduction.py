@@ -82,10 +82,10 @@ def craig_bampton_basis(structure: Structure, rows: Array, fixed: int) -> Basis:
 
     Notes
     -----
-    Craig and Bampton (1968): u = Psi u_b + Phi eta; columns of Psi are static, K Psi + A^T mu = 0 with the boundary
-    moved by 1, columns of Phi are modes with the boundary at rest. Where the boundary does not hold the structure, Psi
-    is the solution orthogonal by M to the motions that it leaves free. The basis returned is that of the modes of the
-    reduced model.
+    Craig and Bampton (1968), Coupling of substructures for dynamic analyses, AIAA Journal 6, 1313-1319: u = Psi u_b +
+    Phi eta; columns of Psi are static, K Psi + A^T mu = 0 with the boundary moved by 1, columns of Phi are modes with
+    the boundary at rest. Where the boundary does not hold the structure, Psi is the solution orthogonal by M to the
+    motions that it leaves free. The basis returned is that of the modes of the reduced model.
     """
     rows = _independent(structure, rows)
     problem = structure.problem(rows)
