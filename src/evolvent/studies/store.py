@@ -38,7 +38,7 @@ _HEAD = struct.Struct("<4sQ32s")
 _MAGIC = b"evc1"
 _PACKAGE = pathlib.Path(evolvent.__file__).parent
 #: What a result cannot depend on: pictures and the command.
-_NOT_SOURCES = ("cli.py", "plots.py", "animation.py", "figures.py", "solids.py", "studies/command.py", "studies/draw.py")
+_NOT_SOURCES = ("cli.py", "plots.py", "animation.py", "figures.py", "studies/command.py", "studies/draw.py")
 
 
 @functools.cache
