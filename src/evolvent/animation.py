@@ -7,6 +7,7 @@ interpolated, and the pose of that frame. `viewer.js` draws it.
 from __future__ import annotations
 
 import base64
+import dataclasses
 import html
 import json
 import os
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.motion import Frame, Motion, name_and_unit, turns_between
+from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results import unfinished, writing
 from evolvent.solids import SECTORS, Solid
 
@@ -29,6 +30,8 @@ LARGEST = 2_000_000
 MOST_FRAMES = 600
 #: Size that a packed motion may reach, bytes.
 LARGEST_PACK = 60_000_000
+#: Most points of all lines in a page, and for the studio; lines are thinned evenly beyond.
+MOST_POINTS, MOST_POINTS_PACKED = 1200, 4000
 #: Time in which a run is shown unless a speed is asked for, s.
 SHOWN = 15.0
 #: Where a motion is seen from at first, rad.
@@ -104,9 +107,9 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
         that it lists under "blocks" (name, shape and type), little-endian, in that order.
     """
     shown = motion.magnified()
-    numbers = sum(points[0].size for points in shown.clouds)
+    numbers = min(sum(points[0].size for points in shown.clouds), 3 * MOST_POINTS_PACKED)
     numbers += sum(2 * force.points[0].size for force in shown.forces)
-    header, blocks = described(shown, min(most, LARGEST_PACK // (4 * max(numbers, 1))))
+    header, blocks = described(shown, min(most, LARGEST_PACK // (4 * max(numbers, 1))), points=MOST_POINTS_PACKED)
     exact = {
         name: np.ascontiguousarray(values, dtype="<f8" if name in _EXACT else "<f4") for name, values in blocks.items()
     }
@@ -116,6 +119,27 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
     text = json.dumps(header, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     return b"".join([len(text).to_bytes(4, "little"), text, *(values.tobytes() for values in exact.values())])
+
+
+def thinned(motion: Motion, most: int) -> Motion:
+    """The motion with at most about `most` points in its lines, evenly spread, the ends of each kept."""
+    total = sum(line.points.shape[1] for line in motion.lines)
+    if total <= most:
+        return motion
+
+    def thin(line: Line) -> Line:
+        n = line.points.shape[1]
+        kept = np.unique(np.linspace(0, n - 1, max(round(n * most / total), 5)).round().astype(int))
+        tip = None if line.tip is None else int(np.argmin(np.abs(kept - line.tip % n)))
+        return dataclasses.replace(
+            line,
+            points=line.points[:, kept],
+            values={label: values[:, kept] for label, values in line.values.items()},
+            across=None if line.across is None else line.across[:, kept],
+            tip=tip,
+        )
+
+    return dataclasses.replace(motion, lines=[thin(line) for line in motion.lines])
 
 
 def default_speed(motion: Motion) -> float:
@@ -128,17 +152,22 @@ def default_speed(motion: Motion) -> float:
 _EXACT = ("time", "origin")
 
 
-def described(motion: Motion, most: int) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """What a viewer draws: names, sizes and scales, and arrays by name with one row a frame.
 
     Parameters
     ----------
     motion : Motion, as it is to be shown (`Motion.magnified`)
-    most : int, of frames, evenly spread; scales are those of all samples
+    most : int, of frames, evenly spread
+    points : int, most of all lines
+
+    Notes
+    -----
+    Scales of colours and arrows are those of all samples and points, whatever is left out.
     """
     count, body = motion.time.size, motion.body
     kept = np.unique(np.linspace(0, count - 1, min(count, max(2, most))).round().astype(int))
-    seen = motion.in_body()
+    seen = thinned(motion.in_body(), points)
     small = seen.at(kept)
     ranges = {label: motion.value_range(label) for label in motion.labels}
     header: dict[str, Any] = {
@@ -251,7 +280,7 @@ def _is_still(frame: Frame) -> bool:
 
 def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> bytes:
     """The page with so many frames."""
-    header, blocks = described(motion, frames)
+    header, blocks = described(motion, frames, points=MOST_POINTS)
     header |= {"speed": speed or header["speed"], "playing": playing}
     header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
     # "<" cannot close the script then

@@ -23,7 +23,7 @@ const STYLE = `
 .ev3-numbers { position: absolute; left: 12px; top: 8px; pointer-events: none; font-variant-numeric: tabular-nums; }
 .ev3-numbers td { padding: 0 10px 0 0; } .ev3-numbers td:first-child { color: var(--dim); } .ev3-numbers i { display: inline-block; width: 16px; height: 3px; margin-right: 6px; vertical-align: middle; }
 .ev3-bar { position: absolute; right: 12px; top: 8px; text-align: right; pointer-events: none; width: 170px; }
-.ev3-scale { height: 9px; border-radius: 2px; margin: 2px 0; } .ev3-ends { display: flex; justify-content: space-between; color: var(--dim); font-variant-numeric: tabular-nums; }
+.ev3-scale { height: 9px; border-radius: 2px; margin: 2px 0; } .ev3-ends { display: flex; justify-content: space-between; white-space: nowrap; gap: 8px; color: var(--dim); font-variant-numeric: tabular-nums; }
 .ev3-views { position: absolute; right: 10px; bottom: 8px; display: flex; gap: 4px; }
 .ev3-foot { display: flex; flex-wrap: wrap; gap: 6px 10px; align-items: center; padding: 7px 12px; border-top: 1px solid var(--line); }
 .ev3 button, .ev3 select { font: inherit; color: var(--ink); background: var(--back); border: 1px solid var(--line); border-radius: 4px; padding: 2px 8px; cursor: pointer; }
@@ -33,7 +33,7 @@ const STYLE = `
 .ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
 .ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
 .ev3 [hidden] { display: none; }
-@media (max-width: 560px) { .ev3-bar { width: 104px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { display: none; } }`;
+@media (max-width: 560px) { .ev3-bar { width: 132px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { display: none; } }`;
 
 // ------------------------------------------------------------------------------------------------ data
 
@@ -99,7 +99,8 @@ class Run {
     Object.assign(this, { header, blocks, index, time: blocks.time, frames: blocks.time.length });
     this.lines = header.lines.map((line, k) => ({ ...line, points: blocks[`line ${k}`], across: blocks[`across ${k}`],
       values: Object.fromEntries(Object.entries(line.values).map(([color, name]) => [color, blocks[name]])),
-      place: new Float64Array(3 * line.count), edge: line.strip ? new Float64Array(3 * line.count) : null }));
+      place: new Float64Array(3 * line.count), edge: line.strip ? new Float64Array(3 * line.count) : null,
+      at: new Float64Array(3 * line.count), sides: line.strip ? new Float64Array(4 * line.count) : null }));
     this.nodes = Math.max(0, ...this.lines.map((line) => line.count));
     this.meshes = header.meshes.map((m) => ({ ...m, corners: corners(m.vertices), view: new Float64Array(m.vertices.length), screen: new Float64Array(m.vertices.length) }));
     this.still = !blocks.attitude;
@@ -185,6 +186,9 @@ export class Viewer {
     this.motions = motions.map((motion, k) => new Run(motion, k));
     this.alone = motions.length === 1;
     const first = this.motions[0], { header } = first;
+    // arrows of all runs on one scale: the smallest
+    this.scales = new Map();
+    for (const { header: { forces } } of this.motions) for (const { unit, scale } of forces) if (scale > 0) this.scales.set(unit, Math.min(scale, this.scales.get(unit) ?? scale));
     this.begin = Math.min(...this.motions.map((m) => m.time[0]));
     this.end = Math.max(...this.motions.map((m) => m.time[m.frames - 1]));
     this.now = this.begin;
@@ -476,13 +480,15 @@ export class Viewer {
     for (const part of this.parts) this.stroke(part);
     this.measures();
   }
-  stroke({ at, fill, line, width, round }) {
+  stroke({ at, fill, line, width, round, alpha = 1 }) {
     const { pen } = this;
+    if (alpha !== 1) pen.globalAlpha = alpha;
     pen.beginPath();
     if (round) pen.arc(at[0], at[1], round, 0, 2 * Math.PI);
     else { pen.moveTo(at[0], at[1]); for (let i = 2; i < at.length; i += 2) pen.lineTo(at[i], at[i + 1]); }
     if (fill) { if (!round) pen.closePath(); pen.fillStyle = fill; pen.fill(); }
     if (line) { pen.strokeStyle = line; pen.lineWidth = width; pen.stroke(); }
+    if (alpha !== 1) pen.globalAlpha = 1;
   }
   // View coordinates (right, up, away) to the screen; null behind the eye.
   screen(v) {
@@ -509,8 +515,8 @@ export class Viewer {
     const cut = (alpha) => { this.pen.globalAlpha = alpha; if (at.length > 2) this.stroke({ at, line: color, width: 1.5 }); this.pen.globalAlpha = 1; at = at.slice(-2); };
     for (let i = 0; i < passed; i++) {
       const p = places[3 * i] === places[3 * i] ? this.screen(this.see(places.subarray(3 * i, 3 * i + 3))) : null;
-      if (p) at.push(p[0], p[1]); else { cut(i < from ? 0.3 : 1); at = []; }
-      if (i === from) cut(0.3);
+      if (p) at.push(p[0], p[1]); else { cut(i < from ? 0.4 : 1); at = []; }
+      if (i === from) cut(0.4);
     }
     const p = this.screen(this.see(run.place(point, this.inertial)));
     if (p && p[0] === p[0]) at.push(p[0], p[1]);
@@ -530,7 +536,7 @@ export class Viewer {
   }
   body(run, frame, k, A, b) {
     const [Q, p] = run.frame(k), M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
-    const main = run.header.main === frame.name, color = this.alone ? BODIES[main ? 0 : k % BODIES.length] : this.runColor(run.index);
+    const main = run.header.main === frame.name, color = this.alone ? BODIES[main ? 0 : k % BODIES.length] : this.runColor(run.index).map((x) => 0.45 * x + 130);
     frame.solids.forEach((solid, j) => {
       let B = solid.basis;
       if (solid.turned) { const angle = run.mix(run.blocks[`turned ${k} ${j}`], 0, 1), [x, y] = [Math.cos(angle), Math.sin(angle)]; B = times(B, [1, 0, 0, 0, x, -y, 0, y, x]); }
@@ -552,7 +558,7 @@ export class Viewer {
   solid(mesh, M, c, size, color) {
     const { vertices, faces, dark, view, screen } = mesh, middle = this.screen(c);
     if (!middle || middle[0] !== middle[0]) return;
-    if (size * middle[2] < 1.5) { this.parts.push({ depth: c[2], at: middle, round: 1.5, fill: css(color, 0.8) }); return; }
+    if (size * middle[2] < 4) { this.parts.push({ depth: c[2], at: middle, round: Math.max(1.5, 0.7 * size * middle[2]), fill: css(color, 0.85) }); return; }
     for (let i = 0; i < vertices.length; i += 3) {
       const v = apply(M, vertices[i], vertices[i + 1], vertices[i + 2]), p = this.screen([v[0] + c[0], v[1] + c[1], v[2] + c[2]]);
       if (!p) return;
@@ -567,7 +573,8 @@ export class Viewer {
       const n = [d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]], size = Math.hypot(...n) || 1;
       // away is the left-handed third axis, so the product points inwards
       const lit = Math.max(0, -(n[0] * LIGHT[0] + n[1] * LIGHT[1] + n[2] * LIGHT[2]) / size), fill = css(color, (dark[f / 4] ? 0.75 : 1) * ((this.dark ? 0.3 : 0.6) + (this.dark ? 0.45 : 0.48) * lit));
-      this.parts.push({ depth: Math.max(view[i + 2], view[j + 2], view[k + 2], view[l + 2]), at: [screen[i], screen[i + 1], screen[j], screen[j + 1], screen[k], screen[k + 1], screen[l], screen[l + 1]], fill, line: fill, width: 0.7 });
+      const corners = [screen[i], screen[i + 1], screen[j], screen[j + 1], screen[k], screen[k + 1], screen[l], screen[l + 1]];
+      this.parts.push({ depth: Math.max(view[i + 2], view[j + 2], view[k + 2], view[l + 2]), at: corners, fill, line: this.alone ? fill : null, width: 1, alpha: this.alone ? 1 : 0.5 });
     }
   }
   tintOf(run, line) {  // colour of the piece after a point: the mean of both ends
@@ -579,37 +586,40 @@ export class Viewer {
     };
   }
   line(run, line, A, b) {
-    const { count, points, place, edge } = line, n = 3 * count, pieceColor = this.tintOf(run, line), bias = 2e-3 * this.base.radius;
-    for (let i = 0; i < n; i += 3) {
-      const v = apply(A, run.mix(points, i, n), run.mix(points, i + 1, n), run.mix(points, i + 2, n));
-      for (let c = 0; c < 3; c++) place[i + c] = v[c] + b[c];
+    const { count, points, place, edge, at, sides } = line, n = 3 * count, k = n * run.k, m = n * run.m, { f } = run, pieceColor = this.tintOf(run, line);
+    const far = this.distance, own = this.scale, [w, h] = this.middle;
+    const project = (x, y, z, to, j) => { const g = far + z, s = g > 0.02 * far ? own * far / g : NaN; to[j] = w + s * x; to[j + 1] = h - s * y; return s; };
+    const view = (values, i, to, c0, c1, c2) => {
+      let x = values[k + i], y = values[k + i + 1], z = values[k + i + 2];
+      if (f) { x += f * (values[m + i] - x); y += f * (values[m + i + 1] - y); z += f * (values[m + i + 2] - z); }
+      to[i] = A[0] * x + A[1] * y + A[2] * z + c0; to[i + 1] = A[3] * x + A[4] * y + A[5] * z + c1; to[i + 2] = A[6] * x + A[7] * y + A[8] * z + c2;
+    };
+    for (let i = 0, j = 0; i < n; i += 3, j += 4) {
+      view(points, i, place, b[0], b[1], b[2]);
+      at[i + 2] = project(place[i], place[i + 1], place[i + 2], at, i);
       if (!edge) continue;
-      const e = apply(A, run.mix(line.across, i, n), run.mix(line.across, i + 1, n), run.mix(line.across, i + 2, n)), size = 0.5 * line.width / (Math.hypot(...e) || 1);
-      for (let c = 0; c < 3; c++) edge[i + c] = e[c] * size;
+      view(line.across, i, edge, 0, 0, 0);
+      const size = 0.5 * line.width / (Math.hypot(edge[i], edge[i + 1], edge[i + 2]) || 1);
+      for (let c = 0; c < 3; c++) edge[i + c] *= size;
+      project(place[i] + edge[i], place[i + 1] + edge[i + 1], place[i + 2] + edge[i + 2], sides, j);
+      project(place[i] - edge[i], place[i + 1] - edge[i + 1], place[i + 2] - edge[i + 2], sides, j + 2);
     }
     if (line.kind === "spring") { this.spring(run, line, pieceColor(0, count - 1)); return; }
-    let last = null;
-    for (let i = 0; i < count; i++) {
-      const j = 3 * i, v = place.subarray(j, j + 3), at = v[0] === v[0] ? this.screen(v) : null;
-      if (last && at) this.piece(line, last, { v, at, i }, pieceColor(i - 1, i), bias);
-      last = at && { v, at, i };
-    }
+    for (let i = 0; i + 1 < count; i++) if (at[3 * i] === at[3 * i] && at[3 * i + 3] === at[3 * i + 3]) this.piece(line, i, pieceColor(i, i + 1));
   }
-  piece(line, p, q, color, bias) {
-    const depth = 0.5 * (p.v[2] + q.v[2]) - bias, thin = this.alone ? 2.4 : 2, straight = [p.at[0], p.at[1], q.at[0], q.at[1]];
-    if (!line.edge) {
-      const width = line.width && line.kind === "rod" ? line.width * 0.5 * (p.at[2] + q.at[2]) : 0;
-      this.parts.push({ depth, at: straight, line: css(color, width > thin ? 0.85 : 1), width: Math.max(thin, width) });
-      if (width > 2 * thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: css(color, 1.12), width: 0.4 * width });
+  piece({ kind, width, place, edge, at, sides }, point, color) {
+    const i = 3 * point, depth = 0.5 * (place[i + 2] + place[i + 5]) - 2e-3 * this.base.radius, thin = this.alone ? 2.4 : 2, straight = [at[i], at[i + 1], at[i + 3], at[i + 4]];
+    const size = width ? width * 0.5 * (at[i + 2] + at[i + 5]) : 0;
+    if (!edge) {
+      const wide = kind === "rod" ? Math.max(size, thin) : thin;
+      this.parts.push({ depth, at: straight, line: css(color, wide > thin ? 0.85 : 1), width: wide });
+      if (wide > 2 * thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: css(color, 1.12), width: 0.4 * wide });
       return;
     }
-    const e = line.edge, [i, j] = [3 * p.i, 3 * q.i], side = (x, k, sign) => this.screen([x.v[0] + sign * e[k], x.v[1] + sign * e[k + 1], x.v[2] + sign * e[k + 2]]);
-    const [a, c, d, f] = [side(p, i, 1), side(q, j, 1), side(q, j, -1), side(p, i, -1)];
-    const t = [0, 1, 2].map((k) => q.v[k] - p.v[k]), n = [t[1] * e[i + 2] - t[2] * e[i + 1], t[2] * e[i] - t[0] * e[i + 2], t[0] * e[i + 1] - t[1] * e[i]];
-    const lit = Math.abs(n[2]) / (Math.hypot(...n) || 1), fill = css(color, 0.72 + 0.32 * lit);
+    const x = place[i + 3] - place[i], y = place[i + 4] - place[i + 1], z = place[i + 5] - place[i + 2], [u, v, w] = [edge[i], edge[i + 1], edge[i + 2]];
+    const across = x * v - y * u, lit = Math.abs(across) / (Math.hypot(y * w - z * v, z * u - x * w, across) || 1), fill = css(color, 0.72 + 0.32 * lit), seen = lit * size, j = 4 * point;
     // seen on edge, or from far away, a strip is a line
-    if (a && c && d && f) this.parts.push({ depth, at: [a[0], a[1], c[0], c[1], d[0], d[1], f[0], f[1]], fill, line: fill, width: 0.7 });
-    const seen = lit * line.width * 0.5 * (p.at[2] + q.at[2]);
+    if (seen > 0.8) this.parts.push({ depth, at: [sides[j], sides[j + 1], sides[j + 4], sides[j + 5], sides[j + 6], sides[j + 7], sides[j + 2], sides[j + 3]], fill, line: fill, width: 0.7 });
     if (seen < thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: fill, width: thin - 0.6 * seen });
   }
   spring(run, line, color) {
@@ -638,9 +648,9 @@ export class Viewer {
     }
   }
   force(run, force, k, A, b) {
-    const from = run.blocks[`force ${k} at`], along = run.blocks[`force ${k}`], n = 3 * force.count, limit = 3e-3 * this.base.radius;
+    const from = run.blocks[`force ${k} at`], along = run.blocks[`force ${k}`], factor = this.scales.get(force.unit) / force.scale, n = 3 * force.count, limit = 3e-3 * this.base.radius;
     for (let i = 0; i < n; i += 3) {
-      const v = apply(A, run.mix(from, i, n), run.mix(from, i + 1, n), run.mix(from, i + 2, n)).map((x, c) => x + b[c]), e = apply(A, run.mix(along, i, n), run.mix(along, i + 1, n), run.mix(along, i + 2, n)), length = Math.hypot(...e);
+      const v = apply(A, run.mix(from, i, n), run.mix(from, i + 1, n), run.mix(from, i + 2, n)).map((x, c) => x + b[c]), e = apply(A, run.mix(along, i, n), run.mix(along, i + 1, n), run.mix(along, i + 2, n)).map((x) => x * factor), length = Math.hypot(...e);
       if (!(length > limit) || v[0] !== v[0]) continue;
       const p = this.screen(v), q = this.screen(v.map((x, c) => x + e[c]));
       if (p && q) this.arrow(p, q, v[2] + 0.5 * e[2] - 5e-3 * this.base.radius, force.unit === "N m");
@@ -664,9 +674,8 @@ export class Viewer {
     this.scaleText = quantity(length, "m");
     let row = y - 20;
     this.forceText = [];
-    const units = this.arrows ? new Map(this.motions.flatMap((m) => m.header.forces.filter((f) => f.scale > 0).map((f) => [f.unit, f]))) : new Map();
-    for (const [unit, force] of units) {
-      const size = nice(110 / (scale * force.scale)), to = 14 + size * force.scale * scale;
+    for (const [unit, perUnit] of this.arrows ? this.scales : []) {
+      const size = nice(110 / (scale * perUnit)), to = 14 + size * perUnit * scale;
       this.parts = [];
       this.arrow([14, row], [to, row], 0, unit === "N m");
       for (const part of this.parts) this.stroke(part);

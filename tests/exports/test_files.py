@@ -341,8 +341,8 @@ def test_a_film_of_a_failed_run_is_labelled(runs, failed, tmp_path):
         film = imageio.imread(path)[-1].astype(int)
         return int(((film[..., 0] > 140) & (film[..., 1] < 60)).sum())
 
-    assert red(tmp_path / "a.gif") > 500
-    assert red(tmp_path / "b.gif") == 0
+    # forces are drawn in a red of their own
+    assert red(tmp_path / "a.gif") > red(tmp_path / "b.gif") + 500
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

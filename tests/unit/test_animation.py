@@ -111,6 +111,21 @@ def test_leaves_out_frames_to_stay_small(tmp_path):
     assert (found["time"][0], found["time"][-1]) == (0.0, 10.0)
 
 
+def test_long_lines_are_thinned_and_keep_their_ends_and_scales():
+    """Many points would leave few frames; the scale of colours is that of all points."""
+    motion = long_line(300, 5000)
+    values = np.zeros((300, 5000))
+    values[:, 1:200] = 7.0  # some of them are left out
+    lines = [dataclasses.replace(motion.lines[0], values={"v [N]": values}, tip=0), many_bodies(300).lines[1]]
+    _, header, found = read_page(animation.page(dataclasses.replace(motion, lines=lines))[0])
+    assert header["lines"][0]["count"] <= animation.MOST_POINTS
+    assert header["lines"][1]["count"] == 2
+    assert header["lines"][0]["tip"] == 0
+    assert found["line 0"][-1, -1, 0] == pytest.approx(11.0, rel=1e-4)
+    assert header["colors"][0]["high"] == 7.0
+    assert len(found["time"]) > 100
+
+
 def test_frames_speed_and_playing():
     page, frames = animation.page(long_line(100, 4), frames=7, speed=3.0, playing=False)
     _, header, found = read_page(page)

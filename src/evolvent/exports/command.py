@@ -40,7 +40,7 @@ def export(
     """Write a results file for other programs.
 
     \b
-    vtk   folder of time series for ParaView: lines, forces, axes of bodies
+    vtk   folder of time series for ParaView: lines, strips, bodies, forces
     csv   folder of tables for a spreadsheet
     mat   struct for MATLAB and Octave
     gif, mp4, html   animation

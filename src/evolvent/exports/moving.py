@@ -53,10 +53,14 @@ def gif(run: xr.Dataset, path: str, request: Request) -> str:
 
     # one palette for all frames, so that colours do not flicker
     width, height = _GIF.size
-    sheet = Image.new("RGB", (width, 6 * height))
+    sheet = Image.new("RGB", (width, 7 * height))
+    sheet.paste(Image.fromarray(_swatches(width, height)), (0, 6 * height))
     for k, image in enumerate(drawn(np.linspace(time[0], time[-1], 6))):
         sheet.paste(image, (0, k * height))
-    palette = sheet.quantize(colors=128)
+    palette = sheet.quantize(colors=200)
+    tones = np.array(palette.getpalette()).reshape(-1, 3)
+    tones[(tones > 248).all(axis=1)] = 255  # white is not a mean of light tones
+    palette.putpalette(tones.ravel().tolist())
     frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in drawn(time))
     # times are kept in hundredths of a second; rounding must not add up
     ends = np.round(100.0 * length * np.arange(time.size + 1) / max(time.size - 1, 1))
@@ -70,6 +74,17 @@ def gif(run: xr.Dataset, path: str, request: Request) -> str:
             loop=0,
         )
     return _said(path, time, speed, length)
+
+
+def _swatches(width: int, height: int) -> np.ndarray:
+    """A picture of the colours of values and forces, so that a palette has them even where they are rare."""
+    import matplotlib as mpl
+
+    ramp = (255.0 * mpl.colormaps["viridis"](np.linspace(0.0, 1.0, width))[:, :3]).astype(np.uint8)
+    found = np.repeat(ramp[None], height, axis=0)
+    for k, color in enumerate(("#c5281c", "#b00020", "#c0392b", "#2e8b57", "#2a6fbb", "#ffffff")):
+        found[k * height // 12 : (k + 1) * height // 12] = (255.0 * np.array(mpl.colors.to_rgb(color))).astype(np.uint8)
+    return found
 
 
 def mp4(run: xr.Dataset, path: str, request: Request) -> str:

@@ -267,7 +267,7 @@ def _bodies(motion: Motion, k: int) -> Grid:
     made = Grid(_FACES)
     for number, frame in enumerate(motion.frames, 1):
         for solid in frame.solids:
-            mesh = solid.mesh()
+            mesh = solid.mesh(sectors=24)
             placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
             made.add(frame.origin[k] + placed, {}, {"body": number}, faces=mesh.faces)
     return made

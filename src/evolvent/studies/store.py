@@ -44,6 +44,9 @@ _NOT_SOURCES = (
     "animation.py",
     "figures.py",
     "solids.py",
+    "show.py",
+    "drawing.py",
+    "accessor.py",
     "studies/command.py",
     "studies/draw.py",
 )
