@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +15,9 @@ from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Number, Panel
 
 #: Most lines that a legend names; more are coloured along a scale.
-_NAMED = 8
+_NAMED = 7
+#: Most characters of a panel's label.
+_LONGEST_LABEL = 30
 #: Most rows of the table that parts take.
 _ROWS = 14
 
@@ -129,7 +132,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
-    """The default variables of all parts of one kind, a panel each."""
+    """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
     order: dict[str, list[str]] = {}
     for part in parts:
         for variable in plots_of(run, part):
@@ -137,19 +140,55 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
-        lines: list[Line] = []
-        for k, part in enumerate(owners):
-            own = lines_of(run, f"{part}.{variable}", label=part, first=len(lines))
-            if len(owners) > _NAMED:
-                shade = k / (len(owners) - 1)
-                named = k in (0, len(owners) - 1)
-                own = [Line(x=o.x, y=o.y, label=o.label if named else "", color=shade) for o in own]
-            lines += own
-        panels.append(Panel(x_label="", y_label=label_of(variables.get(run, f"{owners[0]}.{variable}")), lines=lines))
+        found = variables.get(run, f"{owners[0]}.{variable}")
+        label = _panel_label(found, variable)
+        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part)) for part in owners}
+        if len(owners) < 3 or found.ndim == 1:
+            panels.append(
+                Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
+            )
+            continue
+        for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
+            same = [
+                dataclasses.replace(one, label=part)
+                for part, own in lines.items()
+                for one in own
+                if one.label == part + tag
+            ]
+            panels.append(
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
+            )
     last = panels[-1]
-    panels[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
+    panels[-1] = dataclasses.replace(last, x_label="time, s")
     title = kind.replace("-", " ").capitalize()
     return Figure(name=kind, title=title, panels=panels, size=(8.0, 1.2 + 2.4 * len(panels)))
+
+
+def _panel_label(found: xr.DataArray, variable: str) -> str:
+    """Axis label of a variable; of one with a long text its name, so that it fits beside a panel."""
+    label = label_of(found)
+    if len(label) <= _LONGEST_LABEL:
+        return label
+    unit = unit_text(str(found.attrs.get("units", "")))
+    return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
+
+
+def _moving(lines: list[Line]) -> list[Line]:
+    """Lines of the components of one variable, without those that stay at zero beside the others."""
+    sizes = [float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines]
+    kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-9 * max(sizes)]
+    return kept or lines[:1]
+
+
+def _coloured(lines: list[Line]) -> list[Line]:
+    """Lines of one panel in colours that tell them apart; of many, along a scale, the first and last one named."""
+    if len(lines) <= _NAMED:
+        return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
+    last = len(lines) - 1
+    return [
+        dataclasses.replace(line, color=k / last, label=line.label if k in (0, last) else "")
+        for k, line in enumerate(lines)
+    ]
 
 
 def _balance_figure(run: xr.DataTree) -> Figure:
