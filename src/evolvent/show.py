@@ -38,7 +38,8 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
 def unit_text(unit: str) -> str:
     """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
     powers = str.maketrans("234", "²³⁴")
-    above, below = [], []
+    above: list[str] = []
+    below: list[str] = []
     for word in unit.split():
         letters = word.rstrip("-0123456789")
         power = word[len(letters) :]
@@ -193,7 +194,8 @@ def _coloured(lines: list[Line]) -> list[Line]:
 
 def _balance_figure(run: xr.DataTree) -> Figure:
     """Energies, work and losses, and how well they balance."""
-    time = run["time"].values
+    root = _root(run)
+    time = root["time"].values
     rows = [
         ("energy_kinetic", "kinetic", 1.0),
         ("energy_elastic", "elastic", 1.0),
@@ -203,10 +205,10 @@ def _balance_figure(run: xr.DataTree) -> Figure:
         ("work_spools", "work of spools", 1.0),
         ("energy_released", "brought in at releases", 1.0),
     ]
-    peak = max(float(np.nanmax(np.abs(run[name].values), initial=0.0)) for name, _, _ in rows)
-    seen = [row for row in rows if np.nanmax(np.abs(run[row[0]].values), initial=0.0) > 1e-6 * peak]
-    lines = [Line(x=time, y=sign * run[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
-    defect = Line(x=time, y=run["energy_defect"].values, color=0)
+    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name, _, _ in rows)
+    seen = [row for row in rows if np.nanmax(np.abs(root[row[0]].values), initial=0.0) > 1e-6 * peak]
+    lines = [Line(x=time, y=sign * root[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
+    defect = Line(x=time, y=root["energy_defect"].values, color=0)
     panels = [
         Panel(x_label="", y_label="energy, J", lines=lines),
         Panel(x_label="time, s", y_label="defect of the balance, J", lines=[defect]),
@@ -217,18 +219,18 @@ def _balance_figure(run: xr.DataTree) -> Figure:
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
     found: list[Number] = []
-    left = 0
+    root, left = _root(run), 0
     for part in variables.parts(run):
         for variable in plots_of(run, part):
             if variable not in run[part].data_vars or len(found) >= _ROWS:
                 left += variable in run[part].data_vars
                 continue
-            found.append(Number(label=f"{part}.{variable}", value=_reached(run[part][variable])))
+            found.append(Number(label=f"{part}.{variable}", value=_reached(variables.get(run, f"{part}.{variable}"))))
     if left:
         found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
-        defect = np.abs(run["energy_defect"].values)
-        most = max(float(np.nanmax(np.abs(run["energy"].values), initial=0.0)), 1e-300)
+        defect = np.abs(root["energy_defect"].values)
+        most = max(float(np.nanmax(np.abs(root["energy"].values), initial=0.0)), 1e-300)
         worst = float(np.nanmax(defect, initial=0.0))
         found.append(
             Number(label="energy balance", value=f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy")
@@ -236,7 +238,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
         found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))
-    return found + results.closing_numbers(run)
+    return found + results.closing_numbers(root)
 
 
 def _reached(found: xr.DataArray) -> str:
