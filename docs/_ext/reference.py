@@ -14,7 +14,11 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases, cli, families, studies, units
-from evolvent.schema import Section, descriptions
+from evolvent.parts import registry
+from evolvent.parts.base import Part, Reference
+from evolvent.parts.expression import Law
+from evolvent.parts.profile import Profile
+from evolvent.schema import OneOf, Section, descriptions, marks
 
 
 class Commands(SphinxDirective):
@@ -84,6 +88,38 @@ def families_table() -> str:
     return "\n".join(text)
 
 
+class Parts(SphinxDirective):
+    """``{parts}``: every kind of part with what it is and its keys, with units; needed keys in bold."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table."""
+        return self.parse_text_to_nodes(parts_table())
+
+
+def parts_table() -> str:
+    """The kinds of parts as a table in Markdown."""
+    text = [":::{table}", ":class: keys", ":align: left", "", "| kind | what it is | keys |", "|---|---|---|"]
+    for kind, part in sorted(registry.kinds().items()):
+        keys = []
+        for name, field in part.model_fields.items():
+            if name == "kind":
+                continue
+            unit = next((f" {found}" for mark in marks(field) if (found := _unit_of(mark))), "")
+            keys.append((f"**`{name}`**" if field.is_required() else f"`{name}`") + _cell(unit))
+        text.append(f"| `{kind}` | {_cell(_first_line(part))} | {', '.join(keys)} |")
+    return "\n".join([*text, "", ":::"])
+
+
+def _unit_of(mark: Any) -> str:
+    """Unit of the values that an annotation reads, '' for none."""
+    return str(getattr(getattr(mark, "quantity", mark), "unit", ""))
+
+
+def _first_line(kind: type[Section]) -> str:
+    """First line of a section's docstring, without quotation marks of code."""
+    return (kind.__doc__ or "").strip().splitlines()[0].replace("`", "")
+
+
 class CaseFile(SphinxDirective):
     """``{case-file} heliogyro``: a built-in case or study as it would be edited."""
 
@@ -106,7 +142,7 @@ def _section(kind: type[Section], before: str, text: list[str]) -> None:
     rows, inner = [], []
     texts = descriptions(kind)
     for name, field in kind.model_fields.items():
-        below, many = _below(field.annotation)
+        below, many = (None, False) if issubclass(kind, Part) else _below(field.annotation)
         key = f"{before}{name}"
         if below is not None:
             inner.append((below, f"{key}.{'N.' if many else ''}"))
@@ -122,7 +158,12 @@ def _section(kind: type[Section], before: str, text: list[str]) -> None:
         text += [f"| `{key}` | {kind_} | {default} | {_cell(what)} |" for key, kind_, default, what in rows]
         text += ["", ":::", ""]
     for below, path in inner:
-        _section(below, path, text)
+        if below is Part:
+            for name, part in sorted(registry.kinds().items()):
+                text += ["", f"### {name}", "", _cell(_first_line(part)), ""]
+                _section(part, "", text)
+        else:
+            _section(below, path, text)
 
 
 def _below(annotation: Any) -> tuple[type[Section] | None, bool]:
@@ -146,6 +187,16 @@ def _kind(annotation: Any, metadata: Any = ()) -> str:
             return f"{_unit(item.quantity)}, or a list"
         if isinstance(item, units.Whole):
             return "whole number"
+        if isinstance(item, units.Vector):
+            return f"3 of: {_unit(item.quantity)}"
+        if isinstance(item, Reference):
+            return item.what
+        if isinstance(item, OneOf):
+            return "one of " + ", ".join(f"`{name}`" for name in item.kinds)
+        if isinstance(item, units.Tensor):
+            return f"number, 3 or 3 x 3 of: {_unit(item.quantity)}"
+        if isinstance(item, Law):
+            return "expression, or a function" if item.python else "expression"
     origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is typing.Annotated:
         return _kind(parts[0], parts[1:])
@@ -158,6 +209,8 @@ def _kind(annotation: Any, metadata: Any = ()) -> str:
             return f"list of: {_kind(parts[0])}"
         each = [_kind(part) for part in parts]
         return f"{len(parts)} of: {each[0]}" if len(set(each)) == 1 else ", ".join(each)
+    if isinstance(annotation, type) and issubclass(annotation, Profile):
+        return "profile"
     return {bool: "`true` or `false`", str: "text", float: "number", int: "whole number"}.get(annotation, "value")
 
 
@@ -215,6 +268,7 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_directive("built-in", BuiltIn)
     app.add_directive("case-file", CaseFile)
     app.add_directive("families", Families)
+    app.add_directive("parts", Parts)
     app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-docstring", _plain_types, priority=600)  # after napoleon
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -186,7 +186,7 @@ def tree(
 
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
     attrs = results.attributes(
-        system="structure",
+        system=system,
         case=case,
         method=solution.method,
         solution=solution,

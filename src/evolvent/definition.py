@@ -76,6 +76,8 @@ class SystemDefinition:
         from evolvent import analysis, cases
 
         settings = self.settings(case)
+        if "until" not in settings:
+            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
         keys = {
             name: f"simulate.{name}" for name in ("until", "every", "method", "step", "tolerance", "spectral_radius")
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from evolvent.motion import Motion
 
 #: Most lines that a legend names; more are coloured along a scale.
-_NAMED = 8
+_NAMED = 7
+#: Most characters of a panel's label.
+_LONGEST_LABEL = 30
 #: Most rows of the table that parts take.
 _ROWS = 14
 
@@ -133,7 +136,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
-    """The default variables of all parts of one kind, a panel each."""
+    """The default variables of all parts of one kind, a panel each; of vectors of many parts, one a component."""
     order: dict[str, list[str]] = {}
     for part in parts:
         for variable in plots_of(run, part):
@@ -141,24 +144,60 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
-        lines: list[Line] = []
-        for k, part in enumerate(owners):
-            own = lines_of(run, f"{part}.{variable}", label=part, first=len(lines))
-            if len(owners) > _NAMED:
-                shade = k / (len(owners) - 1)
-                named = k in (0, len(owners) - 1)
-                own = [Line(x=o.x, y=o.y, label=o.label if named else "", color=shade) for o in own]
-            lines += own
-        panels.append(Panel(x_label="", y_label=label_of(variables.get(run, f"{owners[0]}.{variable}")), lines=lines))
+        found = variables.get(run, f"{owners[0]}.{variable}")
+        label = _panel_label(found, variable)
+        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part)) for part in owners}
+        if len(owners) < 3 or found.ndim == 1:
+            panels.append(
+                Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
+            )
+            continue
+        for tag in dict.fromkeys(one.label.removeprefix(part) for part, own in lines.items() for one in own):
+            same = [
+                dataclasses.replace(one, label=part)
+                for part, own in lines.items()
+                for one in own
+                if one.label == part + tag
+            ]
+            panels.append(
+                Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
+            )
     last = panels[-1]
-    panels[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
+    panels[-1] = dataclasses.replace(last, x_label="time, s")
     title = kind.replace("-", " ").capitalize()
     return Figure(name=kind, title=title, panels=panels, size=(8.0, 1.2 + 2.4 * len(panels)))
 
 
+def _panel_label(found: xr.DataArray, variable: str) -> str:
+    """Axis label of a variable; of one with a long text its name, so that it fits beside a panel."""
+    label = label_of(found)
+    if len(label) <= _LONGEST_LABEL:
+        return label
+    unit = unit_text(str(found.attrs.get("units", "")))
+    return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
+
+
+def _moving(lines: list[Line]) -> list[Line]:
+    """Lines of the components of one variable, without those that stay at zero beside the others."""
+    sizes = [float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines]
+    kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-9 * max(sizes)]
+    return kept or lines[:1]
+
+
+def _coloured(lines: list[Line]) -> list[Line]:
+    """Lines of one panel in colours that tell them apart; of many, along a scale, the first and last one named."""
+    if len(lines) <= _NAMED:
+        return [dataclasses.replace(line, color=k) for k, line in enumerate(lines)]
+    last = len(lines) - 1
+    return [
+        dataclasses.replace(line, color=k / last, label=line.label if k in (0, last) else "")
+        for k, line in enumerate(lines)
+    ]
+
+
 def _balance_figure(run: xr.DataTree) -> Figure:
     """Energies, work and losses, and how well they balance."""
-    root = run.to_dataset()
+    root = _root(run)
     time = root["time"].values
     rows = [
         ("energy_kinetic", "kinetic", 1.0),
@@ -183,7 +222,7 @@ def _balance_figure(run: xr.DataTree) -> Figure:
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
     found: list[Number] = []
-    left = 0
+    root, left = _root(run), 0
     for part in variables.parts(run):
         for variable in plots_of(run, part):
             if variable not in run[part].data_vars or len(found) >= _ROWS:
@@ -193,7 +232,6 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if left:
         found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
-        root = run.to_dataset()
         defect = np.abs(root["energy_defect"].values)
         most = max(float(np.nanmax(np.abs(root["energy"].values), initial=0.0)), 1e-300)
         worst = float(np.nanmax(defect, initial=0.0))
@@ -203,7 +241,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
         found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))
-    return found + results.closing_numbers(run)
+    return found + results.closing_numbers(root)
 
 
 def _reached(found: xr.DataArray) -> str:

@@ -49,7 +49,7 @@ def test_warnings_are_quoted_as_they_are(corpus):
 
 
 #: Pages with Python, which goes on from block to block.
-PAGES = ("index", "quickstart", "guide/compose", "guide/identification", "guide/sharing", "guide/stepping")
+PAGES = ("index", "quickstart", "guide/model-your-own", "guide/identification", "guide/sharing", "guide/stepping")
 
 
 @pytest.fixture(scope="module")

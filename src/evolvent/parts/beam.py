@@ -50,8 +50,12 @@ class Beam(Part):
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
         Nodal vectors at the start in place of a straight beam: of a cable position r and slope r,x, of a beam r, r,x,
         r,y and r,z, by arc length without stress.
+    velocity : (3,) float, m/s
+        Of the root at the start, inertial axes.
+    angular_velocity : (3,) float, rad/s
+        At which the whole beam turns about its root at the start, inertial axes.
     rates : (n + 1, 2 or 4, 3) float, optional, m/s and 1/s
-        Their rates at the start; at rest if left out.
+        Rates of the nodal vectors at the start, in place of `velocity` and `angular_velocity`.
     rest : {"straight", "start"}
         Shape without stress: straight, or as it starts (a cable's curvature is never without stress).
     mass_damping : float, 1/s
@@ -76,6 +80,8 @@ class Beam(Part):
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
     nodes: Nodal | None = None
+    velocity: units.Velocity = (0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
     rates: Nodal | None = None
     rest: Literal["straight", "start"] = "straight"
     mass_damping: units.RateOrZero = 0.0
@@ -105,6 +111,20 @@ class Beam(Part):
                     f"{self.direction!r}"
                 )
             found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
+        return found
+
+    def start_rates(self, name: str = "beam") -> np.ndarray:
+        """Rates of the coordinates at the start, (n + 1, vectors, 3)."""
+        if self.rates is not None:
+            for key in ("velocity", "angular_velocity"):
+                if key in self.model_fields_set:
+                    raise InputError(f"{name}.rates and {name}.{key} are both given; leave one of them out")
+            return self._nodal(name, "rates")
+        nodes = self.start(name)
+        arms = nodes.copy()
+        arms[:, 0] -= nodes[0, 0]
+        found: np.ndarray = np.cross(np.array(self.angular_velocity), arms)
+        found[:, 0] += np.array(self.velocity)
         return found
 
     def _nodal(self, name: str, key: str) -> np.ndarray:
@@ -203,7 +223,7 @@ class Beam(Part):
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
         n, k = self.elements, self.vectors
         nodes = self.start(name)
-        rates = np.zeros_like(nodes) if self.rates is None else self._nodal(name, "rates")
+        rates = self.start_rates(name)
         q, v = builder.coordinates(nodes.ravel().tolist(), rates.ravel().tolist())
         alpha, beta = self.mass_damping, self.stiffness_damping
         kind = kernels.CABLE if k == 2 else kernels.BEAM

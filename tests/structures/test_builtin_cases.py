@@ -1,0 +1,345 @@
+"""Built-in cases of structures: each against a closed form or a published value, to files and back, and bad input."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, least_squares
+
+import evolvent as ev
+from book import Book
+from evolvent import cases, plots
+
+NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
+
+
+@functools.cache
+def run(name: str) -> Any:
+    """A built-in case, run once."""
+    return ev.run(name)
+
+
+def values(name: str, variable: str) -> np.ndarray:
+    return np.asarray(run(name).ev.get(variable).values)
+
+
+def fitted_frequencies(t: np.ndarray, x: np.ndarray, start: Sequence[float]) -> np.ndarray:
+    """Frequencies (rad/s) of harmonic oscillations about a constant, by least squares from a first guess."""
+
+    def rest(w: np.ndarray) -> np.ndarray:
+        columns = [np.ones_like(t), *(f(one * t) for one in w for f in (np.cos, np.sin))]
+        A = np.column_stack(columns)
+        return A @ np.linalg.lstsq(A, x, rcond=None)[0] - x
+
+    return least_squares(rest, start, x_scale=1e-3).x
+
+
+# ---------------------------------------------------------------------------------------------- boom on a hub
+
+#: Of boom-slew: hub, boom, tip mass, offset of the boom, wall of the tube.
+HUB, LENGTH, TIP, OFFSET, RADII = (20.0, 2.0), 3.0, 0.5, 0.2, (0.01, 0.0097)
+LINE_DENSITY = 1600.0 * math.pi * (RADII[0] ** 2 - RADII[1] ** 2)
+BENDING = 70e9 * 0.25 * math.pi * (RADII[0] ** 4 - RADII[1] ** 4)
+
+
+def characteristic(w: float) -> float:
+    """Zero where a Bernoulli-Euler beam on a free hub, with a mass at its tip, vibrates at w."""
+    mass, inertia = HUB
+    b = (LINE_DENSITY * w * w / BENDING) ** 0.25
+
+    def shape(x: float, order: int) -> np.ndarray:
+        """Derivatives of cos, sin, cosh, sinh of b x."""
+        c, s, ch, sh = math.cos(b * x), math.sin(b * x), math.cosh(b * x), math.sinh(b * x)
+        trigonometric = [(c, s), (-s, c), (-c, -s), (s, -c)][order % 4]
+        hyperbolic = (ch, sh) if order % 2 == 0 else (sh, ch)
+        return b**order * np.array([*trigonometric, *hyperbolic])
+
+    centre = shape(0.0, 0) - OFFSET * shape(0.0, 1)  # of the hub
+    rows = [
+        BENDING * shape(LENGTH, 2),
+        BENDING * shape(LENGTH, 3) + w * w * TIP * shape(LENGTH, 0),
+        BENDING * shape(0.0, 2) + w * w * (inertia * shape(0.0, 1) - OFFSET * mass * centre),
+        BENDING * shape(0.0, 3) - w * w * mass * centre,
+    ]
+    return float(np.linalg.det(np.array([row / np.abs(row).max() for row in rows])))
+
+
+def test_boom_slew(book: Book) -> None:
+    """Angular momentum 0.2 N m s, that of the torque; mean rate of a rigid body; free vibration."""
+    t, rate = values("boom-slew", "time"), values("boom-slew", "hub.rate.z")
+    momentum = values("boom-slew", "angular_momentum")[-1]
+    assert momentum[:2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    book(
+        "Dynamics", "Boom on a free hub, slewed: angular momentum", reference="integral of the torque, 0.2 N m s",
+        source="closed form", error=abs(momentum[2] / 0.2 - 1.0), allowed=2e-5,
+    )  # fmt: skip
+
+    boom = LINE_DENSITY * LENGTH
+    arms, masses = np.array([0.0, OFFSET + 0.5 * LENGTH, OFFSET + LENGTH]), np.array([HUB[0], boom, TIP])
+    arms -= masses @ arms / masses.sum()
+    J = HUB[1] + boom * LENGTH**2 / 12.0 + masses @ arms**2
+    free = t >= 2.0
+    first = brentq(characteristic, 5.0, 9.0)
+    found = fitted_frequencies(t[free], rate[free], [first, 80.0])[0]
+    periods = (t >= 2.0) & (t < 2.0 + 10.0 * 2.0 * math.pi / first)
+    book(
+        "Dynamics", "Boom on a free hub, slewed: mean rate after the slew", reference="H/J of the rigid craft",
+        source="closed form", error=abs(rate[periods].mean() * J / 0.2 - 1.0), allowed=1e-3,
+    )  # fmt: skip
+    book(
+        "Dynamics", "Boom on a free hub, slewed: vibration that remains", reference="first root, 7.0536 rad/s",
+        source="Bernoulli-Euler beam on a free hub, tip mass", error=abs(found / first - 1.0), allowed=2e-3,
+    )  # fmt: skip
+    modes = ev.load("boom-slew").modes(count=8)
+    pole = np.sort(np.abs(modes.pole.imag))
+    assert np.all(pole[:6] < 1e-4 * first)
+    book(
+        "Modes", "Boom on a free hub, 12 elements", reference="first root, 7.0536 rad/s",
+        source="Bernoulli-Euler beam on a free hub, tip mass", error=abs(pole[6] / first - 1.0), allowed=1e-3,
+    )  # fmt: skip
+
+
+# ---------------------------------------------------------------------------------------------- yo-yo, chain, Andrews
+
+
+def test_yo_yo_despin(book: Book) -> None:
+    """J. V. Fedor, NASA TN D-708, 1961: w = w0 (K R^2 - l^2)/(K R^2 + l^2), l = R w0 t; to rest at l = 7.228416 m."""
+    drum, spin, K = 1.5, 5.0, 1.0 + 300.0 / (6.0 * 1.5**2)
+    unwound = drum * spin * (values("yo-yo-despin", "time") + 1.0 / 150.0)
+    wanted = spin * (K * drum**2 - unwound**2) / (K * drum**2 + unwound**2)
+    rate = values("yo-yo-despin", "body.rate.z")
+    assert unwound[-1] == pytest.approx(7.228416, abs=1e-5)
+    assert rate[-1] == pytest.approx(0.0, abs=1e-5)
+    free = np.linalg.norm(values("yo-yo-despin", "mass 1.position")[:, :2], axis=1)
+    assert np.sqrt(free**2 - drum**2) == pytest.approx(unwound, rel=1e-8)
+    book(
+        "Threads, reels, tethers", "Yo-yo despin, the built-in case", reference="omega of length",
+        source="closed form, Fedor 1961", error=np.abs(rate - wanted).max() / spin, allowed=1e-9,
+    )  # fmt: skip
+
+
+def test_hanging_chain(book: Book) -> None:
+    """w^2 = x g/l with the zeros x of Laguerre's polynomial; from rest along the first mode, a sine."""
+    x = np.sort(np.polynomial.laguerre.lagroots([0.0] * 8 + [1.0]).real)
+    wanted = np.sqrt(x * 9.81 / 0.1)
+    found = np.sort(np.abs(ev.load("hanging-chain").modes(count=16).pole.imag))
+    book(
+        "Modes", "Hanging chain of 8 links, in both planes", reference="zeros of Laguerre's polynomial L8",
+        source="closed form", error=np.abs(found / np.repeat(wanted, 2) - 1.0).max(), allowed=1e-10,
+    )  # fmt: skip
+    swing = 0.01 / wanted[0]
+    sine = swing * np.sin(wanted[0] * values("hanging-chain", "time"))
+    book(
+        "Dynamics", "Hanging chain of 8 links, first mode for 10 s", reference="sine of the first frequency",
+        source="closed form", error=np.abs(values("hanging-chain", "mass 8.position.x") - sine).max() / swing,
+        allowed=5e-5, unit="of the swing",
+    )  # fmt: skip
+    tension = values("hanging-chain", "link 1.tension")
+    assert tension == pytest.approx(8 * 0.1 * 9.81, rel=1e-4)
+
+
+def test_andrews_mechanism(book: Book) -> None:
+    """Angles of the seven bodies at 0.03 s by the IVP test set (Mazzia & Magherini 2008)."""
+    beta, theta, gamma, phi, delta, omega, epsilon = (
+        15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
+        0.5347301163226948, 1.048080741042263,
+    )  # fmt: skip
+    wanted = [beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon]
+    found = []
+    for body in (f"K{k}" for k in range(1, 8)):
+        q = values("andrews-mechanism", f"{body}.attitude")
+        found.append(2.0 * np.unwrap(np.arctan2(q[:, 3], q[:, 0]))[-1])
+    book(
+        "Rigid bodies", "IFToMM A03, Andrews' mechanism, the built-in case", reference="seven angles at 0.03 s",
+        source="IVP test set, Mazzia & Magherini 2008", error=np.abs(np.subtract(found, wanted)).max(), allowed=2e-4,
+        unit="rad",
+    )  # fmt: skip
+    turned = values("andrews-mechanism", "O.angle")
+    assert turned[-1] == pytest.approx(beta + 0.0617138900142764, abs=2e-4)
+
+
+# ---------------------------------------------------------------------------------------------- tether and wire booms
+
+
+def stretched_tether(spin: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Arc lengths, tension and spin of the tether at rest in the turning frame, with the momentum of the start."""
+    masses, inertias, hooks, length = (200.0, 5.0), 30.0 + 0.05, (0.5, 0.1), 100.0
+    area = math.pi * 0.0005**2
+    EA, mu = 70e9 * area, 1300.0 * area
+    step = length / 4000
+    arc = step * (np.arange(4000) + 0.5)
+
+    def places(tension: np.ndarray) -> tuple[np.ndarray, float, float]:
+        """Distances from the common centre of the tether's pieces and of the end body; moment of inertia."""
+        pieces = (1.0 + tension / EA) * step
+        x, end = hooks[0] + np.cumsum(pieces) - 0.5 * pieces, hooks[0] + pieces.sum() + hooks[1]
+        centre = (masses[1] * end + mu * step * x.sum()) / (sum(masses) + mu * length)
+        r, far = x - centre, end - centre
+        return r, far, inertias + masses[0] * centre**2 + masses[1] * far**2 + mu * step * r @ r
+
+    tension = np.zeros_like(arc)
+    momentum = spin * places(tension)[2]
+    for _ in range(20):
+        r, far, inertia = places(tension)
+        spin = momentum / inertia
+        pull = mu * step * spin**2 * r
+        tension = masses[1] * spin**2 * far + np.cumsum(pull[::-1])[::-1] - 0.5 * pull
+    return arc, tension, spin
+
+
+def test_spinning_tether(book: Book) -> None:
+    """N' = -mu w^2 r, N = m w^2 r at the end body; stretched, with the angular momentum that it started with."""
+    arc, tension, spin = stretched_tether(0.1)
+    found = values("spinning-tether", "tether.axial_force")[-20:].mean(axis=0)
+    wanted = np.interp(values("spinning-tether", "tether.arc"), arc, tension)
+    book(
+        "Threads, reels, tethers", "Spinning tether with an end body: tension along it", reference="m w^2 r, mu w^2 r",
+        source="closed form, with the stretch", error=np.abs(found / wanted - 1.0).max(), allowed=2e-5,
+    )  # fmt: skip
+    assert values("spinning-tether", "satellite.rate.z")[-20:].mean() == pytest.approx(spin, rel=5e-4)
+    pull = np.linalg.norm(values("spinning-tether", "hook 2.force")[-20:], axis=1).mean()
+    assert pull == pytest.approx(tension[-1], rel=1e-4)
+
+
+def test_wire_booms(book: Book) -> None:
+    """Wires as stiff pendulums with an offset hinge (W. Johnson, Helicopter Theory, 1980), alone and with the hub."""
+    offset, length, tip, mu, inertia = 0.6, 20.0, 0.25, 6000.0 * math.pi * 0.0004**2, 60.0
+    S, I = tip * length + 0.5 * mu * length**2, tip * length**2 + mu * length**3 / 3.0  # noqa: E741
+    Jb = inertia / 4.0 + (tip + mu * length) * offset**2
+    together = math.sqrt(offset * S * (Jb + I + 2.0 * offset * S) / (I * Jb - (offset * S) ** 2))
+    wanted = {
+        "in the plane": math.sqrt(offset * S / I),
+        "out of the plane": math.sqrt(1.0 + offset * S / I),
+        "all against the hub": together,
+    }
+    poles = np.abs(ev.load("wire-boom-satellite").modes(count=14, rotating=(0.0, 0.0, 1.0)).pole.imag)
+    for motion, one in wanted.items():
+        book(
+            "Modes", f"Spinning satellite with wire booms, {motion}", reference="stiff wires on offset hinges",
+            source="closed form, Johnson 1980; Lagrange", error=np.abs(poles / one - 1.0).min(), allowed=5e-4,
+        )  # fmt: skip
+    t, rate = values("wire-boom-satellite", "time"), values("wire-boom-satellite", "hub.rate.z")
+    free = t >= 12.0
+    found = fitted_frequencies(t[free], rate[free], [0.52])[0]
+    whole = inertia + 4.0 * ((tip + mu * length) * offset**2 + 2.0 * offset * S + I)
+    spin = 1.0 + 1.5 / whole  # the pulse gives 1.5 N m s
+    book(
+        "Dynamics", "Spinning satellite with wire booms after a pulse", reference="all wires against the hub",
+        source="closed form, Lagrange", error=abs(found / (spin * together) - 1.0), allowed=5e-4,
+    )  # fmt: skip
+    momentum = values("wire-boom-satellite", "angular_momentum.z")
+    assert momentum[-1] - momentum[49] == pytest.approx(1.5, rel=2e-4)
+
+
+# ---------------------------------------------------------------------------------------------- files
+
+
+def test_each_case_is_listed(call: Callable[..., tuple[int, str, str]]) -> None:
+    assert len(NAMES) >= 6
+    code, out, _ = call("list")
+    assert code == 0
+    for name in NAMES:
+        line = next(line for line in out.splitlines() if line.startswith(f"{name} "))
+        assert len(line.removeprefix(name).strip()) > 20
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
+    found = run(name)
+    assert found.attrs["status"] == "success"
+    assert found.attrs["system"] == "structure"
+    ev.save(found, tmp_path / "run.nc")
+    back = ev.open(tmp_path / "run.nc")
+    assert back.identical(found)
+    assert back.ev.names() == found.ev.names()
+    labels = [(number.label, number.value) for number in found.ev.table()]
+    assert [(number.label, number.value) for number in back.ev.table()] == labels
+    drawn = cases.system("structure").figures(back)
+    assert len(drawn) >= 2
+    for path in plots.draw(drawn, tmp_path / "figures"):
+        assert (tmp_path / "figures" / path).stat().st_size > 5000
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_system_written_and_read_gives_the_same_numbers(name: str) -> None:
+    """To the last bit; also through the case that the run keeps."""
+    system = ev.load(name)
+    text = system.to_yaml()
+    again = ev.load(cases.parse_yaml(text, "text"))
+    assert again.parts == system.parts
+    assert again.to_yaml() == text
+    until = 0.1 * system.settings["until"]
+    one, other = (each.simulate(until=until) for each in (system, again))
+    for variable in one.ev.names():
+        np.testing.assert_array_equal(one.ev.get(variable).values, other.ev.get(variable).values, err_msg=variable)
+    kept = ev.load(cases.parse_yaml(run(name).attrs["case"], "the run's case"))
+    assert kept.parts == system.parts
+    assert kept.settings == system.settings | {"method": "auto"}
+
+
+# ---------------------------------------------------------------------------------------------- bad input
+
+HEAD = "system: structure\nsimulate: {until: 1 s}\nparts:\n"
+BOB = "  bob: {kind: point, mass: 1 kg}\n"
+BAD = {
+    "a misspelt kind": (
+        "  bob: {kind: pont, mass: 1 kg}\n", "parts.bob.kind is 'pont'; did you mean 'point'?",
+    ),
+    "a misspelt key": (
+        "  bob: {kind: point, mas: 1 kg}\n", "unknown key 'parts.bob.mas'; did you mean 'parts.bob.mass'?",
+    ),
+    "a misspelt reference": (
+        f"{BOB}  rod: {{kind: spring, a: [0, 0, 1 m], b: bbo, stiffness: 1 N/m}}\n",
+        "'rod' refers to 'bbo', but no part is called that; did you mean 'bob'?",
+    ),
+    "a misspelt point": (
+        "  hub: {kind: rigid-body, mass: 1 kg, inertia: 1, points: {left: [1, 0, 0 m]}}\n"
+        "  rod: {kind: spring, a: [0, 0, 1 m], b: hub.lefft, stiffness: 1 N/m}\n",
+        "rod.b is 'hub.lefft'",
+    ),
+    "a wrong unit": ("  bob: {kind: point, mass: 1 m}\n", "parts.bob.mass is '1 m'; "),
+    "a wrong unit in a list": (
+        "  bob: {kind: point, mass: 1 kg, position: [0, 0, 1 kg]}\n", "parts.bob.position is [0, 0, '1 kg']; ",
+    ),
+    "a circle of references": (
+        "  one: {kind: point, mass: 1 kg, at: two}\n  two: {kind: point, mass: 1 kg, at: one}\n",
+        "the parts one -> two -> one refer to one another in a circle",
+    ),
+    "two parts of one name": (BOB + BOB, "the key 'bob' stands twice"),
+    "no parts": ("", "parts is empty"),
+    "a missing key": ("  bob: {kind: point}\n", "parts.bob.mass is missing"),
+    "an expression that is none": (
+        f"{BOB}  rod: {{kind: spring, a: [0, 0, 1 m], b: bob, law: 'k*y', constants: {{k: 1}}}}\n", "rod.law",
+    ),
+    "code in an expression": (
+        f"{BOB}  rod: {{kind: spring, a: [0, 0, 1 m], b: bob, law: '__import__(1)'}}\n", "parts.rod.law",
+    ),
+    "a profile of one row": (
+        f"{BOB}  push: {{kind: force, at: bob, direction: [1, 0, 0], profile: [[0 s, 1 N]]}}\n", "parts.push.profile",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), BAD.values(), ids=BAD.keys())
+def test_bad_input_is_one_line_that_names_the_part(
+    text: str, words: str, call: Callable[..., tuple[int, str, str]], tmp_path: Any
+) -> None:
+    (tmp_path / "bad.yaml").write_text(HEAD + text)
+    code, out, err = call("run", "bad.yaml", "--no-figures")
+    assert code == 2
+    assert out == ""
+    assert len(err.splitlines()) == 1, err
+    assert words in err
+    assert "Traceback" not in err
+
+
+def test_a_method_that_does_not_support_a_part_names_it(call: Callable[..., tuple[int, str, str]]) -> None:
+    code, _, err = call("run", "boom-slew", "--set", "simulate.method=dopri5", "--no-figures")
+    assert code == 2
+    assert "'clamp'" in err or "'boom'" in err
+    assert "generalized-alpha" in err

@@ -1,0 +1,62 @@
+"""The guide "Model your own structure": its file runs, and what it quotes is what the command says."""
+
+from __future__ import annotations
+
+import pathlib
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import evolvent as ev
+from evolvent import cases
+
+PAGE = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "model-your-own.md").read_text(encoding="utf-8")
+(FILE,) = re.findall(r"^```yaml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
+(QUOTED,) = re.findall(r"^```text\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
+CHANGES = [
+    ("kind: rigid-body", "kind: rigid-bdy"),
+    ("length: 3 m", "lenght: 3 m"),
+    ("length: 3 m", "length: 3 kg"),
+    ("b: boom.root", "b: bom.root"),
+]
+
+
+def test_the_file_is_the_program(tmp_path: Any) -> None:
+    """The same system as the twelve lines of Python: equal runs."""
+    program = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)[0]
+    assert len([line for line in program.splitlines() if line.strip()]) <= 12
+    names: dict[str, Any] = {}
+    exec(program, names)
+    (tmp_path / "slew.yaml").write_text(FILE)
+    system = ev.load(tmp_path / "slew.yaml")
+    assert system.parts == names["craft"].parts
+    run = ev.run(tmp_path / "slew.yaml")
+    for name in run.ev.names():
+        np.testing.assert_array_equal(run.ev.get(name).values, names["run"].ev.get(name).values, err_msg=name)
+
+
+@pytest.mark.parametrize(("change", "line"), list(zip(CHANGES, QUOTED.splitlines(), strict=True)))
+def test_what_is_refused(
+    change: tuple[str, str], line: str, call: Callable[..., tuple[int, str, str]], tmp_path: Any
+) -> None:
+    assert change[0] in FILE
+    (tmp_path / "slew.yaml").write_text(FILE.replace(*change))
+    code, _, err = call("run", "slew.yaml", "--no-figures")
+    assert (code, err.strip()) == (2, line)
+
+
+def test_the_page_names_every_profile_and_all_built_in_cases() -> None:
+    from evolvent.parts.profile import KINDS
+
+    for word in (*KINDS, *(name for name in cases.built_in() if cases.content_of(name)["system"] == "structure")):
+        assert word in PAGE, word
+
+
+def test_every_function_of_expressions_is_named() -> None:
+    from evolvent.expressions import FUNCTIONS
+
+    for word in FUNCTIONS:
+        assert re.search(rf"\b{word}\b", PAGE), word
