@@ -37,7 +37,7 @@ def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | No
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     """
     observed = observe(solution)
-    groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {})}
+    groups: dict[str, xr.Dataset] = {"/": root_of(solution, root or {})}
     for name, found in observed.items():
         data = {
             key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name})
@@ -56,7 +56,7 @@ def tree_of(solution: Solution, attrs: dict[str, Any], root: dict[str, Any] | No
     return tree
 
 
-def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
+def root_of(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
     """Times, energy balance and momenta."""
     balance, time = solution.balance, ("time",)
 
