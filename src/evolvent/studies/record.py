@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from evolvent import variables
 from evolvent.errors import EvolventError, InputError, nearest
 
 #: What may be kept of a variable over time, ``NAME.last`` and so on.
@@ -47,43 +49,103 @@ class Outcome:
     known: tuple[str, ...] = ()
 
 
-def outcome(index: int, run: xr.Dataset | Exception, keep: Sequence[str]) -> Outcome:
+def stored_name(wanted: str) -> str:
+    """Name in the results of what is kept: "tip mass.position.x.max" -> "tip_mass_position_x_max"."""
+    return re.sub(r"\W+", "_", wanted)
+
+
+def split(wanted: str) -> tuple[str, str]:
+    """Name of a variable, and what is kept of it over time; '' for all of it."""
+    name, _, last = wanted.rpartition(".")
+    return (name, last) if last in REDUCTIONS and name else (wanted, "")
+
+
+def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequence[str]) -> Outcome:
     """What is kept of a run, or the reason why there is none."""
     if isinstance(run, Exception):
-        own = isinstance(run, EvolventError)
+        is_own = isinstance(run, EvolventError)
         reason = " ".join(str(run).split())
-        return Outcome(index=index, status="failed", reason=reason if own else f"{type(run).__name__}: {reason}")
+        return Outcome(index=index, status="failed", reason=reason if is_own else f"{type(run).__name__}: {reason}")
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
     numbers = _numbers(run)
     if not keep:
-        variables = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
-        return Outcome(index=index, status=status, variables=numbers | variables)
+        timeless = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
+        own = {name: _number(name, value) for name, value in numbers.items()}
+        return Outcome(index=index, status=status, variables=own | timeless)
     found, missing = {}, []
     for wanted in keep:
-        name, _, reduction = wanted.partition(".")
-        values = run[name] if name in run.data_vars else numbers.get(name)
+        name, reduction = split(wanted)
+        values = _number(name, numbers[name]) if name in numbers else _variable(run, name)
         if values is None or (reduction and "time" not in values.dims):
             missing.append(wanted)
         else:
-            found[wanted.replace(".", "_")] = _reduced(values, reduction) if reduction else values
-    known = (*map(str, run.data_vars), *numbers) if missing else ()
+            found[stored_name(wanted)] = _reduced(values, reduction) if reduction else values
+    known = (*variables.names(run, over_time=False), *numbers) if missing else ()
     return Outcome(index=index, status=status, variables=found, missing=tuple(missing), known=known)
 
 
-def _numbers(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
+    """A variable of a run by its full name, its dimensions safe to stand beside those of other parts; or None."""
+    if name in run.data_vars and "." not in name:
+        return run[name]
+    try:
+        found = variables.get(run, name)
+    except InputError:
+        return None
+    if found.dims == ("time",) and name == "time":
+        return None
+    part = variables.owner(name)
+    own = {dim: str(dim).removeprefix(f"{part}.") for dim in found.dims if dim not in variables.SHARED}
+    found = found.rename({dim: stored_name(f"{part}.{bare}") for dim, bare in own.items()})
+    text = found.attrs.get("long_name", "")
+    found.attrs = {**found.attrs, "long_name": f"{name}: {text}" if text else name}
+    return found
+
+
+def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
+    """Refuse names of `keep` that a run will not have.
+
+    Parameters
+    ----------
+    keep : names; a word alone may be a statistic, of which the run itself decides
+    run : the results at the start
+
+    Raises
+    ------
+    InputError
+        The sentence names the nearest variable.
+    """
+    for wanted in keep:
+        name, reduction = split(wanted)
+        if wanted == name and not re.search(r"[.\[]", wanted) and wanted not in variables.parts(run):
+            continue
+        head, _, last = name.rpartition(".")
+        if not reduction and head and _variable(run, name) is None and _variable(run, head) is not None:
+            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, REDUCTIONS)}")
+        try:
+            found = variables.get(run, name)
+        except InputError as error:
+            raise InputError(f"keep holds {wanted!r}; {error}") from None
+        if reduction and "time" not in found.dims:
+            raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
+
+
+def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, float]:
     """Scalar attributes and statistics of a run."""
-    found = {name: value for name, value in run.attrs.items() if name not in _CLOCKS}
-    statistics = json.loads(found.pop("statistics", "{}"))
-    found = {**found, **statistics}
-    keep = {}
+    statistics = json.loads(run.attrs.get("statistics", "{}"))
+    found = {name: value for name, value in run.attrs.items() if name not in (*_CLOCKS, "statistics")} | statistics
+    numbers = {}
     for name, value in found.items():
         is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
         if (is_number or (value is None and name in statistics)) and name not in run.variables:
-            number = np.nan if value is None else float(value)
-            keep[str(name)] = xr.DataArray(number, attrs={"long_name": str(name).replace("_", " ")})
-    return keep
+            numbers[str(name)] = np.nan if value is None else float(value)
+    return numbers
+
+
+def _number(name: str, value: float) -> xr.DataArray:
+    return xr.DataArray(value, attrs={"long_name": name.replace("_", " ")})
 
 
 def _reduced(values: xr.DataArray, reduction: str) -> xr.DataArray:
@@ -106,7 +168,7 @@ def check_kept(outcomes: Sequence[Outcome]) -> None:
     runs = [o for o in outcomes if o.status != "failed"]
     for name in runs[0].missing if runs else ():
         if all(name in o.missing for o in runs):
-            variable, _, reduction = name.partition(".")
+            variable, reduction = split(name)
             if reduction and variable in runs[0].known:
                 raise InputError(f"keep holds {name!r}, but {variable!r} has no time to reduce; write {variable!r}")
             raise InputError(f"keep holds {name!r}, which no run has; {nearest(variable, runs[0].known)}")
