@@ -46,9 +46,6 @@ def tree_of(
     return tree
 
 
-<<<<<<< HEAD
-def _root(solution: Solution, more: dict[str, Any], *, balances: bool) -> xr.Dataset:
-=======
 def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
     """Variables and coordinates of a part, and how it is drawn and plotted."""
     part = solution.assembly.parts[name]
@@ -64,8 +61,7 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, attrs)
 
 
-def _root(solution: Solution, more: dict[str, Any]) -> xr.Dataset:
->>>>>>> 3fd7577 (Parts observe their energies and momenta; contact forces by point; reactions on the side that the joint names)
+def _root(solution: Solution, more: dict[str, Any], *, balances: bool) -> xr.Dataset:
     """Times, energy balance and momenta."""
     time = ("time",)
     data = _balances(solution) if balances else {}

@@ -23,10 +23,10 @@ def cantilever(force: tuple[float, float, float], couple: float = 0.0, **fields:
     given = {"length": LENGTH, "section": THICK, "material": SOFT, "elements": 16} | fields
     system.add(parts.Beam(**given), "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
-    system.add(parts.PointLoad(node="beam.tip", force=force), "load")
+    system.add(parts.Force(at="beam.tip", force=force), "load")
     if couple:  # half of it by forces on each of the directions across
-        system.add(parts.PointLoad(node="beam.tip", force=(0.0, 0.0, 0.5 * couple), on=2), "couple y")
-        system.add(parts.PointLoad(node="beam.tip", force=(0.0, -0.5 * couple, 0.0), on=3), "couple z")
+        system.add(parts.Force(at="beam.tip", force=(0.0, 0.0, 0.5 * couple), on=2), "couple y")
+        system.add(parts.Force(at="beam.tip", force=(0.0, -0.5 * couple, 0.0), on=3), "couple z")
     return at_rest(system)
 
 

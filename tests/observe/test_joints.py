@@ -36,7 +36,7 @@ def test_reactions_are_what_the_held_body_needs(kind: str, held: str) -> None:
     system.add(parts.RigidBody(mass=4.0, inertia=INERTIA, angular_velocity=(0.0, 0.0, 1.0)), "a")
     system.add(parts.RigidBody(mass=2.0, inertia=INERTIA, position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.0),
                                angular_velocity=(0.0, 0.0, 1.0)), "b")  # fmt: skip
-    system.add(parts.Torque(at="a", force=(0.2, 0.5, 1.0)), "torque")
+    system.add(parts.Torque(at="a", torque=(0.2, 0.5, 1.0)), "torque")
     given = {"stiffness": 2e3, "damping": 2.0} if held == "penalty" else {}
     ends = {"a": ("a", (0.4, 0.1, 0.0)), "b": ("b", (-0.6, 0.1, 0.0))}
     if kind == "distance":
@@ -157,7 +157,7 @@ def test_prescribed_motion_along_a_line() -> None:
     t = np.linspace(0.0, 1.0, 201)
     system, d = System(), np.array([0.6, 0.8, 0.0])
     system.add(parts.Point(mass=2.0, position=(1.0, 1.0, 1.0)), "mass")
-    feed = parts.TableFeed(time=t.tolist(), angle=(0.1 * (1.0 - np.cos(3.0 * t))).tolist())
+    feed = parts.TableDrive(time=t.tolist(), angle=(0.1 * (1.0 - np.cos(3.0 * t))).tolist())
     system.add(parts.PrescribedMotion(at="mass", feed=feed, direction=tuple(d)), "drive")
     found = run(system, np.linspace(0.0, 1.0, 101), step=1e-3)
     close(found.of("drive", "travel"), (found.state("mass", 3) - np.ones(3)) @ d)
@@ -172,7 +172,7 @@ def test_prescribed_motion_round_an_involute() -> None:
     r, L = 0.2, 1.5
     system = System()
     system.add(parts.Point(mass=0.3, position=(r, L, 0.5), velocity=(-L * 0.8, 0.0, 0.0)), "end")
-    feed = parts.RampFeed(rate=0.8)
+    feed = parts.RampDrive(rate=0.8)
     given = {"radius": r, "length": L, "centre": (0.0, 0.0, 0.5)}
     system.add(parts.PrescribedMotion(at="end", feed=feed, until=1.5, **given), "drive")
     found = run(system, np.linspace(0.0, 2.0, 41), step=1e-3)
@@ -187,7 +187,7 @@ def test_prescribed_rotation() -> None:
     """Torque: moment of inertia times the drive's acceleration."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.0, 1.0, 0.0)), "wheel")
-    feed = parts.RampFeed(steps=((0.0, 1.0, 3.0),))
+    feed = parts.RampDrive(steps=((0.0, 1.0, 3.0),))
     system.add(parts.PrescribedRotation(body="wheel", feed=feed), "drive")
     found = run(system, np.linspace(0.0, 2.0, 201), step=1e-3)
     angle, rate = found.state("wheel", 1)[:, 0], found.state("wheel", 1, rate=True)[:, 0]

@@ -43,7 +43,7 @@ def test_a_force_on_a_point(method: str) -> None:
 def test_a_torque_and_a_force_in_body_axes(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.4), angular_velocity=(0.5, 0.0, 2.0)), "hub")
-    system.add(parts.Torque(at="hub", force=(0.0, 0.1, 0.3), frame="body"), "motor")
+    system.add(parts.Torque(at="hub", torque=(0.0, 0.1, 0.3), frame="body"), "motor")
     system.add(parts.Force(at=("hub", (0.5, 0.0, 0.0)), force=(0.0, 1.0, 0.2), frame="body"), "jet")
     found = run(system, np.linspace(0.0, 2.0, 801), method, **({"step": 1e-3} if method == IMPLICIT else {}))
     R, w = found.rotation("hub"), found.state("hub", 3, at=3, rate=True)
@@ -65,10 +65,10 @@ def flying(**fields: Any) -> System:
 
 
 LOADS = {
-    "point": parts.PointLoad(node="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, end=0.4, ramp=0.1),
-    "slope": parts.PointLoad(node="rod[2]", force=(0.0, 0.2, 0.0), on=1, ramp=0.2),
+    "point": parts.Force(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, end=0.4, ramp=0.1),
+    "slope": parts.Force(at="rod[2]", force=(0.0, 0.2, 0.0), on=1, ramp=0.2),
     "line": parts.LineLoad(beam="rod", force=(0.0, 1.0, 0.5), ramp=0.1, end=0.35),
-    "spread": parts.FieldTorque(beam="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
+    "spread": parts.DistributedTorque(beam="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
 }
 
 
@@ -108,7 +108,7 @@ def test_a_torque_spread_over_a_beam_turns_a_stiff_rod() -> None:
     hard = elements.Material(young_modulus=1e10, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=1.0, section=SQUARE, material=hard, elements=2, formulation="cable"), "rod")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="revolute"), "pin")
-    system.add(parts.FieldTorque(beam="rod", torque=0.6), "motor")
+    system.add(parts.DistributedTorque(beam="rod", torque=0.6), "motor")
     found = run(system, np.linspace(0.0, 2.0, 101), step=2e-3, spectral_radius=0.3)
     rate = 0.6 / (2.5 / 3.0) * found.t
     close(found.of("motor", "power"), 0.6 * rate, part=5e-3)

@@ -99,7 +99,7 @@ def test_tensions_of_springs_under_both_methods() -> None:
     """Each segment pulls with c (length - l0) + d length', also under the implicit method, and both runs agree."""
     seen = {}
     for method, options in (("rk4", {"step": 5e-4}), ("generalized-alpha", {"step": 1e-3})):
-        found = run(hanging(parts.ConstantFeed(rate=1.0, angle=5.0)), np.linspace(0.0, 1.0, 21), method, **options)
+        found = run(hanging(parts.ConstantDrive(rate=1.0, angle=5.0)), np.linspace(0.0, 1.0, 21), method, **options)
         x, v = (a.reshape(21, 5, 3) for a in (found.state("thread", 15), found.state("thread", 15, rate=True)))
         tension, count = found.of("thread", "tension"), found.solution.s[:, 0]
         for k in range(21):
