@@ -248,7 +248,7 @@ def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
     """Whether a joint is a link or guide, which explicit methods have in other records as well."""
     if name != "joints" or solver != EXPLICIT:
         return False
-    return bool(assembly.names.get(owner(assembly, name, index), ("",))[0] != "joints")
+    return bool(assembly.names.get(owner(assembly, name, index), ("",))[0] in ("links", "guides"))
 
 
 def owner(assembly: Any, family: str, index: int) -> str:

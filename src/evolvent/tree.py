@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.observe import observe
+from evolvent.observe import Observed, observe
 from evolvent.observe.variables import AXES
 from evolvent.solvers import balance as eb
 from evolvent.solvers.solution import Solution
@@ -39,24 +39,26 @@ def tree_of(
     root : dict, optional, name -> (dims, values, units, long name), more variables of the root
     balances : bool, whether the root has energies and momenta
     """
-    observed = observe(solution)
-    groups: dict[str, xr.Dataset] = {"/": root_of(solution, root or {}, balances=balances)}
-    for name, found in observed.items():
-        data = {
-            key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name})
-            for key, v in found.variables.items()
-        }
-        group = xr.Dataset(data)
-        part = solution.assembly.parts[name]
-        group.attrs = {
-            "kind": getattr(part, "kind", type(part).__name__),
-            "drawn": json.dumps(found.drawn),
-            "plots": json.dumps(found.plots),
-        }
-        groups[f"/{name}"] = group
-    tree = xr.DataTree.from_dict(groups)
+    tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
+    # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
+    tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
     tree.attrs = attrs
     return tree
+
+
+def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
+    """Variables and coordinates of a part, and how it is drawn and plotted."""
+    part = solution.assembly.parts[name]
+    attrs = {
+        "kind": getattr(part, "kind", type(part).__name__),
+        "drawn": json.dumps(found.drawn),
+        "plots": json.dumps(found.plots),
+    }
+    variables, coordinates = (
+        {key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name}) for key, v in of.items()}
+        for of in (found.variables, found.coordinates)
+    )
+    return xr.Dataset(variables, coordinates, attrs)
 
 
 def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:

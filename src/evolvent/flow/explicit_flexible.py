@@ -90,10 +90,11 @@ def add_flexible_inventory(t, y, s, model, out):
         part = model.sums[1]
         for i in range(3):
             part[i] = 0.0
-        flexible.beam_energies(y, model, part)
+        flexible.beam_energies(y, 0, f.elements.size, model, part)
         out[KINETIC] += part[0]
         out[ELASTIC] += part[1]
-        flexible.beam_momenta(y, model, out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3])
+        P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
+        flexible.beam_momenta(y, 0, f.elements.size, model, P, H)
         if f.cylinders.size > 0:
             contact.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):

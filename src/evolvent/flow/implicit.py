@@ -144,7 +144,7 @@ def energies(t, y, model, out):
     for i in range(3):
         out[i] = 0.0
     if f.elements.size > 0:
-        flexible.beam_energies(y, model, out)
+        flexible.beam_energies(y, 0, f.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
     if model.springs.size > 0:
@@ -163,8 +163,9 @@ def momenta(y, model, out):
     for i in range(6):
         out[i] = 0.0
     P, H = out[:3], out[3:]
-    if model.flexible.elements.size > 0:
-        flexible.beam_momenta(y, model, P, H)
+    size = model.flexible.elements.size
+    if size > 0:
+        flexible.beam_momenta(y, 0, size, model, P, H)
     points.add_point_momenta(y, model.points, P, H)
     rigid.add_body_momenta(y, model.bodies, P, H)
 

@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent import jit
 from evolvent.flow import needs
+from evolvent.flow.implicit import momenta
 from evolvent.flow.inventory import inventory
 from evolvent.flow.sampling import fill_observations
+from evolvent.kernels import flexible, rigid
 from evolvent.model import N_INVENTORY, Model
 
 
@@ -23,6 +26,7 @@ class Observations(NamedTuple):
     body_rotation : (nt, nb, 3, 3) float, body to inertial axes
     body_position, body_velocity, body_rate : (nt, nb, 3) float
     inventory : (nt, N_INVENTORY) float, energies and momenta (see `evolvent.flow.inventory`)
+    thread_inventory : (nt, np, N_INVENTORY) float, the part of each thread, with its copies
     """
 
     position: np.ndarray
@@ -34,6 +38,7 @@ class Observations(NamedTuple):
     body_velocity: np.ndarray
     body_rate: np.ndarray
     inventory: np.ndarray
+    thread_inventory: np.ndarray
 
 
 def empty_observations(model: Model, n_t: int) -> Observations:
@@ -49,6 +54,7 @@ def empty_observations(model: Model, n_t: int) -> Observations:
         np.zeros((n_t, n_b, 3)),
         np.zeros((n_t, n_b, 3)),
         np.zeros((n_t, N_INVENTORY)),
+        np.zeros((n_t, n_p, N_INVENTORY)),
     )
 
 
@@ -79,3 +85,19 @@ def sums_of(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> np.nda
     for k in range(t.size):
         inventory(t[k], y[k], s[k], model, out[k])
     return out
+
+
+def momenta_of(model: Model, t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear momentum and angular momentum about the inertial origin of states without threads: (nt, 3) each.
+
+    Parameters
+    ----------
+    t, y : (nt,), (nt, ny), as in `evolvent.solvers.Solution`
+    """
+    out = np.empty((t.size, 6))
+    jit.load([rigid.kinematics, momenta, *([flexible.beam_momenta] if model.flexible.elements.size else [])])
+    y = np.ascontiguousarray(y)
+    for k in range(t.size):
+        rigid.kinematics(t[k], y[k], model)
+        momenta(y[k], model, out[k])
+    return out[:, :3], out[:, 3:]

@@ -15,9 +15,11 @@ _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 
 
 @indirect(
-    void(VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D, MATRIX)
-)
-def fill_observations(times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums):
+    void(
+        VECTOR, MATRIX, types.Array(types.int64, 2, "C"), MODEL, _3D, _3D, MATRIX, _3D, _4D, _3D, _3D, _3D, MATRIX, _3D
+    )
+)  # fmt: skip
+def fill_observations(times, Y, S, model, position, velocity, tension, spool, R, X, V, W, sums, thread_sums):
     """Fill `observations.Observations`, all but the first four arguments, from the states Y, S at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
@@ -27,6 +29,7 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
                 tension[n, threads[p].node + i] = nodes[threads[p].node + i].tension
         inventory(times[n], Y[n], S[n], model, sums[n])
         for p in range(threads.size):
+            thread.thread_inventory(Y[n], S[n], model, p, thread_sums[n, p])
             first, b = threads[p].node, threads[p].body
             spool[n, p, 0] = threads[p].phi
             spool[n, p, 1] = threads[p].b[1] / threads[p].radius

@@ -107,12 +107,12 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
                 add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
 
 
-@indirect(void(VECTOR, MODEL, VECTOR))
-def beam_energies(y, model, out):
-    """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J."""
+@indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
+def beam_energies(y, first, last, model, out):
+    """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J, of elements `first` to `last`."""
     flexible = model.flexible
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
-    for k in range(elements.size):
+    for k in range(first, last):
         iq, iv, mass, form = elements[k].iq, elements[k].iv, elements[k].mass, elements[k].form
         energy = element_energy_at(model.addresses[elements[k].energy])
         if beams[elements[k].beam].kind == CABLE:
@@ -130,12 +130,12 @@ def beam_energies(y, model, out):
             out[1] += energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
 
 
-@indirect(void(VECTOR, MODEL, VECTOR, VECTOR))
-def beam_momenta(y, model, P, H):
-    """Linear momentum P and angular momentum H about the inertial origin, (3,) each, added."""
+@indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR, VECTOR))
+def beam_momenta(y, first, last, model, P, H):
+    """Linear and angular momentum P and H about the inertial origin, (3,), of elements `first` to `last`, added."""
     flexible = model.flexible
     beams, elements = flexible.beams, flexible.elements
-    for k in range(elements.size):
+    for k in range(first, last):
         iq, iv, mass = elements[k].iq, elements[k].iv, elements[k].mass
         n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
         M = flexible.M12[mass] if n == 4 else flexible.M24[mass]

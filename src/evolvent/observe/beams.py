@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.observe.variables import Observed, Variable, dot, norm
-from evolvent.observe.view import View
+from evolvent.observe.variables import Observed, cross, norm
+from evolvent.observe.view import View, root_axes
 
 Array = np.ndarray
 
 
 def observe_beam(view: View, name: str) -> Observed:
-    """Positions, velocities and deflections of the nodes; strains, section forces, moments and energy along the beam.
+    """Shape, deflection, strains, section forces and moments, energies and momenta of a beam.
 
     Notes
     -----
@@ -23,62 +23,77 @@ def observe_beam(view: View, name: str) -> Observed:
     index, part, found = view.index(name), view.part(name), Observed()
     nodes, rates = view.nodes(index)
     axes = root_axes(nodes)
+    _observe_shape(part, name, nodes, rates, axes, found)
+    if part.vectors == 4:
+        _observe_sections(part, nodes, found)
+    else:
+        _observe_cable(part, nodes, found)
+    length, count = float(part.length), int(part.elements)
+    found.along("curvature", "node", curvature(nodes, length), "m-1", "curvature of the axis at the nodes")
+    sums = view.beam_sums(index)
+    found.scalar("energy_kinetic", sums.kinetic, "J", "kinetic energy")
+    found.scalar("energy_elastic", sums.elastic, "J", "strain energy")
+    found.vector("momentum", sums.linear, "kg m s-1", "linear momentum, inertial axes")
+    found.vector("angular_momentum", sums.angular, "kg m2 s-1", "angular momentum about the inertial origin")
+    found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
+    found.coordinate("arc_node", "node", np.linspace(0.0, length, count + 1), "m", "length from the root to the node")
+    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length, "values": ["curvature"]}
+    found.drawn = [{"line": line | _section_drawn(part.section, nodes, axes, found)}]
+    found.plots = ["tip_deflection"]
+    return found
+
+
+def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array, found: Observed) -> None:
+    """Positions, velocities and deflections of the nodes."""
     unloaded = part.start(name)
-    first = root_axes(unloaded[None])[0]
-    shape = (unloaded[:, 0] - unloaded[0, 0]) @ first.T
-    if getattr(part, "rest", "straight") == "straight":
+    if part.rest == "straight":
         shape = np.linspace(0.0, float(part.length), len(unloaded))[:, None] * np.array([1.0, 0.0, 0.0])
-    seen = np.einsum("tij,tnj->tni", axes, nodes[:, :, 0] - nodes[:, :1, 0])
-    deflection = seen - shape
+    else:
+        shape = (unloaded[:, 0] - unloaded[0, 0]) @ root_axes(unloaded[None])[0].T
     position = nodes[:, :, 0]
+    deflection = (position - position[:, :1]) @ np.swapaxes(axes, 1, 2) - shape
     found.along("position", "node", position, "m", "positions of the nodes, inertial axes")
     found.along("velocity", "node", rates[:, :, 0], "m s-1", "velocities of the nodes, inertial axes")
     found.along("slope", "node", nodes[:, :, 1], "1", "derivatives of the positions by the length, inertial axes")
-    what = "in the axes of the root (x along the beam, y and z across)"
-    found.along(
-        "deflection", "node", deflection, "m", f"deflections of the nodes from the shape without stress, {what}"
-    )
-    found.vector("tip_deflection", deflection[:, -1], "m", f"deflection of the tip, {what}")
+    what = "from the shape without stress, in the axes of the root (x along the beam, y and z across)"
+    found.along("deflection", "node", deflection, "m", f"deflections of the nodes {what}")
+    found.vector("tip_deflection", deflection[:, -1], "m", f"deflection of the tip {what}")
     found.vector("tip_position", position[:, -1], "m", "position of the tip, inertial axes")
     found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
-    along = part.along(nodes)
+
+
+def _observe_axis(part: Any, nodes: Array, found: Observed) -> dict[str, Array]:
+    """Strain, axial force and energy per length at two points of each element."""
+    along: dict[str, Array] = part.along(nodes)
     where = "at two points of each element"
-    found.along("strain", "section", along["strain"], "1", f"strain of the axis, {where}")
+    found.along("strain", "section", along["strain"], "1", f"strain of the axis {where}")
     found.along(
         "axial_force", "section", along["force"], "N", f"force along the axis, positive where it pulls, {where}"
     )
-    if nodes.shape[2] == 4:
-        what = "on the section that faces the tip, in its own axes"
-        found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
-        found.along("shear_force_z", "section", along["shear_z"], "N", f"shear force along z {what}, {where}")
-        # the section turns linearly along an element: its moments are those of the middle
-        middle = {key: along[key][..., ::2] for key in ("torque", "bend_y", "bend_z")}
-        where = "in the middle of each element"
-        found.along("torsional_moment", "element", middle["torque"], "N m", f"moment about x {what}, {where}")
-        found.along("bending_moment_y", "element", middle["bend_z"], "N m", f"moment about y {what}, {where}")
-        found.along("bending_moment_z", "element", -middle["bend_y"], "N m", f"moment about z {what}, {where}")
-        centres = (np.arange(part.elements) + 0.5) * float(part.length) / part.elements
-        found.variables["arc_element"] = _fixed(
-            "element", centres, "m", "length from the root to the elements' middles"
-        )
-    else:
-        found.along("bending_moment", "section", along["bend_y"], "N m", f"size of the bending moment, {where}")
-    text = "strain energy per length, at two points of each element"
-    found.along("energy_density", "section", along["energy"], "J m-1", text)
-    found.along("curvature", "node", curvature(nodes, float(part.length)), "m-1", "curvature of the axis at the nodes")
-    half = float(part.length) / (2 * part.elements)
-    weights = np.full(along["arc"].size, half)  # of two Gauss points, half an element each
-    found.scalar("energy", along["energy"] @ weights, "J", "strain energy, by two Gauss points of each element")
-    found.variables["arc"] = _fixed("section", along["arc"], "m", "length from the root to the points of the sections")
-    n = len(unloaded)
-    found.variables["arc_node"] = _fixed("node", np.linspace(0.0, float(part.length), n), "m", "length from the root")
-    line: dict[str, Any] = {
-        "points": "position", "slope": "slope", "length": float(part.length), "values": ["curvature"]
-    }  # fmt: skip
-    line |= _section_drawn(part.section, nodes, axes, found)
-    found.drawn = [{"line": line}]
-    found.plots = ["tip_deflection"]
-    return found
+    found.along("energy_density", "section", along["energy"], "J m-1", f"strain energy per length {where}")
+    found.coordinate("arc", "section", along["arc"], "m", "length from the root to the two points of each element")
+    return along
+
+
+def _observe_sections(part: Any, nodes: Array, found: Observed) -> None:
+    """Forces at two points of each element; moments in its middle, since the section turns linearly along it."""
+    along, middle = _observe_axis(part, nodes, found), part.along(nodes, at=(0.5,))
+    what = "that the outer part exerts on the section that faces the tip, in the section's axes"
+    where = "at two points of each element"
+    found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
+    found.along("shear_force_z", "section", along["shear_z"], "N", f"shear force along z {what}, {where}")
+    where = "in the middle of each element"
+    found.along("torsional_moment", "element", middle["torque"], "N m", f"moment about x {what}, {where}")
+    found.along("bending_moment_y", "element", middle["bend_z"], "N m", f"moment about y {what}, {where}")
+    found.along("bending_moment_z", "element", -middle["bend_y"], "N m", f"moment about z {what}, {where}")
+    found.coordinate("arc_element", "element", middle["arc"], "m", "length from the root to the elements' middles")
+
+
+def _observe_cable(part: Any, nodes: Array, found: Observed) -> None:
+    """Axial force and the size of the bending moment at two points of each element."""
+    along = _observe_axis(part, nodes, found)
+    text = "size of the bending moment at two points of each element"
+    found.along("bending_moment", "section", along["bend_y"], "N m", text)
 
 
 def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> dict[str, Any]:
@@ -98,51 +113,6 @@ def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> 
     return {"kind": "line", "width": max(y, z), "across": "width_direction"}
 
 
-def _fixed(dimension: str, values: Array, unit: str, text: str) -> Variable:
-    return Variable((dimension,), values, unit, text)
-
-
-def root_axes(nodes: Array) -> Array:
-    """Axes of the root (nt, 3, 3), rows x along, y and z: of nodes (nt, n, vectors, 3)."""
-    x = nodes[:, 0, 1]
-    if nodes.shape[2] == 4:  # the section: across it stands x
-        y, z = nodes[:, 0, 2], nodes[:, 0, 3]
-        x = np.cross(y, z)
-    else:
-        y = _across(nodes[0, 0, 1])[None] * np.ones((len(nodes), 1))
-        if len(nodes) > 1:
-            y = carried(x, y[0])
-    x = x / norm(x)[:, None]
-    y = y - dot(y, x)[:, None] * x
-    y = y / norm(y)[:, None]
-    return np.stack([x, y, np.cross(x, y)], axis=1)
-
-
-def carried(x: Array, y: Array) -> Array:
-    """A direction y (3,) across x[0], turned with the directions x (nt, 3) by the shortest way between samples."""
-    e = x / norm(x)[:, None]
-    found = np.empty_like(e)
-    found[0] = y
-    for k in range(1, len(e)):
-        v = e[k - 1] + e[k]
-        size = float(v @ v)
-        one = found[k - 1]
-        if size > 1e-12:  # two reflections
-            one = one - 2.0 * (one @ e[k - 1]) * e[k - 1]
-            one = one - 2.0 * (one @ v) / size * v
-        found[k] = one - (one @ e[k]) * e[k]
-        found[k] /= np.linalg.norm(found[k])
-    return found
-
-
-def _across(x: Array) -> Array:
-    """A unit vector across x, in the plane across z where that is possible."""
-    z = np.array([0.0, 0.0, 1.0]) if abs(x[2]) < 0.9 * np.linalg.norm(x) else np.array([0.0, 1.0, 0.0])
-    y = np.cross(z, x)
-    found: Array = y / np.linalg.norm(y)
-    return found
-
-
 def curvature(nodes: Array, length: float) -> Array:
     """|r' x r''| / |r'|^3 at the nodes (nt, n), of the cubic elements; the mean of both elements that meet there."""
     r, s = nodes[:, :, 0], nodes[:, :, 1]
@@ -154,7 +124,7 @@ def curvature(nodes: Array, length: float) -> Array:
     bent = np.zeros(size.shape)
     count = np.zeros(size.shape[1])
     for second, at in ((at_start, slice(0, -1)), (at_end, slice(1, None))):
-        bent[:, at] += norm(np.cross(s[:, at], second)) / size[:, at] ** 3
+        bent[:, at] += norm(cross(s[:, at], second)) / size[:, at] ** 3
         count[at] += 1.0
     found: Array = bent / count
     return found

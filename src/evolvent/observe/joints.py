@@ -7,36 +7,53 @@ held against u_a, with the moment -la u_b x u_a.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.kernels import hinge as hinge_kernels
 from evolvent.kernels import joint as kernels
-from evolvent.kernels.constraint_rows import GUIDE, LINK
-from evolvent.kernels.sides import ON_COORDINATES
-from evolvent.observe.variables import Observed, dot, norm, turned
+from evolvent.kernels import sides
+from evolvent.kernels.constraint_rows import CENTRE
+from evolvent.observe.variables import Observed, cross, dot, norm, turned, unwrapped
 from evolvent.observe.view import Side, View
+from evolvent.references import split_reference
 from evolvent.solvers.solution import first_latch
 
 Array = np.ndarray
 
 
+class Reaction(NamedTuple):
+    """What joint rows do to their second side.
+
+    Attributes
+    ----------
+    force, moment : (nt, 3) float, N and N m, inertial axes; the moment about `place`
+    place : (nt, 3) float, m, at which the force acts; NaN where the rows hold directions alone
+    energy : (nt,) float, J, of penalties
+    """
+
+    force: Array
+    moment: Array
+    place: Array
+    energy: Array
+
+
 def rows_of(view: View, name: str) -> list[int]:
     """Rows of the family `joints` that a part has written."""
-    return [k for k, owner in enumerate(view.assembly.joint_parts) if owner == name]
+    return view.joint_rows.get(name, [])
 
 
-def reactions(view: View, rows: list[int]) -> tuple[Array, Array, Array]:
-    """Force and moment on the second side of joint rows, inertial axes, and the place at which the force acts.
+def acts(view: View, row: Any) -> Array:
+    """Whether a joint's row holds at each sample, (nt,): explicit methods release it at `until`, others just after."""
+    found: Array = view.t < row["until"] if view.explicit else view.t <= row["until"]
+    return found
 
-    Returns
-    -------
-    force, moment : (nt, 3) float, N and N m; the moment about that place
-    place : (nt, 3) float, m; NaN where the rows hold directions alone
-    """
+
+def reactions(view: View, rows: list[int]) -> Reaction:
+    """Force and moment of joint rows on their second side, and their energy."""
     n = view.t.size
-    force, moment, place = np.zeros((n, 3)), np.zeros((n, 3)), np.full((n, 3), np.nan)
+    force, moment, place, energy = np.zeros((n, 3)), np.zeros((n, 3)), np.full((n, 3), np.nan), np.zeros(n)
     for k in rows:
         row, la = view.model.flexible.joints[k], view.solution.la[:, k]
         if row["kind"] == kernels.ANGLE:
@@ -44,126 +61,164 @@ def reactions(view: View, rows: list[int]) -> tuple[Array, Array, Array]:
             moment -= la[:, None] * turned(view.pose(index).R, view.model.bodies["axis"][index])
             place = view.pose(index).x
             continue
-        is_place = row["kind"] != kernels.DIRECTION
+        is_place = bool(row["kind"] != kernels.DIRECTION)
         a, b = (view.side(row, which, is_place=is_place) for which in (0, 1))
         if not is_place:
-            moment -= la[:, None] * np.cross(b.u, a.u)
-            continue
-        along = row["along"]
-        if row["kind"] == kernels.DISTANCE:
-            along = (b.u - a.u) / norm(b.u - a.u)[:, None]
-        force -= la[:, None] * along
-        place = b.u
-    return force, moment, place
+            moment -= la[:, None] * cross(b.u, a.u)
+            gap = dot(a.u, b.u)
+        else:
+            along = row["along"] if row["kind"] == kernels.PLACE else (b.u - a.u) / norm(b.u - a.u)[:, None]
+            force -= la[:, None] * along
+            place = b.u
+            gap = dot(b.u - a.u, along)
+        if row["stiffness"] > 0.0:
+            energy += np.where(acts(view, row), 0.5 * row["stiffness"] * (gap - row["value"]) ** 2, 0.0)
+    return Reaction(force, moment, place, energy)
 
 
 def observe_joint(view: View, name: str) -> Observed:
     """Reaction force and moment, angle or travel of a joint or of a prescribed motion."""
-    rows, found = rows_of(view, name), Observed()
+    part, rows, found = view.part(name), rows_of(view, name), Observed()
     joints = view.model.flexible.joints
-    force, moment, place = reactions(view, rows)
-    acts = view.t <= joints["until"][rows[0]]
-    found.vector("force", force, "N", "force on the second side, inertial axes")
-    found.vector("moment", moment, "N m", "moment on the second side about the joint, inertial axes")
-    found.vector("position", place, "m", "position of the joint, inertial axes")
-    found.scalar("closed", acts, "1", "1 while the joint holds, 0 once it is released")
+    row, sign = joints[rows[0]], -1.0 if _is_turned_round(view, name) else 1.0
+    reaction = reactions(view, rows)
+    on = _called(next(getattr(part, key) for key in ("b", "at", "body") if hasattr(part, key)))
+    found.vector("force", sign * reaction.force, "N", f"force of the joint on {on}, inertial axes")
+    found.vector(
+        "moment",
+        sign * reaction.moment,
+        "N m",
+        f"moment of the joint on {on} about the joint's position, inertial axes",
+    )
+    found.vector("position", reaction.place, "m", "position of the joint, inertial axes")
+    found.scalar("closed", acts(view, row), "1", "1 while the joint holds, 0 once it is released")
+    if np.any(joints["stiffness"][rows] > 0.0):
+        found.scalar("energy_elastic", reaction.energy, "J", "elastic energy of the penalties that hold the joint")
     found.drawn = [{"marks": {"points": ["position"]}}, {"forces": {"points": "position", "vectors": "force"}}]
     found.plots = ["force"]
-    if np.any(joints["kind"][rows] == kernels.ANGLE):
-        found.scalar("angle", view.y[:, int(joints["iq"][rows[0], 1])], "rad", "angle of the body about its axis")
-        axis = turned(
-            view.pose(int(joints["index"][rows[0], 1])).R, view.model.bodies["axis"][joints["index"][rows[0], 1]]
-        )
-        found.scalar("torque", dot(moment, axis), "N m", "torque of the drive about the axis")
-        found.plots = ["torque"]
-        return found
-    if joints["kind"][rows[0]] == kernels.DISTANCE:
-        a, b = (view.side(joints[rows[0]], which, is_place=True) for which in (0, 1))
+    if row["kind"] == kernels.ANGLE:
+        _observe_rotation(view, row, reaction.moment, found)
+    elif row["kind"] == kernels.DISTANCE:
+        a, b = (view.side(row, which, is_place=True) for which in (0, 1))
         found.scalar("length", norm(b.u - a.u), "m", "distance of the two places")
-        found.scalar("tension", dot(force, (a.u - b.u) / norm(a.u - b.u)[:, None]), "N", "positive where it pulls")
+        tension = dot(reaction.force, (a.u - b.u) / norm(a.u - b.u)[:, None])
+        found.scalar("tension", tension, "N", "tension between the two places, positive where it pulls")
         found.plots = ["tension"]
-    if getattr(view.part(name), "type", "") == "revolute":
-        angle = revolute_angle(view, name, rows)
-        if angle is not None:
-            found.scalar(
-                "angle", angle, "rad", "angle of the second side about the axis, from the start, any number of turns"
-            )
-            found.scalar(
-                "rate",
-                np.gradient(angle, view.t) if view.t.size > 1 else np.zeros(1),
-                "rad s-1",
-                "rate of the angle, by differences of the samples",
-            )
-            found.plots = ["angle"]
-    if np.any(joints["path"][rows] == kernels.LINEAR):
-        row = joints[rows[0]]
+    elif row["path"] == kernels.LINEAR:
         a, b = (view.side(row, which, is_place=True) for which in (0, 1))
         found.scalar("travel", (b.u - a.u) @ row["along"], "m", "travel along the direction of the drive")
+        found.plots = ["travel", "force"]
+    elif row["path"] == kernels.INVOLUTE:
+        found.scalar(
+            "angle", _wound(view, row), "rad", "angle of the thread wound onto the circle, of where the end is"
+        )
+        found.plots = ["angle", "force"]
+    elif getattr(part, "type", "") == "revolute":
+        turn = revolute(view, rows)
+        if turn is not None:
+            text = "of b against a about the joint's axis"
+            found.scalar("angle", sign * turn[0], "rad", f"angle {text} since the start, over any number of turns")
+            found.scalar("rate", sign * turn[1], "rad s-1", f"rate {text}")
+            found.plots = ["angle"]
     return found
 
 
-def revolute_angle(view: View, name: str, rows: list[int]) -> Array | None:
-    """Angle about the axis of a revolute joint from the start, continuous; None where its second side is no frame."""
+def _called(place: Any) -> str:
+    """A place as texts call it."""
+    if isinstance(place, str):
+        return place
+    return str(place[0]) if isinstance(place[0], str) else "the ground"
+
+
+def _is_turned_round(view: View, name: str) -> bool:
+    """Whether a joint's rows have its ends the other way round: a body is always their first side."""
+    part, row = view.part(name), view.model.flexible.joints[rows_of(view, name)[0]]
+    if tuple(row["on"]) != (sides.ON_BODY, sides.ON_COORDINATES) or getattr(part, "a", None) is None:
+        return False
+    if not isinstance(part.a, str):
+        return False
+    return bool(view.assembly.names[split_reference(part.a)[0]][0] != "bodies")
+
+
+def _observe_rotation(view: View, row: Any, moment: Array, found: Observed) -> None:
+    """A spinning body that a drive turns."""
+    index = int(row["index"][1])
+    axis = turned(view.pose(index).R, view.model.bodies["axis"][index])
+    found.scalar("angle", view.y[:, int(row["iq"][1])], "rad", "angle of the body about its axis")
+    found.scalar("rate", view.y[:, int(row["iv"][1])], "rad s-1", "rate of the body about its axis")
+    found.scalar("torque", dot(moment, axis), "N m", "torque of the drive on the body about its axis")
+    found.plots = ["torque"]
+
+
+def _wound(view: View, row: Any) -> Array:
+    """Angle by which the thread of an involute is wound, of where its end is, rad; NaN once it is released.
+
+    Notes
+    -----
+    With the free part s = sqrt(d^2 - r^2), d the end's distance from the circle's axis: (length - s)/r.
+    """
+    arm = view.side(row, 1, is_place=True).u - row["centre"]
+    off = arm - (arm @ row["axis"])[:, None] * row["axis"]
+    free = np.sqrt(np.maximum(dot(off, off) - row["radius"] ** 2, 0.0))
+    return np.where(acts(view, row), (row["value"] - free) / row["radius"], np.nan)
+
+
+def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
+    """Angle (rad) and rate (rad/s) of the second side of a revolute joint against the first, (nt,) each.
+
+    None where the second side has no direction that shows it: a cable whose own axis is that of the joint.
+    """
     joints = view.model.flexible.joints
-    part = view.part(name)
-    axis = np.asarray(part.axis, dtype=float)
-    axis = axis / np.linalg.norm(axis)
     held = [joints[k] for k in rows if joints["kind"][k] == kernels.DIRECTION]
-    if not held:
+    place = next(joints[k] for k in rows if joints["kind"][k] == kernels.PLACE)
+    body, axis = int(held[-1]["index"][0]), held[-1]["local"][0]  # the last row always holds the axis itself
+
+    def zero_of(side: Side) -> Array:
+        """Where the second side's direction is at the start, across the axis, in axes of the first body."""
+        e: Array = view.start.pose(body).R[0].T @ side.u[0]
+        return e - (e @ axis) * axis
+
+    if held[-1]["on"][1] == sides.ON_BODY:
+        chosen = view.side(held[-1], 1, is_place=False)
+        zero = zero_of(view.start.side(held[-1], 1, is_place=False))
+    else:  # of a node's slopes the one that is most across the axis
+        q, v = int(place["iq"][1]), int(place["iv"][1])
+        offs = [3 * i for i in range(1, view.node_vectors(q))]
+        zeros = [zero_of(Side(view.start.coordinates(q + off), view.start.coordinates(v + off), -1)) for off in offs]
+        best = int(np.argmax([np.linalg.norm(z) for z in zeros]))
+        zero, off = zeros[best], offs[best]
+        chosen = Side(view.coordinates(q + off), view.coordinates(v + off), -1)
+    if np.linalg.norm(zero) < 1e-6:
         return None
-    body = int(held[0]["index"][0])
-    R = view.pose(body).R
-    local = R[0].T @ axis  # the start is the first sample
-    follower = _follower(view, rows, held[0], axis)
-    if follower is None:
-        return None
-    e = follower - dot(follower, turned(R, local))[:, None] * turned(R, local)
-    zero = R[0].T @ e[0]
     zero = zero / np.linalg.norm(zero)
-    x, y = turned(R, zero), turned(R, np.cross(local, zero))
-    found: Array = np.unwrap(np.arctan2(dot(e, y), dot(e, x)))
-    return found
-
-
-def _follower(view: View, rows: list[int], held: Any, axis: Array) -> Array | None:
-    """A direction of the second side across the axis: (nt, 3)."""
-    second = int(held["index"][1])
-    if held["on"][1] == 0 and second >= 0:
-        R = view.pose(second).R
-        across = np.cross(axis, [0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [1.0, 0.0, 0.0])
-        return turned(R, R[0].T @ across)
-    place = next((k for k in rows if view.model.flexible.joints["kind"][k] == kernels.PLACE), None)
-    if place is None:
-        return None
-    return view.coordinates(int(view.model.flexible.joints["iq"][place, 1]) + 3)  # the node's slope along its axis
-
-
-def multipliers(view: View, kind: int, index: int) -> Array | None:
-    """Multipliers of a row of explicit methods at the samples; None where there is none."""
-    model = view.model
-    found = [r for r in range(model.rows.size) if model.rows["kind"][r] == kind and model.rows["index"][r] == index]
-    if not found:
-        return None
-    from evolvent.flow.needs import load_explicit
-    from evolvent.flow.rhs import rhs
-
-    load_explicit(model)
-    values, dy = np.empty(view.t.size), np.empty(view.y.shape[1])
-    for k, t in enumerate(view.t):
-        rhs(t, np.ascontiguousarray(view.y[k]), np.ascontiguousarray(view.s[k]), model, dy)
-        values[k] = model.la[found[0]]
-    return values
+    pose = view.pose(body)
+    x, y = turned(pose.R, zero), turned(pose.R, np.cross(axis, zero))
+    p, q_ = dot(chosen.u, x), dot(chosen.u, y)
+    seen = chosen.rate - cross(pose.w, chosen.u)
+    rate = (p * dot(seen, y) - q_ * dot(seen, x)) / (p * p + q_ * q_)
+    return unwrapped(view.t, np.arctan2(q_, p), rate), rate
 
 
 def observe_link(view: View, name: str) -> Observed:
     """Length and tension of a link or cord."""
-    index, found = view.index(name), Observed()
-    row = view.model.links[index]
+    found, row = Observed(), view.model.links[view.index(name)]
     (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
-    tension = multipliers(view, LINK, index) if view.explicit else view.solution.la[:, rows_of(view, name)[0]]
-    found.scalar("length", norm(b - a), "m", "distance of its ends")
-    found.scalar("tension", tension, "N", "tension, positive where it pulls")
-    found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
+    apart = b - a
+    found.scalar("tension", view.solution.la[:, rows_of(view, name)[0]], "N", "tension, positive where it pulls")
+    if row["drum"] > 0.0:
+        radius, body = float(row["drum"]), int(view.model.markers["index"][row["a"]])
+        square = dot(apart, apart)
+        free = np.sqrt(np.maximum(square - radius**2, 0.0))
+        across = cross(turned(view.pose(body).R, row["axis"]), apart)
+        a = a + (radius / square)[:, None] * (radius * apart - float(row["sense"]) * free[:, None] * across)
+        found.scalar("length", free, "m", "length of the cord's free part, from the drum to end b")
+        found.scalar("wound_length", float(row["length"]) - free, "m", "length of the cord's wound part")
+        found.along(
+            "ends", "end", np.stack([a, b], axis=1), "m", "where the cord leaves the drum, and b, inertial axes"
+        )
+    else:
+        found.scalar("length", norm(apart), "m", "distance of its ends")
+        found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "rod", "values": ["tension"]}}]
     found.plots = ["tension"]
     return found
@@ -171,12 +226,16 @@ def observe_link(view: View, name: str) -> Observed:
 
 def observe_guide(view: View, name: str) -> Observed:
     """Reaction of a guide: a force along its direction, or a moment about the axis that it holds."""
-    index, found = view.index(name), Observed()
-    row = view.model.guides[index]
-    la = multipliers(view, GUIDE, index) if view.explicit else view.solution.la[:, rows_of(view, name)[0]]
-    unit = "N m" if view.part(name).axis is not None else "N"
-    found.scalar("reaction", la, unit, "reaction of the guide")
-    found.vector("position", view.pose(int(row["body"])).x, "m", "position of the guided body, inertial axes")
+    found, row = Observed(), view.model.guides[view.index(name)]
+    la, pose = view.solution.la[:, rows_of(view, name)[0]], view.pose(int(row["body"]))
+    if row["kind"] == CENTRE:
+        found.scalar("reaction", -la, "N", "force of the guide on the body along its direction")
+        found.vector("force", -la[:, None] * row["direction"], "N", "force of the guide on the body, inertial axes")
+    else:
+        moment = -la[:, None] * cross(turned(pose.R, row["axis"]), row["direction"])
+        found.scalar("reaction", -la, "N m", "moment of the guide on the body about axis x direction")
+        found.vector("moment", moment, "N m", "moment of the guide on the body, inertial axes")
+    found.vector("position", pose.x, "m", "position of the guided body, inertial axes")
     found.plots = ["reaction"]
     return found
 
@@ -215,7 +274,7 @@ def observe_hinge(view: View, name: str) -> Observed:
 
 def _second_direction(view: View, row: Any) -> Side:
     """Second direction of a hinge and its rate."""
-    if row["on"] == ON_COORDINATES:
+    if row["on"] == sides.ON_COORDINATES:
         return Side(view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"])), -1)
     pose = view.pose(int(row["other"]))
     u = turned(pose.R, row["local"])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent import jit
-from evolvent.kernels import beam_loads
+from evolvent.kernels import beam_loads, flexible
 from evolvent.kernels import loads as kernels
-from evolvent.kernels.profile import profile, window
-from evolvent.observe.variables import Observed, dot, turned
+from evolvent.kernels.profile import profile
+from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
 
 Array = np.ndarray
@@ -22,55 +24,109 @@ def observe_load(view: View, name: str) -> Observed:
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
     at = first + kernels.PROFILE if values.size > kernels.PROFILE else -1
-    strength = _strength(view, values[kernels.START], values[kernels.END], values[kernels.RAMP], at)
-    vector = np.broadcast_to(values[:3], (view.t.size, 3))
+    times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
+    after, before = strength(view, *times, at)
     marker = view.model.markers[int(row["target"])]
+    vector = np.broadcast_to(values[:3], (view.t.size, 3))
     if values[kernels.FRAME] != 0.0:
         vector = turned(view.pose(int(marker["index"])).R, values[:3])
     x, v = view.marker(int(row["target"]))
     is_torque = bool(row["kind"] == kernels.TORQUE)
     if is_torque:
         v = view.pose(int(marker["index"])).w
-    _add(found, view, vector * strength[:, None], x, v, is_torque=is_torque)
+    _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
+    power = dot(vector, v)
+    _add_work(found, view, after * power, before * power)
     return found
+
+
+def strength(view: View, start: float, end: float, ramp: float, at: int) -> tuple[Array, Array]:
+    """Factor of a load just after and just before each sample, (nt,) each.
+
+    It acts from its start to its end, grows smoothly over `ramp`, and follows the profile at the place `at` of the
+    parameters (-1 for none): `kernels.profile`.
+    """
+    t, near = view.t.copy(), 1e-9 * max(float(np.ptp(view.t)), 1e-300)
+    for stop in (start, end):
+        t[np.abs(t - stop) < near] = stop
+    s = np.clip((t - start) / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(t.size)
+    found = s * s * (3.0 - 2.0 * s)
+    if at >= 0:
+        jit.load([profile])
+        found = found * np.array([profile(time, at, view.model) for time in t.tolist()])
+    return np.where((t >= start) & (t < end), found, 0.0), np.where((t > start) & (t <= end), found, 0.0)
 
 
 def observe_beam_load(view: View, name: str) -> Observed:
-    """Force at a beam's node; loads spread over beams have no single value."""
+    """Force at a beam's node, resultant force of a line load, or torque of one spread over the mass."""
     found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
     at = int(row["first"]) if row["last"] > row["first"] else -1
-    strength = row["value"] * _strength(view, row["start"], row["end"], row["ramp"], at)
-    if row["kind"] == beam_loads.FIELD:
-        found.scalar("torque", strength, "N m", "torque about its axis that is spread over the beam")
-        found.plots = ["torque"]
-        return found
-    force = strength[:, None] * row["axis"]
-    if row["kind"] == beam_loads.LINE:
-        found.vector("force_per_length", force, "N m-1", "force per length of the beam, inertial axes")
-        found.plots = ["force_per_length"]
-        return found
-    x, v = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
-    _add(found, view, force, x, v, is_torque=False)
+    times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
+    after, before = (row["value"] * factor for factor in strength(view, *times, at))
+    nodes, rates = view.nodes(int(row["beam"]))
+    if row["kind"] == beam_loads.POINT:
+        on = (int(row["iq"]) - int(view.model.flexible.beams["iq"][row["beam"]])) // 3
+        what = "force" if on % nodes.shape[2] == 0 else "generalized_force"
+        _add_vector(found, after[:, None] * row["axis"], nodes[:, on // nodes.shape[2], 0], what)
+        power = view.coordinates(int(row["iv"])) @ row["axis"]
+    elif row["kind"] == beam_loads.LINE:
+        length = float(view.model.flexible.beams["length"][row["beam"]])
+        middle, moves = (mean_of(values, length) for values in (nodes, rates))
+        _add_vector(found, length * after[:, None] * row["axis"], middle, "force")
+        power = length * moves @ row["axis"]
+    else:
+        place = np.broadcast_to(row["centre"], (view.t.size, 3))
+        _add_vector(found, after[:, None] * row["axis"], place, "torque")
+        power = spread_rate(view, row, nodes)
+    _add_work(found, view, after * power, before * power)
     return found
 
 
-def _strength(view: View, start: float, end: float, ramp: float, at: int) -> Array:
-    """Factor of a load over time: its window, times its profile at the place `at` of the parameters (-1 for none)."""
-    found = np.array([window(float(t), float(start), float(end), float(ramp)) for t in view.t])
-    if at >= 0:
-        jit.load([profile])
-        found = found * np.array([profile(float(t), at, view.model) for t in view.t])
+def mean_of(nodes: Array, length: float) -> Array:
+    """Mean over a beam's length (nt, 3) of the position (or velocity) of its axis, of nodes (nt, n + 1, vectors, 3)."""
+    step = length / (nodes.shape[1] - 1)
+    x, slope = nodes[:, :, 0], nodes[:, :, 1]
+    of_elements = 0.5 * (x[:, 1:] + x[:, :-1]) + step / 12.0 * (slope[:, :-1] - slope[:, 1:])
+    found: Array = of_elements.mean(axis=1)
     return found
 
 
-def _add(found: Observed, view: View, force: Array, x: Array, v: Array, *, is_torque: bool) -> None:
-    what, unit = ("torque", "N m") if is_torque else ("force", "N")
-    power = dot(force, v)
-    found.vector(what, force, unit, f"{what} that acts, inertial axes")
+def spread_rate(view: View, row: Any, nodes: Array) -> Array:
+    """Rate (nt,), rad/s, with which a torque spread over a beam's mass does work: the mean turn about its axis.
+
+    Notes
+    -----
+    Force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm: power T/J z . H, H the angular momentum about c. J is
+    the angular momentum about the axis of the velocities z x (r - c).
+    """
+    z, c, beam = row["axis"], row["centre"], view.model.flexible.beams[row["beam"]]
+    sums, first = view.beam_sums(int(row["beam"])), int(beam["first_element"])
+    last, at, size = first + int(beam["elements"]), int(beam["iv"]), nodes[0].size
+    arms = nodes.copy()
+    arms[:, :, 0] -= c
+    turning = cross(z, arms).reshape(view.t.size, size)
+    jit.load([flexible.beam_momenta])
+    inertia, out = np.empty(view.t.size), np.empty(6)
+    for k, y in enumerate(view.y.copy()):
+        y[at : at + size], out[:] = turning[k], 0.0
+        flexible.beam_momenta(y, first, last, view.model, out[:3], out[3:])
+        inertia[k] = z @ (out[3:] - np.cross(c, out[:3]))
+    found: Array = (sums.angular - cross(c, sums.linear)) @ z / inertia
+    return found
+
+
+def _add_vector(found: Observed, values: Array, x: Array, what: str) -> None:
+    unit = "N" if what == "force" else "N m"
+    text = "force on the slope" if what == "generalized_force" else what
+    found.vector(what, values, unit, f"{text} that acts, inertial axes")
     found.vector("position", x, "m", "where it acts, inertial axes")
-    found.scalar("power", power, "W", "power of the load")
-    steps = np.diff(view.t) * 0.5 * (power[1:] + power[:-1])
-    work = np.concatenate([[0.0], np.cumsum(steps)]) if power.size else power
-    found.scalar("work", work, "J", "work since the first sample, by the trapezoidal rule over the samples")
     found.drawn = [{"forces": {"points": "position", "vectors": what, "unit": unit}}]
     found.plots = [what]
+
+
+def _add_work(found: Observed, view: View, after: Array, before: Array) -> None:
+    """Power, and the work of powers just after and just before each sample, by the trapezoidal rule."""
+    work = np.zeros(view.t.size)
+    np.cumsum(0.5 * (after[:-1] + before[1:]) * np.diff(view.t), out=work[1:])
+    found.scalar("power", after, "W", "power of the load")
+    found.scalar("work", work, "J", "work since the first sample, by the trapezoidal rule over the samples")

@@ -6,43 +6,66 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels.springs import spring_energy, spring_tension
+from evolvent.kernels import rigid
+from evolvent.kernels.springs import spring_tension
 from evolvent.motion import quaternions
+from evolvent.observe.joints import reactions
 from evolvent.observe.variables import Observed, Variable, dot, norm, turned, turned_back
 from evolvent.observe.view import View
 
+Array = np.ndarray
+
 
 def observe_body(view: View, name: str) -> Observed:
-    """Position, attitude, velocity, rate, momentum and energy of a rigid body.
+    """Position, attitude, velocity and rate of a rigid body; momenta and energy of one that moves.
 
     Notes
     -----
-    Linear momentum m v; angular momentum about the centre of mass R J R^T w; energy (m v.v + w.J w)/2.
+    Of a free body, linear momentum m v, angular momentum about the centre of mass R J R^T w and energy
+    (m v.v + w.J w)/2. Of a spinning body the angular momentum about its axis a, (a.J a) times its rate, and the energy
+    of that. A driven body has neither: its motion is given, and no balance counts it.
     """
     index = view.index(name)
     row, pose, found = view.model.bodies[index], view.pose(index), Observed()
-    attitude = continuous(quaternions(pose.R))
-    own = turned_back(pose.R, pose.w)
-    spin = turned(pose.R, own @ row["inertia"])
     found.vector("position", pose.x, "m", "position of the centre of mass, inertial axes")
-    text = "attitude, quaternion from body to inertial axes, scalar first"
-    found.variables["attitude"] = Variable(("time", "quaternion"), attitude, "1", text)
+    text = "attitude, quaternion from body to inertial axes, scalar first, without jumps"
+    found.variables["attitude"] = Variable(("time", "quaternion"), attitude(view, row), "1", text)
     found.vector("velocity", pose.v, "m s-1", "velocity of the centre of mass, inertial axes")
+    own = turned_back(pose.R, pose.w)
     found.vector("rate", own, "rad s-1", "angular velocity, body axes")
-    angle = view.angle(index)
+    angle, mass = view.angle(index), float(row["mass"])
     if angle is not None:
         found.scalar("angle", angle, "rad", "angle about its axis, over any number of turns")
-    mass = float(row["mass"])
-    found.vector("momentum", mass * pose.v, "kg m s-1", "linear momentum, inertial axes")
-    found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about the centre of mass, inertial axes")
-    kinetic = 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
-    found.scalar("kinetic_energy", kinetic, "J", "kinetic energy")
+    if row["motion"] == rigid.FREE:
+        spin = turned(pose.R, own @ row["inertia"])
+        found.vector("momentum", mass * pose.v, "kg m s-1", "linear momentum, inertial axes")
+        text = "angular momentum about the centre of mass, inertial axes"
+        found.vector("angular_momentum", spin, "kg m2 s-1", text)
+        kinetic = 0.5 * mass * dot(pose.v, pose.v) + 0.5 * dot(pose.w, spin)
+        found.scalar("energy_kinetic", kinetic, "J", "kinetic energy")
+    elif row["motion"] == rigid.SPIN:
+        rate, inertia = view.y[:, int(row["iv"])], float(row["spin_inertia"])
+        spin = inertia * rate[:, None] * turned(pose.R, row["axis"])
+        found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about its axis, inertial axes")
+        found.scalar("energy_kinetic", 0.5 * inertia * rate**2, "J", "kinetic energy")
     solids = solids_of(view.part(name), mass, row["inertia"])
     found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
     found.plots = ["rate"]
     if row["iq"] >= 0 and angle is None:
         found.plots.append("position")
     return found
+
+
+def attitude(view: View, row: Any) -> Array:
+    """Quaternion (nt, 4) of a body, which turns on over any number of turns without a change of sign."""
+    if row["motion"] == rigid.FREE:
+        return view.attitude_of(row)
+    angle = view.y[:, int(row["iq"])] if row["motion"] == rigid.SPIN else row["rate"] * view.t
+    start = quaternions(row["R0"])
+    w, u = np.cos(0.5 * angle), np.sin(0.5 * angle)[:, None] * row["axis"]
+    scalar = start[0] * w - u @ start[1:]
+    vector = w[:, None] * start[1:] + start[0] * u + np.cross(start[1:], u)
+    return np.concatenate([scalar[:, None], vector], axis=1)
 
 
 def solids_of(part: Any, mass: float, inertia: np.ndarray) -> list[dict[str, Any]]:
@@ -71,16 +94,8 @@ def solids_of(part: Any, mass: float, inertia: np.ndarray) -> list[dict[str, Any
     return [{"box": {"edges": [max(float(np.sqrt(max(x, 0.0))), thin) for x in squares]}}]
 
 
-def continuous(q: np.ndarray) -> np.ndarray:
-    """Quaternions (nt, 4) with signs such that they do not jump from sample to sample."""
-    if len(q) < 2:
-        return q
-    flips = np.where(np.einsum("ti,ti->t", q[1:], q[:-1]) < 0.0, -1.0, 1.0)
-    return np.concatenate([q[:1], q[1:] * np.cumprod(flips)[:, None]])
-
-
 def observe_point(view: View, name: str) -> Observed:
-    """Position, velocity, momentum and energy of a point mass."""
+    """Position, velocity, momentum and energy of a point mass; the force that holds it, where it is fixed to a part."""
     row, found = view.model.points[view.index(name)], Observed()
     x, v = view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"]))
     mass = float(row["mass"])
@@ -88,33 +103,51 @@ def observe_point(view: View, name: str) -> Observed:
     found.vector("velocity", v, "m s-1", "velocity, inertial axes")
     found.scalar("speed", norm(v), "m s-1", "speed")
     found.vector("momentum", mass * v, "kg m s-1", "linear momentum, inertial axes")
-    found.scalar("kinetic_energy", 0.5 * mass * dot(v, v), "J", "kinetic energy")
+    found.scalar("energy_kinetic", 0.5 * mass * dot(v, v), "J", "kinetic energy")
     found.drawn = [{"marks": {"points": ["position"]}}]
     found.plots = ["position"]
+    rows = view.joint_rows.get(name, [])
+    if rows:
+        found.vector("force", reactions(view, rows).force, "N", "force that fixes the point mass, inertial axes")
     return found
 
 
 def observe_spring(view: View, name: str) -> Observed:
     """Length, extension, its rate, and the force of a spring-damper."""
-    springs, index, found = view.model.springs, view.index(name), Observed()
-    row = springs[index]
+    index, found = view.index(name), Observed()
+    row = view.model.springs[index]
     (a, va), (b, vb) = view.marker(int(row["a"])), view.marker(int(row["b"]))
-    length = norm(b - a)
-    e = np.divide(b - a, length[:, None], out=np.zeros_like(a - b), where=length[:, None] > 0.0)
-    extension, rate = length - float(row["length"]), dot(e, vb - va)
-    parts = [
-        spring_tension(springs, index, float(x), float(v), float(t), view.model.parameters)
-        for x, v, t in zip(extension, rate, view.t, strict=True)
-    ]
-    tension = np.array([elastic + damping for elastic, damping in parts])
+    apart, moves = b - a, vb - va
+    length = norm(apart)
+    e = np.divide(apart, length[:, None], out=np.zeros_like(apart), where=length[:, None] > 0.0)
+    extension, rate = length - float(row["length"]), dot(e, moves)
     found.scalar("length", length, "m", "length")
     found.scalar("extension", extension, "m", "length less the natural length")
     found.scalar("extension_rate", rate, "m s-1", "rate of the extension")
+    tension = np.where(length > 0.0, _tension(view, index, extension, rate), 0.0)  # without a line there is no force
     found.scalar("force", tension, "N", "tension, elastic and damping part, positive where the spring pulls")
+    stored = 0.5 * float(row["stiffness"]) * extension**2
+    if row["lateral_stiffness"] > 0.0 or row["lateral_damping"] > 0.0:
+        off, slip = (u - (u @ row["axis"])[:, None] * row["axis"] for u in (apart, moves))
+        force = -float(row["lateral_stiffness"]) * off - float(row["lateral_damping"]) * slip
+        text = "force on end b across the axis of the mount, elastic and damping part, inertial axes"
+        found.vector("lateral_force", np.where(length[:, None] > 0.0, force, 0.0), "N", text)
+        stored = stored + 0.5 * float(row["lateral_stiffness"]) * dot(off, off)
     if row["law"] == 0:
-        stored = [spring_energy(float(row["stiffness"]), float(x)) for x in extension]
-        found.scalar("energy", np.array(stored), "J", "elastic energy of the axial stiffness")
+        found.scalar("energy_elastic", stored, "J", "elastic energy")
     found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = ["force"]
     return found
+
+
+def _tension(view: View, index: int, extension: Array, rate: Array) -> Array:
+    """Tension of a spring, N: by its stiffness and damping, or of a user's law, called sample by sample."""
+    springs = view.model.springs
+    if springs["law"][index] == 0:
+        return springs["stiffness"][index] * extension + springs["damping"][index] * rate
+    parts = [
+        spring_tension(springs, index, x, v, t, view.model.parameters)
+        for x, v, t in zip(extension.tolist(), rate.tolist(), view.t.tolist(), strict=True)
+    ]
+    return np.array([elastic + damping for elastic, damping in parts]).reshape(view.t.size)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent import model as mdl
 from evolvent.observe.variables import Observed, dot, norm, turned
 from evolvent.observe.view import View
+from evolvent.solvers.sampled import angular_momentum as sums_about_origin
 
 Array = np.ndarray
 
@@ -29,7 +31,7 @@ def observe_thread(view: View, name: str) -> Observed:
     Q = pose.x + turned(pose.R, row["departure"])
     tension = np.where(released, seen.tension[:, first : first + n], np.nan)
     last = np.maximum(view.s[:, index] - 1, 0)
-    at = np.arange(view.t.size)
+    at, sums = np.arange(view.t.size), seen.thread_inventory[:, index]
     out = np.clip(float(row["radius"]) * seen.spool[:, index, 0], 0.0, n * float(row["segment"]))
     out = np.where(gone, n * float(row["segment"]), out)
     hub = np.where(gone | (view.s[:, index] == 0), 0.0, tension[at, last])  # nothing is out, or all has left
@@ -47,6 +49,15 @@ def observe_thread(view: View, name: str) -> Observed:
     found.scalar("deployed_length", out, "m", "length of thread paid out")
     found.scalar("separated", gone, "1", "1 once the thread has left the spool")
     found.vector("tip_position", x[:, 0], "m", "position of the tip, inertial axes")
+    copies = f", of all {int(row['copies'])} copies" if row["copies"] > 1 else ""
+    what = "of the released thread, of wound thread that is carried and of a free spool" + copies
+    found.scalar("energy_kinetic", sums[:, mdl.KINETIC], "J", f"kinetic energy {what}")
+    found.scalar("energy_elastic", sums[:, mdl.ELASTIC], "J", f"elastic energy of the segments{copies}")
+    what = "of released thread, and of wound thread that is carried" + copies
+    found.vector("momentum", sums[:, mdl.P_ALL : mdl.P_ALL + 3], "kg m s-1", f"linear momentum {what}, inertial axes")
+    text = f"angular momentum about the inertial origin {what}"
+    found.vector("angular_momentum", sums_about_origin(sums), "kg m2 s-1", text)
+    found.coordinate("node", "node", np.arange(n), "1", "node, 0 at the tip")
     line = np.concatenate([np.where(released[..., None], x, Q[:, None]), Q[:, None]], axis=1)
     line[gone, -1] = line[gone, -2]
     found.along("line", "point", line, "m", "points of the thread from the tip to the spool, inertial axes")
@@ -63,15 +74,11 @@ def lags(view: View, row: np.record, x: Array, released: Array) -> tuple[Array, 
     Q = pose.x + turned(pose.R, row["departure"])
     own = np.einsum("tji,tnj->tni", pose.R, x - Q[:, None])
     ahead, across = own @ row["feed_axis"], own @ row["chord"]
-    distance = norm(own)
-    cosine = np.divide(ahead, distance, out=np.ones_like(ahead), where=distance > 0.0)
-    seen = released & (distance > 1e-9)
-    sense = (
-        -1.0
-        if dot(pose.w[:1], np.cross(turned(pose.R, row["feed_axis"]), turned(pose.R, row["chord"]))[:1])[0] < 0.0
-        else 1.0
-    )
-    lag = np.where(seen, np.arccos(np.clip(cosine, -1.0, 1.0)), np.nan)
+    off = norm(own - ahead[..., None] * row["feed_axis"])
+    seen = released & (norm(own) > 1e-9)
+    ahead_turns = dot(pose.w[:1], turned(pose.R[:1], np.cross(row["feed_axis"], row["chord"])))[0]
+    sense = -1.0 if ahead_turns < 0.0 else 1.0
+    lag = np.where(seen, np.arctan2(off, ahead), np.nan)
     return lag, np.where(seen, np.arctan2(-sense * across, ahead), np.nan)
 
 

@@ -36,11 +36,13 @@ class Observed:
     Attributes
     ----------
     variables : dict, name -> Variable
+    coordinates : dict, name -> Variable, of places along the part's own dimensions
     drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.observe.drawing`
     plots : list of str, names of the variables that its default figures show
     """
 
     variables: dict[str, Variable] = dataclasses.field(default_factory=dict)
+    coordinates: dict[str, Variable] = dataclasses.field(default_factory=dict)
     drawn: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     plots: list[str] = dataclasses.field(default_factory=list)
 
@@ -57,10 +59,22 @@ class Observed:
         dims = ("time", dimension, "axis")[: np.ndim(values)]
         self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
 
+    def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
+        """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its places."""
+        self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
+
 
 def norm(values: Array) -> Array:
     """Lengths of vectors (..., 3)."""
     found: Array = np.sqrt(np.einsum("...i,...i->...", values, values))
+    return found
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products of vectors (..., 3): as of numpy.cross, in a third of its time."""
+    found = np.empty(np.broadcast_shapes(np.shape(a), np.shape(b)))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=found[..., i])
     return found
 
 
@@ -80,3 +94,19 @@ def turned_back(R: Array, v: Array) -> Array:
     """Vectors v (nt, 3) of inertial axes in those of a body, R (nt, 3, 3)."""
     found: Array = np.einsum("tji,tj->ti", R, v)
     return found
+
+
+def integral(t: Array, rate: Array) -> Array:
+    """Integral (nt,) of a rate since the first sample, by the trapezoidal rule."""
+    found = np.zeros(t.size)
+    np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t), out=found[1:])
+    return found
+
+
+def unwrapped(t: Array, angle: Array, rate: Array) -> Array:
+    """An angle (nt,) over any number of turns, of one to whole turns and its rate.
+
+    The rate tells how many turns lie between two samples, so that there may be several.
+    """
+    about = integral(t, rate)
+    return angle[:1] + about + np.unwrap(angle - angle[:1] - about)

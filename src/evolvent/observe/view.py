@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import rigid, sides, springs
+from evolvent import families, jit
+from evolvent.kernels import contact, flexible, rigid, sides, springs
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.motion import rotation_matrices
-from evolvent.observe.variables import turned
+from evolvent.observe.variables import cross, norm, turned
 from evolvent.solvers.drive import METHODS
 from evolvent.solvers.solution import Solution
 
@@ -40,6 +43,15 @@ class Side(NamedTuple):
     body: int
 
 
+class BeamSums(NamedTuple):
+    """Energies of a beam (nt,), J, and its momenta (nt, 3), kg m/s and kg m2/s about the inertial origin."""
+
+    kinetic: Array
+    elastic: Array
+    linear: Array
+    angular: Array
+
+
 class View:
     """A solution, read by parts.
 
@@ -47,14 +59,15 @@ class View:
     ----------
     solution : Solution
     assembly, model, t, y, s : of the solution
-    explicit : bool, whether an explicit method made it, which has no multipliers
+    explicit : bool, whether an explicit method made it
     """
 
     def __init__(self, solution: Solution) -> None:
         self.solution, self.assembly, self.model = solution, solution.assembly, solution.assembly.model
-        self.t, self.y, self.s = solution.t, solution.y, solution.s
+        self.t, self.y, self.s = solution.t, np.ascontiguousarray(solution.y), solution.s
         self.explicit = solution.method in METHODS
         self._poses: dict[int, Pose] = {}
+        self._sides: dict[Any, Side] = {}
 
     def index(self, name: str) -> int:
         """Index of a part in its family."""
@@ -63,6 +76,23 @@ class View:
     def part(self, name: str) -> Any:
         """The part as the user wrote it."""
         return self.assembly.parts[name]
+
+    @functools.cached_property
+    def joint_rows(self) -> dict[str, list[int]]:
+        """Rows of the family `joints` by the part that has written them."""
+        found: dict[str, list[int]] = {}
+        for k, owner in enumerate(self.assembly.joint_parts):
+            found.setdefault(owner, []).append(k)
+        return found
+
+    @functools.cached_property
+    def start(self) -> View:
+        """The assembly's start as one sample at time 0."""
+        found = object.__new__(View)
+        found.__dict__.update(self.__dict__)
+        found.t, found.y, found.s = np.zeros(1), self.assembly.y[None], self.assembly.s[None]
+        found._poses, found._sides = {}, {}
+        return found
 
     def coordinates(self, at: int, size: int = 3) -> Array:
         """Columns of the state: (nt, size)."""
@@ -78,7 +108,7 @@ class View:
     def _pose(self, body: Any) -> Pose:
         n, q, v = self.t.size, int(body["iq"]), int(body["iv"])
         if body["motion"] == rigid.FREE:
-            R = rotation_matrices(self.coordinates(q + 3, 4))
+            R = rotation_matrices(self.attitude_of(body))
             rate = turned(R, self.coordinates(v + 3))
             return Pose(self.coordinates(q), R, self.coordinates(v), rate)
         if body["motion"] == rigid.SPIN:
@@ -88,6 +118,12 @@ class View:
         R = body["R0"] @ about(body["axis"], angle)
         x = np.broadcast_to(body["x0"], (n, 3))
         return Pose(x, R, np.zeros((n, 3)), turned(R, body["axis"]) * rate[:, None])
+
+    def attitude_of(self, body: Any) -> Array:
+        """Quaternion (nt, 4) of a free body, of unit length, scalar part first."""
+        q = self.coordinates(int(body["iq"]) + 3, 4)
+        found: Array = q / np.sqrt(np.einsum("ti,ti->t", q, q))[:, None]
+        return found
 
     def angle(self, index: int) -> Array | None:
         """Angle of a spinning or driven body about its axis, over any number of turns: (nt,); None of a free one."""
@@ -100,7 +136,7 @@ class View:
         """Position and velocity (nt, 3) of a point given in body axes."""
         pose = self.pose(index)
         arm = turned(pose.R, local)
-        return pose.x + arm, pose.v + np.cross(pose.w, arm)
+        return pose.x + arm, pose.v + cross(pose.w, arm)
 
     def marker(self, index: int) -> tuple[Array, Array]:
         """Position and velocity (nt, 3) of a marker."""
@@ -117,17 +153,59 @@ class View:
         q, v = (self.coordinates(int(row[key]), 3 * k * n) for key in ("iq", "iv"))
         return q.reshape(-1, n, k, 3), v.reshape(-1, n, k, 3)
 
+    def node_vectors(self, q: int) -> int:
+        """Vectors of the node of a beam that has the coordinate q."""
+        beams = self.model.flexible.beams
+        row = beams[np.flatnonzero((beams["iq"] >= 0) & (beams["iq"] <= q))[-1]]
+        return NODE_VECTORS[int(row["kind"])]
+
     def side(self, joint: Any, which: int, *, is_place: bool) -> Side:
         """An end of a row of the family `joints`."""
-        if joint["on"][which] == sides.ON_COORDINATES:
-            q, v = int(joint["iq"][which]), int(joint["iv"][which])
+        on, index, local = int(joint["on"][which]), int(joint["index"][which]), joint["local"][which]
+        q, v = int(joint["iq"][which]), int(joint["iv"][which])
+        key = (on, index, q, local.tobytes(), is_place)
+        if key not in self._sides:
+            self._sides[key] = self._side(on, index, q, v, local, is_place)
+        return self._sides[key]
+
+    def _side(self, on: int, index: int, q: int, v: int, local: Array, is_place: bool) -> Side:
+        if on == sides.ON_COORDINATES:
             return Side(self.coordinates(q), self.coordinates(v), -1)
-        index, local = int(joint["index"][which]), joint["local"][which]
         if is_place:
             return Side(*self.on_body(index, local), index)
         pose = self.pose(index)
         direction = turned(pose.R, local)
-        return Side(direction, np.cross(pose.w, direction), index)
+        return Side(direction, cross(pose.w, direction), index)
+
+    def beam_sums(self, index: int) -> BeamSums:
+        """Energies and momenta of a beam, as the solvers count them."""
+        row, elements = self.model.flexible.beams[index], self.model.flexible.elements
+        first = int(row["first_element"])
+        last = first + int(row["elements"])
+        jit.load([flexible.beam_energies, flexible.beam_momenta, *jit.at_slots(elements["energy"][first:last])])
+        out = np.zeros((self.t.size, 9))
+        for y, values in zip(self.y, out, strict=True):
+            flexible.beam_energies(y, first, last, self.model, values[:3])
+            flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
+        return BeamSums(out[:, 0], out[:, 1], out[:, 3:6], out[:, 6:])
+
+    @functools.cached_property
+    def contacts(self) -> tuple[Array, Array]:
+        """Normal forces (N) and gaps (m, negative inside) of all contact points: (nt, n) each.
+
+        Those of the states alone; gaps are NaN beyond an obstacle's ends, and where a point is too far from it to have
+        been looked at.
+        """
+        model = self.model.copy()
+        points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))
+        jit.load([rigid.kinematics, *families.functions(model)])
+        force, gap = (np.zeros((self.t.size, points.size)) for _ in range(2))
+        for k, y in enumerate(self.y):
+            rigid.kinematics(self.t[k], y, model)
+            contact.add_contacts(y, -1.0, model, F)
+            force[k], gap[k] = points["force"], points["gap1"]
+        gap[gap == math.inf] = math.nan
+        return force, gap
 
 
 def about(axis: Array, angle: Array) -> Array:
@@ -135,3 +213,44 @@ def about(axis: Array, angle: Array) -> Array:
     K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
     return np.eye(3) + s * K + (1.0 - c) * (K @ K)
+
+
+def root_axes(nodes: Array) -> Array:
+    """Axes of the root (nt, 3, 3), rows x along, y and z: of nodes (nt, n, vectors, 3)."""
+    x = nodes[:, 0, 1]
+    if nodes.shape[2] == 4:  # the section: across it stands x
+        y, z = nodes[:, 0, 2], nodes[:, 0, 3]
+        x = cross(y, z)
+    else:
+        y = carried(x, across(x[0]))
+    x = x / norm(x)[:, None]
+    y = y - np.einsum("ti,ti->t", y, x)[:, None] * x
+    y = y / norm(y)[:, None]
+    return np.stack([x, y, cross(x, y)], axis=1)
+
+
+def carried(x: Array, y: Array) -> Array:
+    """A direction y (3,) across x[0], turned with the directions x (nt, 3) by the shortest way between samples."""
+    found, (px, py, pz) = [tuple(y)], (x[0] / np.linalg.norm(x[0])).tolist()
+    a, b, c = y.tolist()
+    for ex, ey, ez in (x[1:] / norm(x[1:])[:, None]).tolist():
+        vx, vy, vz = px + ex, py + ey, pz + ez
+        size = vx * vx + vy * vy + vz * vz
+        if size > 1e-12:  # turned from e to f: y - 2 (y . (e + f))/|e + f|^2 (e + f), since y . e = 0
+            s = 2.0 * (a * vx + b * vy + c * vz) / size
+            a, b, c = a - s * vx, b - s * vy, c - s * vz
+        s = a * ex + b * ey + c * ez
+        a, b, c = a - s * ex, b - s * ey, c - s * ez
+        s = 1.0 / math.sqrt(a * a + b * b + c * c)
+        a, b, c = s * a, s * b, s * c
+        found.append((a, b, c))
+        px, py, pz = ex, ey, ez
+    return np.array(found)
+
+
+def across(x: Array) -> Array:
+    """A unit vector across x, in the plane across z where that is possible."""
+    z = np.array([0.0, 0.0, 1.0]) if abs(x[2]) < 0.9 * np.linalg.norm(x) else np.array([0.0, 1.0, 0.0])
+    y = np.cross(z, x)
+    found: Array = y / np.linalg.norm(y)
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,11 +13,13 @@ from evolvent import elements, jit, units
 from evolvent.builder import Builder
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.errors import InputError
-from evolvent.kernels import ancf, element_calls
+from evolvent.kernels import element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.base import Arrays, Part, unit
 
 CABLES = ("cable", "cable_stretch")
+#: Gauss's two points of an element.
+GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 #: Nodal vectors: positions and slopes of all nodes.
 Nodal = Annotated[
     tuple[tuple[units.Triple, ...], ...],
@@ -134,18 +137,19 @@ class Beam(Part):
             raise InputError(f"{name}.{key} has the shape {found.shape}; it must be {wanted}")
         return found
 
-    def along(self, nodes: ArrayLike) -> dict[str, np.ndarray]:
+    def along(self, nodes: ArrayLike, *, at: Sequence[float] = GAUSS) -> dict[str, np.ndarray]:
         """Strains, forces, moments and energy along the beam.
 
         Parameters
         ----------
         nodes : (..., n + 1, 2 or 4, 3) float, m and 1, coordinates of its nodes, of a run's states for example
+        at : (k,) float, points of each element, from 0 to 1; Gauss's two if left out, at which its cubic is nearest to
+            the shape that it stands for
 
         Returns
         -------
         dict
-            `arc` (2 n,), m, from the root: two points of each element (Gauss's), at which its cubic is nearest to the
-            shape that it stands for; and there (..., 2 n): `strain` of the axis; `force` along it, N; `shear_y`,
+            `arc` (k n,), m, from the root; and there (..., k n): `strain` of the axis; `force` along it, N; `shear_y`,
             `shear_z`, N; `torque`, N m; `bend_y`, `bend_z`, N m, moments of what bends it across y and z (of a cable
             `bend_y` is all); `energy`, J/m, stored per length. A cable has neither shear nor torque: zeros.
 
@@ -159,65 +163,76 @@ class Beam(Part):
             raise InputError(
                 f"nodes has the shape {x.shape}; its last sizes must be {(self.elements + 1, self.vectors, 3)}"
             )
-        flat = x.reshape(-1, *x.shape[-3:])
-        at, n = 0.5 + 0.5 * np.array([-1.0, 1.0]) / math.sqrt(3.0), self.elements
-        length, rest = self.length / n, self.start() if self.rest == "start" else None
-        names = ("strain", "force", "shear_y", "shear_z", "torque", "bend_y", "bend_z", "energy")
-        found = {name: np.zeros((len(flat), 2 * n)) for name in names}
-        values = self._of_cable if self.vectors == 2 else self._of_beam
-        for i in range(n):
-            section = self.section.between(i / n, (i + 1) / n)
-            for k, xi in enumerate(at):
-                unloaded = None if rest is None else rest[None, i : i + 2]
-                for name, value in values(flat[:, i : i + 2], unloaded, section, length, xi).items():
-                    found[name][:, 2 * i + k] = value
-        arc = (length * (np.arange(n)[:, None] + at)).ravel()
-        return {"arc": arc, **{key: value.reshape(*x.shape[:-3], 2 * n) for key, value in found.items()}}
+        xi, n = np.asarray(at, dtype=float), self.elements
+        strains = self._cable_strains if self.vectors == 2 else self._beam_strains
+        found = strains(x, xi)
+        if self.rest == "start":
+            rest = strains(self.start(), xi)
+            if self.vectors == 2:  # whose curvature is never without stress
+                rest[..., 1] = 0.0
+            found = found - rest
+        values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, xi)
+        arc = (self.length / n * (np.arange(n)[:, None] + xi)).ravel()
+        return {"arc": arc, **{key: value.reshape(*x.shape[:-3], n * xi.size) for key, value in values.items()}}
 
-    def _of_beam(
-        self, e: np.ndarray, rest: np.ndarray | None, section: CrossSection, length: float, xi: float
-    ) -> dict[str, np.ndarray]:
-        """What `along` gives at a point of elements of 24 coordinates (k, 2, 4, 3)."""
-        off = self._beam_strains(e, length, xi)
-        if rest is not None:
-            off = off - self._beam_strains(rest, length, xi)
-        forces = elements.line_stiffness(xi, section, self.material) * off
+    def _of_beam(self, off: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
+        """What `along` gives, of strains (..., n, k, 9) off those without stress."""
+        forces = off * self._stiffness(xi, lambda section, at: elements.line_stiffness(at, section, self.material))
         keys = ("force", "shear_y", "shear_z", "torque", "bend_y", "bend_z")
         return {
-            **dict(zip(keys, forces.T[:6], strict=True)),
-            "strain": off[:, 0],
-            "energy": 0.5 * np.sum(forces * off, axis=1),
+            **{key: forces[..., i] for i, key in enumerate(keys)},
+            "strain": off[..., 0],
+            "energy": 0.5 * np.einsum("...i,...i->...", forces, off),
         }
 
-    def _of_cable(
-        self, e: np.ndarray, rest: np.ndarray | None, section: CrossSection, length: float, xi: float
-    ) -> dict[str, np.ndarray]:
-        """What `along` gives at a point of cables (k, 2, 2, 3)."""
-        s = section.at(xi).properties(self.material.nu)
-        EA, EI = self.material.E * s.area, self.material.E * s.Iz
-        stretch, bend = self._cable_strains(e, length, xi).T
-        off = stretch if rest is None else stretch - self._cable_strains(rest, length, xi)[:, 0]
-        force = EA * off
-        if self.formulation == "cable":
-            force = force * np.sqrt(np.maximum(1.0 + 2.0 * stretch, 0.0))
-        return {"strain": off, "force": force, "bend_y": EI * bend, "energy": 0.5 * (EA * off**2 + EI * bend**2)}
+    def _of_cable(self, off: np.ndarray, x: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
+        """What `along` gives, of the strain off that without stress and the curvature, (..., n, k, 2)."""
 
-    def _beam_strains(self, e: np.ndarray, length: float, xi: float) -> np.ndarray:
-        """(k, 9) of elements (k, 2, 4, 3)."""
-        found = np.zeros((len(e), 9))
-        for row, one in zip(found, e.reshape(len(e), 24), strict=True):
-            ancf.line_strains(np.ascontiguousarray(one), length, xi, row)
+        def stiffness(section: CrossSection, at: float) -> np.ndarray:
+            s = section.at(at).properties(self.material.nu)
+            return self.material.E * np.array([s.area, s.Iz])
+
+        forces = off * self._stiffness(xi, stiffness)
+        pull, zero = forces[..., 0], np.zeros(off.shape[:-1])
+        if self.formulation == "cable":  # Green's strain and its stress: |r'| turns them into a force
+            a = _slopes(x, self.length / self.elements, xi, order=1)
+            pull = pull * np.sqrt(np.einsum("...i,...i->...", a, a))
+        energy = 0.5 * np.einsum("...i,...i->...", forces, off)
+        nothing = dict.fromkeys(("shear_y", "shear_z", "torque", "bend_z"), zero)
+        return {**nothing, "strain": off[..., 0], "force": pull, "bend_y": forces[..., 1], "energy": energy}
+
+    def _stiffness(self, xi: np.ndarray, of: Callable[[CrossSection, float], np.ndarray]) -> np.ndarray:
+        """A function of section and place in each element, at the points `xi` of all of them: (n or 1, k, ...)."""
+        n = self.elements
+        if self.section.between(0.0, 1.0 / n) is self.section:  # the same in every element
+            return np.array([[of(self.section, at) for at in xi]])
+        pieces = [self.section.between(i / n, (i + 1) / n) for i in range(n)]
+        return np.array([[of(piece, at) for at in xi] for piece in pieces])
+
+    def _beam_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """`kernels.ancf.line_strains` of nodes (..., n + 1, 4, 3), at `xi` of all elements: (..., n, k, 9)."""
+        length, at = self.length / self.elements, xi[:, None]
+        a = _slopes(x, length, xi, order=1)
+        across, steps = x[..., 2:, :], np.diff(x[..., 2:, :], axis=-3)
+        first, last = across[..., :-1, :, :], across[..., 1:, :, :]
+        b, c = (first[..., None, i, :] * (1.0 - at) + last[..., None, i, :] * at for i in (0, 1))
+        db, dc = (steps[..., None, i, :] / length for i in (0, 1))
+        found = np.empty((*a.shape[:-1], 9))
+        pairs = ((a, a), (a, b), (a, c), (db, c), (a, db), (a, dc), (b, b), (c, c), (b, c))
+        for i, (one, other) in enumerate(pairs):
+            np.einsum("...i,...i->...", one, other, out=found[..., i])
+        found[..., 3] = 0.5 * (found[..., 3] - np.einsum("...i,...i->...", b, dc))
+        found[..., [0, 6, 7]] = 0.5 * (found[..., [0, 6, 7]] - 1.0)
         return found
 
-    def _cable_strains(self, e: np.ndarray, length: float, xi: float) -> np.ndarray:
-        """Strain and curvature (k, 2) of elements (k, 2, 2, 3)."""
-        slope, bend = (
-            np.einsum("j,kji->ki", np.array(elements.axis_shape(length, xi, order=order)), e.reshape(len(e), 4, 3))
-            for order in (1, 2)
-        )
-        square = np.einsum("ki,ki->k", slope, slope)
+    def _cable_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """Strain and curvature of nodes (..., n + 1, 2, 3), at the points `xi` of all elements: (..., n, k, 2)."""
+        length = self.length / self.elements
+        slope, bend = (_slopes(x, length, xi, order=order) for order in (1, 2))
+        square = np.einsum("...i,...i->...", slope, slope)
         strain = np.sqrt(square) - 1.0 if self.formulation == "cable_stretch" else 0.5 * (square - 1.0)
-        return np.stack([strain, np.linalg.norm(np.cross(slope, bend), axis=1) / square], axis=1)
+        turn = np.cross(slope, bend)
+        return np.stack([strain, np.sqrt(np.einsum("...i,...i->...", turn, turn)) / square], axis=-1)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the beam into the families `beams` and `elements`, and its constants into the pools."""
@@ -291,6 +306,14 @@ class Beam(Part):
         whole = parts["membrane"] + parts["bending"] + parts["torsion"] + parts["section"]
         mass = builder.pooled(M24=elements.beam_mass(length, section, self.material))
         return builder.pooled(H24=whole.H, h24=whole.h, U24=whole.U0, bend24=parts["bending"].H), mass
+
+
+def _slopes(x: np.ndarray, length: float, xi: np.ndarray, *, order: int) -> np.ndarray:
+    """First or second derivative of the axis, of nodes (..., n + 1, vectors, 3) at `xi`: (..., n, k, 3)."""
+    _, p, step, q = (np.asarray(f)[:, None] for f in elements.axis_shape(length, xi, order=order))
+    slopes, steps = x[..., 1, :], np.diff(x[..., 0, :], axis=-2)
+    found: np.ndarray = step * steps[..., None, :] + p * slopes[..., :-1, None, :] + q * slopes[..., 1:, None, :]
+    return found
 
 
 def _across(e1: np.ndarray) -> np.ndarray:

@@ -74,6 +74,7 @@ def keep_sample(n, model, work):
         row[6] = f.cylinders[k].normal
         row[7] = work.impulse[k]
         row[8] = f.cylinders[k].touching
+        row[9] = f.cylinders[k].energy
     for b in range(model.bodies.size):
         for i in range(6):
             work.out_bodies[n, b, i] = model.bodies[b].F[i]

@@ -10,13 +10,13 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import hinge, joint
+from evolvent.kernels import constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
 #: Numbers of a cylinder at a sample (see `Sampled`).
-N_CYLINDER = 9
+N_CYLINDER = 10
 
 
 class Sampled(NamedTuple):
@@ -25,10 +25,10 @@ class Sampled(NamedTuple):
     Attributes
     ----------
     acceleration : (nt, nv) float
-    la : (nt, nj) float, multipliers of the joints, in the order of `names`; NaN of constraints under explicit methods
+    la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    cylinders : (nt, nc, 9) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
-        sum of normal forces (N), its impulse (N s), points that touch
+    cylinders : (nt, nc, 10) float, of each: force (N) and torque (N m) on its body at the body's origin, inertial axes;
+        sum of normal forces (N), its impulse (N s), points that touch, energy (J)
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
         bodies less the gyroscopic w x J w
     """
@@ -116,18 +116,21 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found.balance[:] = balances(model, y, sums)
     load_explicit(model)
     dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
+    rows, columns, signs = _same_constraints(assembly)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
         found.wrenches[k] = model.bodies["F"]
         found.la[k], coupled = joint.penalty_values(t[k], f.joints)
+        found.la[k, columns] = signs * model.la[rows]
         if f.beams.size:
             own[:] = 0.0
-            beam_energies(y[k], model, own)
+            beam_energies(y[k], 0, f.elements.size, model, own)
             found.balance.bending[k] = own[2]
             found.cylinders[k, :, :6] = f.cylinders["F"]
             found.cylinders[k, :, 6] = f.cylinders["normal"]
             found.cylinders[k, :, 8] = f.cylinders["touching"]
+            found.cylinders[k, :, 9] = f.cylinders["energy"]
             found.balance.contact[k] = f.cylinders["energy"].sum()
         if f.hinges.size:
             coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
@@ -138,13 +141,34 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     return found
 
 
-def momentum_of(model: mdl.Model, y: Array, sums: Array) -> Momentum:
-    """Momenta of the states of any run, and what its events brought in."""
+def _same_constraints(assembly: Assembly) -> tuple[list[int], list[int], Array]:
+    """Rows of explicit methods, the rows of `joints` that are the same constraints, and the signs of their multipliers.
+
+    Links pull on their ends in both; guides act on their body by +la along `direction` in `rows`, by -la in `joints`.
+    """
+    rows, columns, signs = [], [], []
+    names = {found: name for name, found in assembly.names.items()}
+    for r, row in enumerate(assembly.model.rows):
+        if row["kind"] != constraint_rows.THREAD:
+            family, sign = ("links", 1.0) if row["kind"] == constraint_rows.LINK else ("guides", -1.0)
+            rows.append(r)
+            columns.append(assembly.joint_parts.index(names[family, int(row["index"])]))
+            signs.append(sign)
+    return rows, columns, np.array(signs)
+
+
+def angular_momentum(sums: Array) -> Array:
+    """(..., 3) angular momentum about the inertial origin of sums (..., N_INVENTORY), with wound thread if carried."""
+    found: Array = np.sum([sums[..., k : k + 3] for k in (mdl.H_BODY, mdl.H_RELEASED, mdl.H_CARRIED)], axis=0)
+    return found
+
+
+def momentum_of(model: mdl.Model, y: Array, linear: Array, angular: Array) -> Momentum:
+    """Momenta (nt, 3) of the states of any run, with what its events brought in."""
     accounts = y[:, int(model.info.nq + model.info.nv) :]
-    parts = (mdl.H_BODY, mdl.H_RELEASED, mdl.H_CARRIED)
     return Momentum(
-        linear=sums[:, mdl.P_ALL : mdl.P_ALL + 3],
-        angular=np.sum([sums[:, k : k + 3] for k in parts], axis=0),
+        linear=linear,
+        angular=angular,
         jumps_linear=accounts[:, mdl.JUMP_LINEAR : mdl.JUMP_LINEAR + 3],
         jumps_angular=accounts[:, mdl.JUMP_ANGULAR : mdl.JUMP_ANGULAR + 3],
     )

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent import model as mdl
 from evolvent.flow.needs import is_flexible
-from evolvent.flow.observations import Observations, observe, sums_of
+from evolvent.flow.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers import balance as eb
-from evolvent.solvers.sampled import Momentum, Sampled, balances, empty, evaluate, momentum_of
+from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
 
 if TYPE_CHECKING:
     from evolvent.builder import Assembly
@@ -151,7 +152,10 @@ class Solution:
     @functools.cached_property
     def momentum(self) -> Momentum:
         """Linear and angular momentum at the samples, and what events brought in."""
-        return momentum_of(self.assembly.model, self.y, self.sums)
+        model = self.assembly.model
+        if self.kept is not None and not model.threads.size:  # without the functions of explicit methods
+            return momentum_of(model, self.y, *momenta_of(model, self.t, self.y))
+        return momentum_of(model, self.y, self.sums[:, mdl.P_ALL : mdl.P_ALL + 3], angular_momentum(self.sums))
 
     def chosen(self, samples: Any) -> Solution:
         """The solution at some of its samples: (nt,) bool, or indices; `energy_defect` counts from the first one."""

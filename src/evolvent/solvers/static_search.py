@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.kernels import loads, springs
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.sampled import empty
+from evolvent.solvers.sampled import N_CYLINDER, empty
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
 
@@ -67,10 +67,11 @@ class Search:
         eq.accept(w.time, w.model, b, energies)
         b.loop.factor = self.reached = factor
         self.worst = min(self.worst, float(b.loop.quality))
-        cylinders = np.zeros((f.cylinders.size, 9))
+        cylinders = np.zeros((f.cylinders.size, N_CYLINDER))
         for k in range(f.cylinders.size):
             row = f.cylinders[k]
             cylinders[k, :6], cylinders[k, 6], cylinders[k, 8] = row["F"], row["normal"], row["touching"]
+            cylinders[k, 9] = row["energy"]
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
         wrenches = w.model.bodies["F"].copy()
@@ -82,7 +83,8 @@ class Search:
         """Keep the state that the search began with, where nothing was kept; what was not computed is NaN."""
         if not self.kept:
             w = self.work
-            rows = np.full((w.model.flexible.cylinders.size, 9), np.nan), np.full((w.model.bodies.size, 6), np.nan)
+            n_c, n_b = w.model.flexible.cylinders.size, w.model.bodies.size
+            rows = np.full((n_c, N_CYLINDER), np.nan), np.full((n_b, 6), np.nan)
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
             self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))
 
