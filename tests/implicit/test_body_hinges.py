@@ -246,6 +246,48 @@ def test_a_folded_panel_opens_and_latches(start: float, method: str) -> None:
     assert np.abs(solution.energy_defect).max() < 50.0 * allowed * begun
 
 
+def array(panels: int = 3) -> System:
+    """A free hub with panels of 1 m, folded back and forth along y, on sprung hinges that latch in line with it."""
+    system = System()
+    system.add(parts.RigidBody(mass=20.0, inertia=(2.0, 2.0, 3.0)), "hub")
+    before, at = "hub", np.array([0.5, 0.0, 0.0])
+    for k in range(panels):
+        up = 1.0 if k % 2 == 0 else -1.0
+        along = np.array([0.0, up, 0.0])
+        turned = (math.sqrt(0.5), 0.0, 0.0, up * math.sqrt(0.5))
+        body = parts.RigidBody(
+            mass=1.0, inertia=(0.02, 0.09, 0.1), position=tuple(at + 0.5 * along), orientation=turned
+        )
+        system.add(body, f"panel {k}")
+        both = {"a": before, "b": f"panel {k}"}
+        system.add(parts.Joint(**both, type="revolute", position=tuple(at)), f"joint {k}")
+        folded = up * (0.5 * math.pi if k == 0 else math.pi)
+        spring = {"stiffness": 0.3, "damping": 0.05, "rest": -0.3 * up}
+        latch = {"latch": 0.0, "latch_stiffness": 40.0, "latch_damping": 3.0}
+        system.add(parts.RotationalSpring(**both, angle=folded, **spring, **latch), f"hinge {k}")
+        before, at = f"panel {k}", at + along
+    return system
+
+
+def test_a_solar_array_unfolds() -> None:
+    """Three panels folded by 90, -180 and 180 degrees: all latch; momentum is kept and the balance closes."""
+    times = np.linspace(0.0, 30.0, 31)
+    solution = solve_implicit(array().assemble(), samples=times, tolerance=1e-6, spectral_radius=0.8)
+    assert solution.success, solution.message
+    assert sorted(solution.event_kinds.tolist()) == [0, 1, 2]
+    for k, folded in enumerate((0.5 * math.pi, -math.pi, math.pi)):
+        found = seen(solution, f"hinge {k}")
+        assert found["angle"][0] == pytest.approx(folded, abs=1e-12)
+        when = found["latch_time"][0]
+        assert np.array_equal(found["latched"], times >= when)
+        # the spring pulls the latch by k (rest - 0)/(k + latch_stiffness) off its angle
+        assert found["angle"][-1] == pytest.approx(-0.3 * math.copysign(1.0, folded) * 0.3 / 40.3, abs=2e-3)
+    assert np.abs(solution.momentum.linear).max() < 1e-9
+    assert np.abs(solution.momentum.angular).max() < 1e-7
+    begun, left = solution.energy[0], solution.energy[-1]
+    assert solution.balance.by_joints[-1] == pytest.approx(begun - left, rel=1e-2)
+
+
 def test_a_hinge_that_starts_at_its_latch_is_locked() -> None:
     locked = {"latch": 0.7, "angle": 0.7, "latch_stiffness": 60.0}
     assembly = panel(0.4, stiffness=2.0, **locked)

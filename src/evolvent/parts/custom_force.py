@@ -95,10 +95,9 @@ class CustomForce(Part):
             raise InputError(f"{name}.law is missing; it must be a function under @evolvent.element_law")
         first, last = builder.parameters(parameters)
         place = len(builder.rows["custom_places"])
-        for at in found:
-            on = ON_BODY if at.family == "bodies" else ON_COORDINATES
-            index = at.index if on == ON_BODY else -1
-            builder.add("custom_places", on=on, index=index, iq=at.iq, iv=at.iv, local=at.local)
+        for family, index, local, iq, iv, *_ in found:
+            on = ON_BODY if family == "bodies" else ON_COORDINATES
+            builder.add("custom_places", on=on, index=index if on == ON_BODY else -1, iq=iq, iv=iv, local=local)
         address = builder.law(law, "element")
         row = builder.add("custom_forces", law=address, first=first, last=last, place=place, places=len(found))
         builder.names[name] = ("custom_forces", row)

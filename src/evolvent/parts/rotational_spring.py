@@ -133,14 +133,15 @@ class RotationalSpring(Part):
 
     def _body(self, builder: Builder, name: str, index: int, place: Location, axis: np.ndarray) -> _Second:
         """The second direction of a body: across the axis, at the angle that the start has."""
-        if place.index == index:
+        _, other, *_ = place
+        if other == index:
             raise InputError(f"{name}.a and {name}.b are one body, {self.a!r}; a hinge needs two parts")
         if self.zero is not None:
             raise InputError(f"{name}.zero is given, but {name}.b is a body; give {name}.angle, its angle at the start")
         angle = 0.0 if self.angle is None else self.angle
         zero = _across(axis)
         u = math.cos(angle) * zero + math.sin(angle) * np.cross(axis, zero)
-        return _Second(ON_BODY, place.index, -1, -1, builder.poses[place.index].R.T @ u, zero, angle)
+        return _Second(ON_BODY, other, -1, -1, builder.poses[other].R.T @ u, zero, angle)
 
     def _node(self, builder: Builder, name: str, place: Location, axis: np.ndarray) -> _Second:
         """The second direction of a beam's node: the slope along it, or one across it."""
