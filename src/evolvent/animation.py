@@ -1,7 +1,7 @@
 """A motion as one HTML page that needs nothing else (no network, no library), and as bytes for the studio's viewer.
 
 Both hold the same description: positions in the axes of the main frame, in which points of a spinning craft can be
-interpolated, and the pose of that frame. `viewer.js` draws it.
+interpolated, and the pose of that frame. `viewer/` draws it.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import html
 import json
 import os
 import pathlib
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +38,9 @@ SHOWN = 15.0
 #: Where a motion is seen from at first, rad.
 AZIMUTH, ELEVATION = -1.1, 0.6
 _HERE = pathlib.Path(__file__).parent
-_TEMPLATE, VIEWER = _HERE / "animation.html", _HERE / "viewer.js"
+_TEMPLATE = _HERE / "animation.html"
+#: The parts of the viewer, in the order in which they refer to those before.
+VIEWER = tuple(_HERE / "viewer" / f"{name}.js" for name in ("motion", "picture", "viewer"))
 #: Share of the reach below which a solid has fewer sectors, and number of solids above which it has still fewer.
 _SMALL, _MANY = 0.02, 24
 
@@ -286,7 +289,9 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
     # "<" cannot close the script then
     data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
     text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(motion.title))
-    text = text.replace("@VIEWER@", VIEWER.read_text(encoding="utf-8").replace("export ", ""))
+    script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
+    # in one script nothing is imported or exported
+    text = text.replace("@VIEWER@", re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
     return text.replace("@DATA@", data).encode()
 
 

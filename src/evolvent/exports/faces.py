@@ -1,4 +1,4 @@
-"""Faces and pieces of lines of a motion at a moment, on a picture, the farthest first; as `viewer.js` draws them."""
+"""Faces and pieces of lines of a motion at a moment, the farthest first; as `viewer/picture.js` draws them."""
 
 from __future__ import annotations
 

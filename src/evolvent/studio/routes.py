@@ -60,9 +60,12 @@ def install(app: FastAPI, studio: Studio) -> None:
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
     app.get("/studio/certificate", include_in_schema=False)(guarded(certificate))
 
-    @app.get("/studio/viewer.js", include_in_schema=False)
-    def viewer() -> FileResponse:
-        return FileResponse(VIEWER, media_type="text/javascript", headers={"Cache-Control": "no-cache"})
+    @app.get("/studio/viewer/{name}", include_in_schema=False)
+    def viewer(name: str) -> Response:
+        path = next((path for path in VIEWER if path.name == name), None)
+        if path is None:
+            return Response("there is no such file", status_code=404, media_type="text/plain")
+        return FileResponse(path, media_type="text/javascript", headers={"Cache-Control": "no-cache"})
 
 
 def _named(content: bytes, name: str, kind: str) -> Response:

@@ -1,7 +1,7 @@
 // The motion of one run, or of several over one another: evolvent's viewer in the page of the studio. All frames come
 // once, as one binary block (evolvent.animation.pack); nothing is asked of the server while it plays.
 const load = async (url) => {
-  const { unpack } = await import("/studio/viewer.js"), answer = await fetch(url);
+  const { unpack } = await import("/studio/viewer/motion.js"), answer = await fetch(url);
   if (!answer.ok) throw new Error(await answer.text());
   return unpack(await answer.arrayBuffer());
 };
@@ -13,7 +13,7 @@ export default {
   async mounted() {
     let viewer;
     try {
-      const [{ Viewer }, ...motions] = await Promise.all([import("/studio/viewer.js"), ...this.urls.map(load)]);
+      const [{ Viewer }, ...motions] = await Promise.all([import("/studio/viewer/viewer.js"), ...this.urls.map(load)]);
       if (this.gone) return;
       this.note = "";
       await this.$nextTick();
