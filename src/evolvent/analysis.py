@@ -148,6 +148,35 @@ def plan(
     return drive.plan(assembly, samples=samples, **options), why
 
 
+def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
+    """A solution with one sample, the start, before anything is solved; what a solver finds is NaN.
+
+    Parameters
+    ----------
+    method : one of `METHODS`
+    t : float, s
+    """
+    from evolvent.solvers.sampled import empty
+    from evolvent.solvers.solution import Solution
+
+    nothing = Solution(
+        assembly=assembly,
+        method=method,
+        t=np.zeros(0),
+        y=np.zeros((0, assembly.y.size)),
+        s=np.zeros((0, assembly.s.size), dtype=assembly.s.dtype),
+        status="success",
+        message="success",
+        statistics={},
+        event_times=np.zeros(0),
+        event_kinds=np.zeros(0, dtype=int),
+        wall_time=0.0,
+        compile_time=0.0,
+        kept=empty(assembly.model, 0),
+    )
+    return nothing.or_start(t)
+
+
 def warning_of(solution: Solution) -> str:
     """A sentence on a run whose method has taken much of its energy; '' of others."""
     defect = solution.energy_defect

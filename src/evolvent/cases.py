@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
 import importlib.metadata
@@ -16,7 +17,8 @@ import yaml
 from pydantic import ValidationError
 
 from evolvent.errors import InputError, nearest
-from evolvent.schema import Section, dotted, keys, sentence, shown
+from evolvent.schema import Section, by_name, dotted, keys, locate, sentence, shown
+from evolvent.units import UnitError, shared_unit, unit_of
 
 _FOLDER = pathlib.Path(__file__).parent / "systems"
 
@@ -31,12 +33,14 @@ class Plan(NamedTuple):
         its status
     solver : str, the solver that must be compiled for it, '' for none
     note : str, what to report of its cost before it starts, '' for nothing
+    start : function that returns the results at the start, with all variables that the run will have; None for none
     """
 
     duration: float
     run: Callable[[Callable[[float], None] | None], Any]
     solver: str = ""
     note: str = ""
+    start: Callable[[], Any] | None = None
 
 
 # ------------------------------------------------------------------------------------------------ systems
@@ -75,24 +79,37 @@ def system(name: str) -> Any:
     point = _outside()[name]
     try:
         made = point.load()
+        found = made() if isinstance(made, type) else made
+        called = found.Case.model_fields["system"].default
+        if called != name:
+            raise TypeError(f"its Case.system is {called!r}, not {name!r}")
     except Exception as error:
-        raise InputError(
-            f"the system {name!r} of {point.value!r} cannot be loaded: {type(error).__name__}: {error}"
-        ) from error
-    return made() if isinstance(made, type) else made
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(f"the system {name!r} of {point.value!r} cannot be loaded: {why}") from error
+    return found
 
 
 @functools.cache
 def _files() -> dict[str, pathlib.Path]:
-    """Files of the built-in cases by name."""
+    """Files of the cases that come with the package, by name."""
     every = (path for path in _FOLDER.rglob("*.yaml") if not path.name.endswith(".study.yaml"))
     found = {path.stem.replace("_", "-"): path for path in every}
     return dict(sorted(found.items()))
 
 
+@functools.cache
+def _outside_cases() -> dict[str, str]:
+    """Cases of systems of other packages, name -> YAML text; a system that cannot be loaded has none."""
+    found: dict[str, str] = {}
+    for name in _outside():
+        with contextlib.suppress(InputError):  # said where that system is asked for
+            found |= {case: source for case, source in system(name).cases.items() if case not in _files()}
+    return found
+
+
 def built_in() -> dict[str, str]:
-    """Built-in cases, name -> what it is (the first line of its file)."""
-    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in _files().items()}
+    """Built-in cases, name -> what it is (the first line of its text); last those of systems of other packages."""
+    first = {name: text(name).partition("\n")[0] for name in [*_files(), *_outside_cases()]}
     return {name: line.lstrip("# ").strip() for name, line in first.items()}
 
 
@@ -104,9 +121,11 @@ def text(name: str) -> str:
     InputError
         If there is no such case.
     """
-    if name not in _files():
-        raise InputError(f"no case is called {name!r}; {nearest(name, _files())}")
-    return _files()[name].read_text(encoding="utf-8")
+    if name in _files():
+        return _files()[name].read_text(encoding="utf-8")
+    if name in _outside_cases():
+        return _outside_cases()[name]
+    raise InputError(f"no case is called {name!r}; {nearest(name, [*_files(), *_outside_cases()])}")
 
 
 def json_schema(name: str) -> dict[str, Any]:
@@ -327,10 +346,43 @@ def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> Non
             f"the overrides are {shown(overrides)}; they must be a mapping of dotted keys to values, "
             f"such as {{'blade.nodes': 40}}"
         )
-    for key, value in (overrides or {}).items():
+    if not overrides:
+        return
+    known = content.get("system")
+    kind: type[Section] | None = system(known).Case if isinstance(known, str) and known in systems() else None
+    named = {key: set(content.get(key) or ()) for key in (by_name(kind) if kind else ())}
+    for key, value in overrides.items():
         if not isinstance(key, str):
             raise InputError(f"among the overrides {_key_problem(key)}")
+        if kind is not None:
+            _write_out(kind, content, key)
         override(content, key, value)
+    for key in overrides:
+        owner, _, rest = key.partition(".")
+        name = rest.partition(".")[0]
+        if name and owner in named and name not in named[owner] and "kind" not in content[owner][name]:
+            raise InputError(f"cannot set {key!r}: no part is called {name!r}; {nearest(name, named[owner])}")
+
+
+def _write_out(kind: type[Section], content: Any, key: str) -> None:
+    """Write out what stands for a section in short, where a key goes into it: rows that stand for {table: rows}."""
+    path = key.split(".")
+    place = content
+    for k, name in enumerate(path[:-1]):
+        if isinstance(place, list) and name.isdecimal() and int(name) < len(place):
+            place = place[int(name)]
+            continue
+        if not isinstance(place, dict) or place.get(name) is None:
+            return
+        inner, wanted = place[name], path[k + 1]
+        if not isinstance(inner, dict) and not (isinstance(inner, list) and wanted.isdecimal()):
+            with contextlib.suppress(InputError):
+                for one, _ in locate(kind, ".".join(path[: k + 1]), content).types:
+                    if isinstance(one, type) and issubclass(one, Section) and wanted in one.model_fields:
+                        with contextlib.suppress(ValidationError):
+                            one.model_validate({wanted: inner})
+                            place[name] = {wanted: inner}
+        place = place[name]
 
 
 def _kind(content: Mapping[str, Any]) -> type[Section]:
@@ -350,10 +402,9 @@ def _content(case: Any) -> dict[str, Any]:
     if not isinstance(case, (str, os.PathLike)):
         raise InputError(f"a case is a name, a file or a mapping, not {type(case).__name__}")
     name = os.fspath(case)
-    if name in _files():
+    is_word = not re.search(r"[./\\]", name)
+    if name in _files() or (is_word and not os.path.exists(name)):
         return dict(copied(_built_in_content(name)))
-    if not os.path.exists(name) and not re.search(r"[./\\]", name):
-        raise InputError(f"no case is called {name!r}; {nearest(name, _files())}")
     try:
         source = pathlib.Path(name).read_text(encoding="utf-8")
     except UnicodeDecodeError:
@@ -371,7 +422,10 @@ def _content(case: Any) -> dict[str, Any]:
 @functools.cache
 def _built_in_content(name: str) -> Any:
     """Content of a built-in case, read once."""
-    return parse_yaml(text(name), name)
+    found = parse_yaml(text(name), name)
+    if not isinstance(found, dict):
+        raise InputError(f"the case {name!r} of another package is {shown(found)}; it must be a mapping")
+    return found
 
 
 def copied(content: Any) -> Any:
@@ -393,7 +447,7 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
         If it has no ``=`` or no key.
     """
     key, equals, value = assignment.partition("=")
-    if not equals or not re.fullmatch(r"\w+(\.\w+)*", key.strip()):
+    if not equals or not re.fullmatch(r"\w[\w -]*(\.\w[\w -]*)*", key.strip()):
         raise InputError(f"--set {assignment!r} is not of the form key.path=value, such as blade.nodes=40")
     return key.strip(), parse_yaml(value, f"--set {assignment}")
 
@@ -413,13 +467,33 @@ def override(content: dict[str, Any], key: str, value: Any) -> None:
     """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0."""
     *path, last = parts = key.split(".")
     place: Any = content
+    shared = False
     for k, name in enumerate(path):
         if isinstance(place, dict) and name not in place:
             if parts[k + 1].isdecimal():
                 raise InputError(f"cannot set {key!r}: {'.'.join(path[: k + 1])!r} is not given; give the whole list")
             place[name] = {}
         place = place[_subscript(place, name, key, ".".join(path[:k]))]
-    place[_subscript(place, last, key, ".".join(path))] = value
+        shared = (isinstance(place, list) and _write_units(place)) or shared
+    at = _subscript(place, last, key, ".".join(path))
+    if shared and isinstance(value, (int, float)) and not isinstance(value, bool):
+        value = f"{value!r} {unit_of(place[at])}"  # in the unit of its list
+    place[at] = value
+
+
+def _write_units(values: list[Any]) -> bool:
+    """Give each entry of a list the unit that stands in the last one alone, and so each column of a table.
+
+    Returns whether a unit was added.
+    """
+    before = list(values)
+    with contextlib.suppress(UnitError):
+        if all(isinstance(row, list) and len(row) == len(before[0]) for row in before):
+            columns = [shared_unit(list(column)) for column in zip(*before, strict=True)]
+            values[:] = [list(row) for row in zip(*columns, strict=True)]
+        elif not any(isinstance(value, (list, dict)) for value in before):
+            values[:] = shared_unit(before)
+    return values != before
 
 
 def _subscript(place: Any, name: str, key: str, before: str) -> str | int:

@@ -94,7 +94,12 @@ class SystemDefinition:
             text = cases.to_yaml(case)
             return analysis.tree(solution, case=text, why=why, system=case.system, root=self.derived(case, solution))
 
-        return Plan(duration=float(times[-1]), run=run, solver=method)
+        def start() -> xr.DataTree:
+            solution = analysis.at_start(assembly, method, float(times[0]))
+            root = self.derived(case, solution)
+            return analysis.tree(solution, case="", why="", system=case.system, root=root)
+
+        return Plan(duration=float(times[-1]), run=run, solver=method, start=start)
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""

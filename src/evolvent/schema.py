@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import functools
 import inspect
 import re
+import types
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Self, get_args
+from typing import Any, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
@@ -159,6 +161,14 @@ class OneOf:
         return {"oneOf": shapes}
 
 
+@runtime_checkable
+class SectionsByName(Protocol):
+    """A pydantic annotation: a mapping of names, which a user chooses, to sections whose kind their content says."""
+
+    def section_of(self, content: Any) -> type[Section] | None:
+        """The kind of the section with such content; None where it says none that is known."""
+
+
 def sections(annotation: Any) -> Iterator[type[Section]]:
     """Sections that an annotation holds, within unions and sequences."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
@@ -185,6 +195,117 @@ def keys(kind: type[Section], before: str = "") -> list[str]:
             for word, section in choice.kinds.items():
                 found += [f"{before}{name}.{word}", *keys(section, f"{before}{name}.{word}.")]
     return found
+
+
+@functools.cache
+def by_name(kind: type[Section]) -> tuple[str, ...]:
+    """Keys of a section that hold sections by names which a user chooses."""
+    return tuple(
+        key for key, field in kind.model_fields.items() if any(isinstance(m, SectionsByName) for m in marks(field))
+    )
+
+
+class Located(NamedTuple):
+    """A key of a case.
+
+    Attributes
+    ----------
+    types : (type, annotations) of each kind of value that it may have
+    text : str, what it means
+    entry : bool, whether it is an entry of a list
+    """
+
+    types: Sequence[tuple[Any, tuple[Any, ...]]]
+    text: str
+    entry: bool
+
+
+def locate(kind: type[Section], key: str, content: Any = None) -> Located:
+    """What stands at a dotted key of a case; a number in the key counts the entries of a list, from 0.
+
+    Parameters
+    ----------
+    kind : of the case
+    key : str, such as "parts.boom.length" or "blade.nodes"
+    content : mapping, the case as it is written, which says what kind a part is of
+
+    Raises
+    ------
+    InputError
+        If the case has no such key; the sentence names the nearest.
+    """
+    found = Located([(kind, ())], "", entry=False)
+    names = key.split(".")
+    for k, name in enumerate(names):
+        inner = _inner(found, name, content)
+        if inner is None:
+            raise InputError(_unlocated(kind, key, names[:k], name, found, content))
+        found = inner
+        content = content.get(name) if isinstance(content, Mapping) else None
+    return found
+
+
+def _inner(place: Located, name: str, content: Any) -> Located | None:
+    """What stands at a name in a place; None if nothing can."""
+    for kind, own_marks in place.types:
+        for mark in own_marks:
+            if isinstance(mark, SectionsByName):
+                section = mark.section_of(content.get(name) if isinstance(content, Mapping) else None)
+                return None if section is None else Located([(section, ())], "", entry=False)
+            if isinstance(mark, OneOf) and name in mark.kinds:
+                section = mark.kinds[name]
+                only = _field(section, next(iter(section.model_fields))) if len(section.model_fields) == 1 else None
+                return Located([(section, ()), *(only.types if only else ())], only.text if only else "", entry=False)
+        if isinstance(kind, type) and issubclass(kind, Section) and name in kind.model_fields:
+            return _field(kind, name)
+        arguments = get_args(kind)
+        if get_origin(kind) is dict:
+            return Located(_types(arguments[1]), place.text, entry=False)
+        if name.isdecimal() and get_origin(kind) in (tuple, list):
+            last = min(int(name), len([a for a in arguments if a is not Ellipsis]) - 1)
+            inner = [(one, (*own, *own_marks)) for one, own in _types(arguments[last])]
+            return Located(inner, place.text, entry=True)
+    return place._replace(entry=True) if name.isdecimal() else None
+
+
+def _field(kind: type[Section], name: str) -> Located:
+    field = kind.model_fields[name]
+    found = [(one, (*own, *field.metadata)) for one, own in _types(field.annotation)]
+    return Located(found, descriptions(kind)[name], entry=False)
+
+
+def _types(annotation: Any) -> list[tuple[Any, tuple[Any, ...]]]:
+    """Types that an annotation allows, each with its own annotations; of sections first."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        found = [one for argument in get_args(annotation) for one in _types(argument)]
+        return sorted(found, key=lambda one: not (isinstance(one[0], type) and issubclass(one[0], Section)))
+    if hasattr(annotation, "__metadata__"):
+        inner, *own = get_args(annotation)
+        return [(kind, (*more, *own)) for kind, more in _types(inner)]
+    return [(annotation, ())]
+
+
+def _unlocated(kind: type[Section], key: str, path: Sequence[str], name: str, place: Located, content: Any) -> str:
+    """Why a key does not stand in a case, and the nearest that does."""
+    if any(isinstance(mark, SectionsByName) for _, annotations in place.types for mark in annotations):
+        known = list(content) if isinstance(content, Mapping) else []
+        if name not in known:
+            return f"{key!r}: no part is called {name!r}; {nearest(name, known)}"
+        return f"{key!r}: the kind of {name!r} is not known"
+    if not any(isinstance(one, type) and issubclass(one, Section) for one, _ in place.types):
+        return f"unknown key {key!r}; {'.'.join(path)!r} has no keys"
+    before = "".join(f"{part}." for part in path)
+    kinds = [(one, mark) for one, marks_ in place.types for mark in marks_ if isinstance(mark, OneOf)]
+    beside = [before + word for _, mark in kinds for word in mark.kinds]
+    sections_here = [one for one, _ in place.types if isinstance(one, type) and issubclass(one, Section)]
+    beside += [k for one in sections_here if not kinds for k in keys(one, before)]
+    known = sorted({*beside, *(keys(kind) if not path else ())})
+    alike = [k for k in known if k.rpartition(".")[2] == key.rpartition(".")[2]]
+    close = difflib.get_close_matches(key, alike, n=1, cutoff=0.0)
+    if close:
+        return f"unknown key {key!r}; did you mean {close[0]!r}?"
+    guess = nearest(key, known)
+    return f"unknown key {key!r}; " + (guess if guess[:3] == "did" else nearest(before + name, known))
 
 
 def _nearest_key(kind: type[Section], location: tuple[Any, ...], start: str) -> str:

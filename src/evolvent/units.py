@@ -361,6 +361,12 @@ def shared_unit(values: list[Any]) -> list[Any]:
     return values
 
 
+def unit_of(value: Any) -> str:
+    """The unit in a text such as "2 m"; '' of a number, and of a text that is none."""
+    match = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    return "" if match is None else match[2]
+
+
 def _is_plain(text: str) -> bool:
     match = _NUMBER.fullmatch(text)
     return match is not None and not match[2]

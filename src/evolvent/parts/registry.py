@@ -135,6 +135,11 @@ class _ByName:
 
     allowed = "a mapping of names to parts"
 
+    def section_of(self, content: Any) -> type[Part] | None:
+        """The class of a part as a case file holds it; None where its kind is not known."""
+        kind = content.get("kind") if isinstance(content, Mapping) else None
+        return kinds().get(kind) if isinstance(kind, str) else None
+
     def read(self, values: Any) -> dict[str, Part]:
         """The parts; errors have the place of the key, and the whole sentence."""
         found, errors = _read(values, "parts")

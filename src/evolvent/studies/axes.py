@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ class Axis:
     stage : str, that stage's name, '' for all of them
     values : tuple, one for each point (grid) or for each case
     unit, what : str, of the key, as its schema says
+    entry : bool, whether the key is an entry of a list, whose others may have another unit
     """
 
     key: str
@@ -33,11 +34,18 @@ class Axis:
     unit: str
     what: str
     stage: str = ""
+    entry: bool = False
 
     @property
     def path(self) -> str:
         """Key of the case."""
         return self.key.removeprefix(f"{self.stage}.") if self.stage else self.key
+
+    def written(self, place: int) -> Any:
+        """The value at a place as a case holds it."""
+        value = self.values[place]
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        return f"{value!r} {self.unit}" if self.entry and self.unit and is_number else value
 
 
 def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, most: int, where: str = "") -> int:
@@ -54,50 +62,54 @@ def whole(content: Mapping[str, Any], key: str, default: int, *, least: int, mos
     return int(value)
 
 
-def annotation(kind: Any, key: str) -> tuple[Any, str]:
+def annotation(kind: Any, key: str, content: Any = None) -> tuple[Any, str]:
     """What reads a key's value (`units.Quantity`, `units.Whole` or None), and what the key is.
+
+    Parameters
+    ----------
+    kind : pydantic model of the case
+    key : str, dotted
+    content : mapping, the case as it is written; keys of its parts depend on their kinds
 
     Raises
     ------
     InputError
         If the case has no such key.
     """
-    path = [part for part in key.split(".") if not part.isdecimal()]
-    known = schema.keys(kind)
-    if ".".join(path) not in known:
-        last = [k for k in known if k.rpartition(".")[2] == path[-1]] if path else []
-        guess = f"did you mean {last[0]!r}?" if last else nearest(key, known)
-        raise InputError(f"over: unknown key {key!r}; {guess}")
-    field: Any = None
-    sections = [kind]
-    for part in path:
-        owner = next(s for s in sections if part in s.model_fields)
-        field = owner.model_fields[part]
-        sections = list(schema.sections(field.annotation))
-    readers = [m for m in _metadata(field) if isinstance(m, (units.Quantity, units.OneOrMore, units.Whole))]
-    reader = readers[0] if readers else None
-    if isinstance(reader, units.OneOrMore):
-        reader = reader.quantity
-    what = getattr(reader, "what", "").removeprefix("a ").removeprefix("an ")
-    return reader, field.description or what or key
+    try:
+        found = schema.locate(kind, key, content)
+    except InputError as error:
+        raise InputError(f"over: {error}") from None
+    reader = next((one for _, marks in found.types for mark in marks if (one := _reader(mark, found.entry))), None)
+    what = str(getattr(reader, "what", "")).removeprefix("a ").removeprefix("an ")
+    return reader, found.text or what or key
 
 
-def _is_known(kind: Any, key: str) -> bool:
+def _reader(mark: Any, entry: bool) -> units.Quantity | units.Whole | None:
+    """What reads one number of a key with such an annotation; None where the key takes none."""
+    if isinstance(mark, (units.OneOrMore, units.Tensor)) or (isinstance(mark, units.Vector) and entry):
+        return mark.quantity
+    return mark if isinstance(mark, (units.Quantity, units.Whole)) else None
+
+
+def _is_known(kind: Any, key: str, content: Any) -> bool:
     """Whether a case has the key."""
-    return ".".join(part for part in key.split(".") if not part.isdecimal()) in schema.keys(kind)
-
-
-def _metadata(annotated: Any) -> Iterator[Any]:
-    """All that stands beside the types of a field."""
-    yield from getattr(annotated, "metadata", ())
-    yield from getattr(annotated, "__metadata__", ())
-    for inner in (getattr(annotated, "annotation", None), *getattr(annotated, "__args__", ())):
-        if inner is not None:
-            yield from _metadata(inner)
+    try:
+        schema.locate(kind, key, content)
+    except InputError:
+        return False
+    return True
 
 
 def axes(
-    over: Mapping[str, Any], sample: str, kind: Any, *, samples: int, seed: int, stages: Sequence[str] = ()
+    over: Mapping[str, Any],
+    sample: str,
+    kind: Any,
+    *,
+    samples: int,
+    seed: int,
+    stages: Sequence[str] = (),
+    content: Any = None,
 ) -> tuple[Axis, ...]:
     """The keys that vary, with their values.
 
@@ -108,6 +120,7 @@ def axes(
     kind : pydantic model of the case
     samples, seed : int, of values that are drawn
     stages : sequence of str, names of the study's stages
+    content : mapping, the case as it is written
 
     Raises
     ------
@@ -120,8 +133,8 @@ def axes(
     drawn = _draws(sample, samples, len(over), seed)
     for k, (key, given) in enumerate(over.items()):
         stage, _, path = str(key).partition(".")
-        stage = stage if stage in stages and not _is_known(kind, str(key)) else ""
-        reader, what = annotation(kind, path if stage else str(key))
+        stage = stage if stage in stages and not _is_known(kind, str(key), content) else ""
+        reader, what = annotation(kind, path if stage else str(key), content)
         where = f"over.{key}"
         if drawn is not None:
             values = _spread(where, given, reader, drawn[:, k])
@@ -133,7 +146,8 @@ def axes(
             allowed = "a list of values, or {from, to, points}" if sample == "grid" else "a list of values"
             raise InputError(f"{where} is {schema.shown(given)}; with sample: {sample} it must be {allowed}")
         unit = getattr(reader, "unit", "")
-        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage))
+        entry = str(key).rpartition(".")[2].isdecimal()
+        found.append(Axis(key=str(key), values=tuple(values), unit=unit, what=what, stage=stage, entry=entry))
     lengths = {axis.key: len(axis.values) for axis in found}
     if sample == "list" and len(set(lengths.values())) > 1:
         told = ", ".join(f"{key} has {n}" for key, n in lengths.items())

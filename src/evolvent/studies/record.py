@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from evolvent import variables
 from evolvent.errors import EvolventError, InputError, nearest
 
 #: What may be kept of a variable over time, ``NAME.last`` and so on.
@@ -47,7 +49,18 @@ class Outcome:
     known: tuple[str, ...] = ()
 
 
-def outcome(index: int, run: xr.Dataset | Exception, keep: Sequence[str]) -> Outcome:
+def stored_name(wanted: str) -> str:
+    """Name in the results of what is kept: "tip mass.position.x.max" -> "tip_mass_position_x_max"."""
+    return re.sub(r"\W+", "_", wanted)
+
+
+def split(wanted: str) -> tuple[str, str]:
+    """Name of a variable, and what is kept of it over time; '' for all of it."""
+    name, _, last = wanted.rpartition(".")
+    return (name, last) if last in REDUCTIONS and name else (wanted, "")
+
+
+def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequence[str]) -> Outcome:
     """What is kept of a run, or the reason why there is none."""
     if isinstance(run, Exception):
         own = isinstance(run, EvolventError)
@@ -58,21 +71,66 @@ def outcome(index: int, run: xr.Dataset | Exception, keep: Sequence[str]) -> Out
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
     numbers = _numbers(run)
     if not keep:
-        variables = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
-        return Outcome(index=index, status=status, variables=numbers | variables)
+        timeless = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
+        return Outcome(index=index, status=status, variables=numbers | timeless)
     found, missing = {}, []
     for wanted in keep:
-        name, _, reduction = wanted.partition(".")
-        values = run[name] if name in run.data_vars else numbers.get(name)
+        name, reduction = split(wanted)
+        values = _variable(run, name) if name not in numbers else numbers[name]
         if values is None or (reduction and "time" not in values.dims):
             missing.append(wanted)
         else:
-            found[wanted.replace(".", "_")] = _reduced(values, reduction) if reduction else values
-    known = (*map(str, run.data_vars), *numbers) if missing else ()
+            found[stored_name(wanted)] = _reduced(values, reduction) if reduction else values
+    known = (*variables.names(run, over_time=False), *numbers) if missing else ()
     return Outcome(index=index, status=status, variables=found, missing=tuple(missing), known=known)
 
 
-def _numbers(run: xr.Dataset) -> dict[str, xr.DataArray]:
+def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
+    """A variable of a run by its full name, its dimensions safe to stand beside those of other parts; or None."""
+    if name in run.data_vars:
+        return run[name]
+    try:
+        found = variables.get(run, name)
+    except InputError:
+        return None
+    if found.dims == ("time",) and name == "time":
+        return None
+    part = stored_name(name.partition(".")[0].partition("[")[0])
+    found = found.rename({dim: f"{part}_{dim}" for dim in found.dims if dim not in variables.SHARED})
+    text = found.attrs.get("long_name", "")
+    found.attrs = {**found.attrs, "long_name": f"{name}: {text}" if text else name}
+    return found
+
+
+def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
+    """Refuse names of `keep` that a run will not have.
+
+    Parameters
+    ----------
+    keep : names; a word alone may be a statistic, of which the run itself decides
+    run : the results at the start
+
+    Raises
+    ------
+    InputError
+        The sentence names the nearest variable.
+    """
+    for wanted in keep:
+        name, reduction = split(wanted)
+        if wanted == name and not re.search(r"[.\[]", wanted):
+            continue
+        head, _, last = name.rpartition(".")
+        if not reduction and head and _variable(run, name) is None and _variable(run, head) is not None:
+            raise InputError(f"keep holds {wanted!r}; after the variable, {nearest(last, REDUCTIONS)}")
+        try:
+            found = variables.get(run, name)
+        except InputError as error:
+            raise InputError(f"keep holds {wanted!r}; {error}") from None
+        if reduction and "time" not in found.dims:
+            raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
+
+
+def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, xr.DataArray]:
     """Scalar attributes and statistics of a run."""
     found = {name: value for name, value in run.attrs.items() if name not in _CLOCKS}
     statistics = json.loads(found.pop("statistics", "{}"))
@@ -106,7 +164,7 @@ def check_kept(outcomes: Sequence[Outcome]) -> None:
     runs = [o for o in outcomes if o.status != "failed"]
     for name in runs[0].missing if runs else ():
         if all(name in o.missing for o in runs):
-            variable, _, reduction = name.partition(".")
+            variable, reduction = split(name)
             if reduction and variable in runs[0].known:
                 raise InputError(f"keep holds {name!r}, but {variable!r} has no time to reduce; write {variable!r}")
             raise InputError(f"keep holds {name!r}, which no run has; {nearest(variable, runs[0].known)}")

@@ -21,7 +21,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.studies import catalogue
 from evolvent.studies import stages as st
 from evolvent.studies.axes import MOST_CASES, Axis, annotation, axes, whole
-from evolvent.studies.record import REDUCTIONS
+from evolvent.studies.record import REDUCTIONS, check_names, stored_name
 
 SAMPLES = ("grid", "list", "latin-hypercube", "monte-carlo")
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "seed", "keep", "batch")
@@ -92,7 +92,7 @@ class Study:
         found = {**self.fixed, **own.set}
         for axis, k in zip(self.axes, places, strict=True):
             if axis.stage in ("", own.name):
-                found[axis.path] = axis.values[int(k)]
+                found[axis.path] = axis.written(int(k))
         if self.seed_key:
             found[self.seed_key] = self.case_seed(index)
         return found
@@ -159,7 +159,15 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
     stages = st.read(content)
     names = [stage.name for stage in stages]
     start_key = st.start_key(stages, module, system, fixed)
-    varying = axes(_section(content, "over"), sample, module.Case, samples=samples, seed=seed, stages=names)
+    varying = axes(
+        _section(content, "over"),
+        sample,
+        module.Case,
+        samples=samples,
+        seed=seed,
+        stages=names,
+        content=cases.content_of(case, fixed),
+    )
     varied = {axis.path for axis in varying}
     for axis in varying:
         if start_key and axis.path == start_key:
@@ -172,7 +180,7 @@ def read(study: str | os.PathLike[str] | Mapping[str, Any]) -> Study:
                     f"over varies {axis.key!r}, which the stage {stage.name!r} sets; leave one of them out"
                 )
     seed_key, seed_most = _seed_key(module, varied | set(fixed))
-    keep = _keep(content, names)
+    keep = _keep(content)
     st.check_keep(keep, stages)
     batch = whole(content, "batch", 0, least=1, most=MOST_CASES)
     found = Study(
@@ -273,17 +281,28 @@ def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:
     return section
 
 
-def _keep(content: Mapping[str, Any], stages: Sequence[str]) -> tuple[str, ...]:
+def _keep(content: Mapping[str, Any]) -> tuple[str, ...]:
     keep = content.get("keep") or []
     if not isinstance(keep, list) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {schema.shown(keep)}; it must be a list of variables, such as [body_rate.last]")
+    stored: dict[str, str] = {}
+    for name in keep:
+        other = stored.setdefault(stored_name(name), name)
+        if other != name:
+            raise InputError(
+                f"keep holds {other!r} and {name!r}, which would both stand in the results as {stored_name(name)!r}"
+            )
+    return tuple(stored.values())
+
+
+def _check_reductions(keep: Sequence[str], stages: Sequence[str]) -> None:
+    """Refuse what follows the dot of a name, of a system whose variables have none."""
     for name in keep:
         first, dot, reduction = name.partition(".")
         if first in stages:
             _, dot, reduction = reduction.partition(".")
         if dot and reduction not in REDUCTIONS:
             raise InputError(f"keep holds {schema.shown(name)}; after the dot, {nearest(reduction, REDUCTIONS)}")
-    return tuple(dict.fromkeys(keep))
 
 
 def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
@@ -307,7 +326,8 @@ def _text(content: Mapping[str, Any], case: Mapping[str, Any]) -> str:
 def _checked(study: Study, module: Any) -> Study:
     """The study with its axes' values as the schema reads them; every case is validated.
 
-    A study none of whose corners can be planned is refused; one that is refused later is recorded as failed.
+    A study none of whose corners can be planned is refused, as is one that keeps variables which its runs will not
+    have; a case that is refused later is recorded as failed.
     """
     read_values: list[list[Any]] = [[None] * len(axis.values) for axis in study.axes]
     for index in range(study.count):
@@ -324,11 +344,15 @@ def _checked(study: Study, module: Any) -> Study:
     refused = None
     for index in corners(found):
         try:
-            module.plan(cases.load(found.content, found.overrides(index)))
+            plan = module.plan(cases.load(found.content, found.overrides(index)))
         except InputError as error:
             refused = refused or error
+            continue
+        if plan.start is None:
+            _check_reductions(found.keep, [stage.name for stage in found.stages])
         else:
-            return found
+            check_names(found.keep, plan.start())
+        return found
     raise refused if refused is not None else InputError("the study has no cases")
 
 
@@ -372,9 +396,28 @@ def corners(study: Study) -> list[int]:
 
 def _at(case: Any, key: str) -> Any:
     """Value of a dotted key of a checked case, as JSON can hold it."""
-    place = case
-    for part in key.split("."):
-        place = place[int(part)] if isinstance(place, tuple) else getattr(place, part)
-    if isinstance(place, schema.Section):
-        return place.model_dump(mode="json")
-    return list(place) if isinstance(place, tuple) else place
+    place, choice = case, None
+    for name in key.split("."):
+        if choice is not None and name in choice.kinds:
+            only = list(choice.kinds[name].model_fields)
+            place, choice = (getattr(place, only[0]) if key.endswith(f".{name}") and len(only) == 1 else place), None
+        elif isinstance(place, Mapping):
+            place, choice = place[name], None
+        elif isinstance(place, schema.Section):
+            field = type(place).model_fields[name]
+            place, choice = (
+                getattr(place, name),
+                next((m for m in schema.marks(field) if isinstance(m, schema.OneOf)), None),
+            )
+        else:
+            place, choice = place[int(name)], None
+    return choice.write(place) if choice is not None and place is not None else _as_json(place)
+
+
+def _as_json(value: Any) -> Any:
+    """A value of a checked case as JSON can hold it."""
+    if isinstance(value, schema.Section):
+        return value.model_dump(mode="json")
+    if isinstance(value, Mapping):
+        return {name: _as_json(one) for name, one in value.items()}
+    return [_as_json(one) for one in value] if isinstance(value, tuple) else value

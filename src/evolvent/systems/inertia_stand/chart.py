@@ -24,16 +24,16 @@ def _name(k: int, modes: int) -> str:
     return NAMES[k] if modes == len(NAMES) else f"mode {k + 1}"
 
 
-def study_figures(study: xr.Dataset) -> dict[str, Figure]:
+def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
     """Figures of a grid over both offsets; none for other studies.
 
     Parameters
     ----------
-    study : as `evolvent.studies.open` returns it
+    dataset : as `evolvent.studies.open` returns it
     """
-    if any(key not in study.dims for key in KEYS):
+    if any(key not in dataset.dims for key in KEYS):
         return {}
-    ordered = study.transpose(*KEYS, ...)
+    ordered = dataset.transpose(*KEYS, ...)
     drawn: dict[str, tuple[Callable[[xr.Dataset], Figure], set[str]]] = {
         "energies": (_energies, {"linear_frequency", "linear_energy", "mode_energy"}),
         "amplitudes": (_amplitudes, {"mode_amplitude"}),

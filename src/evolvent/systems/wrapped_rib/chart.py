@@ -34,26 +34,28 @@ UNKNOWN = "before.nc"
 MOST = 7
 
 
-def study_figures(study: xr.Dataset) -> dict[str, Figure]:
+def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
     """Figures of a grid over one key whose runs keep variables over time; none for other studies.
 
     Parameters
     ----------
-    study : as `evolvent.studies.open` returns it
+    dataset : as `evolvent.studies.open` returns it
     """
-    keys = [key for key in json.loads(study.attrs["keys"]) if study[key].size > 1]
-    if study.attrs["sample"] != "grid" or len(keys) != 1 or study[keys[0]].size > MOST:
+    keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
+    if dataset.attrs["sample"] != "grid" or len(keys) != 1 or dataset[keys[0]].size > MOST:
         return {}
-    stages = json.loads(study.attrs.get("stages", "[]")) or [""]
-    varied = dict(zip(json.loads(study.attrs["keys"]), json.loads(study.attrs.get("key_stages", "[]")), strict=False))
+    stages = json.loads(dataset.attrs.get("stages", "[]")) or [""]
+    varied = dict(
+        zip(json.loads(dataset.attrs["keys"]), json.loads(dataset.attrs.get("key_stages", "[]")), strict=False)
+    )
     first = varied.get(keys[0], "")  # stages before it are all the same
     found: dict[str, Figure] = {}
     for stage in stages[stages.index(first) if first else 0 :]:
         of = f"{stage}_" if stage else ""
-        kept = [name for name in DRAWN if of + name in study and f"{of}time" in study[of + name].dims]
-        found |= {of + name: _over_time(study, keys[0], name, of) for name in kept}
-        if "tip_speed" in kept and study[keys[0]].dtype.kind in "iuf":
-            found[f"{of}peak"] = _peaks(study, keys[0], stage)
+        kept = [name for name in DRAWN if of + name in dataset and f"{of}time" in dataset[of + name].dims]
+        found |= {of + name: _over_time(dataset, keys[0], name, of) for name in kept}
+        if "tip_speed" in kept and dataset[keys[0]].dtype.kind in "iuf":
+            found[f"{of}peak"] = _peaks(dataset, keys[0], stage)
     return found
 
 

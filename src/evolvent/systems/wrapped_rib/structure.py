@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent.errors import InputError
 from evolvent.motion import rotation_matrices
+from evolvent.systems._common import refuse_laws
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.start import Start, start
 
@@ -24,22 +26,24 @@ SUNK = 0.1
 STICK = 0.1
 
 
-def build(case: Case, *, begin: Start | None = None) -> System:
+def build(case: Case, *, laws: Mapping[str, Any] | None = None, begin: Start | None = None) -> System:
     """The system of a case: the parts "hub", "rib-1", "root-1", "contact-1", "drive-1" and so on.
 
     Parameters
     ----------
     case : Case
+    laws : mapping, which must be empty: the system places no law of the user's
     begin : Start, optional, of the case; found if left out
 
     Raises
     ------
     InputError
-        If the case needs a saved run that does not fit.
+        If the case needs a saved run that does not fit, or a law is given.
     """
     from evolvent import parts
     from evolvent.system import System
 
+    refuse_laws(laws, "wrapped-rib")
     begin = start(case) if begin is None else begin
     system = System()
     _add_hub(system, case, begin)
