@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -210,22 +210,71 @@ def tree(
     system : str, its name
     root : more variables of the root: name -> (dimensions, values, units, long name)
     """
-    from evolvent import accessor, results  # noqa: F401  (the accessor registers run.ev)
+    from evolvent import accessor  # noqa: F401  (it registers run.ev)
     from evolvent.tree import tree_of
 
+    attrs = _attributes(solution, case=case, system=system)
+    attrs["method_reason"] = why
+    warning = warning_of(solution)
+    if warning:
+        attrs["warning"] = warning
+    return tree_of(solution, attrs, root)
+
+
+def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:
+    from evolvent import results
+
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
-    attrs = results.attributes(
+    return results.attributes(
         system=system,
         case=case,
         method=solution.method,
         solution=solution,
         laws=dict.fromkeys(sorted(set(laws.values())), ""),
     )
-    attrs["method_reason"] = why
-    warning = warning_of(solution)
-    if warning:
-        attrs["warning"] = warning
-    return tree_of(solution, attrs, root)
+
+
+def observed(
+    solution: Solution,
+    names: Iterable[str],
+    *,
+    system: str = "structure",
+    root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
+) -> xr.Dataset:
+    """Some variables of a solution, named as in `evolvent.variables.flat`; other parts are not observed.
+
+    Parameters
+    ----------
+    names : full names of variables; those that are not there are left out
+    system, root : as of `tree`
+    """
+    import xarray as xr
+
+    from evolvent.observe import OBSERVERS, View
+    from evolvent.observe.variables import AXES
+    from evolvent.tree import root_of
+    from evolvent.variables import SHARED, owner
+
+    wanted, view = list(names), View(solution)
+    times = {"time": xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})}
+    data: dict[str, Any] = {}
+    for name in dict.fromkeys(owner(name) for name in wanted):
+        part = view.assembly.parts.get(name)
+        if part is None:
+            continue
+        own, family = getattr(part, "observe", None), OBSERVERS.get(view.assembly.names[name][0])
+        found = own(view, name) if own is not None else family(view, name) if family is not None else None
+        for key, v in found.variables.items() if found is not None else ():
+            full = f"{name}.{key}"
+            if any(one == full or one.startswith((f"{full}.", f"{name}[")) for one in wanted):
+                dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)
+                data[full] = xr.Variable(dims, v.values, {"units": v.units, "long_name": v.long_name})
+    if all(owner(name) in view.assembly.parts for name in wanted):
+        found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
+    else:
+        found = root_of(solution, root or {}).assign(data)
+    found.attrs = _attributes(solution, case="", system=system)
+    return found
 
 
 def simulate(

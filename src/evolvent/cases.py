@@ -34,6 +34,8 @@ class Plan(NamedTuple):
     solver : str, the solver that must be compiled for it, '' for none
     note : str, what to report of its cost before it starts, '' for nothing
     start : function that returns the results at the start, with all variables that the run will have; None for none
+    observe : function of full names of variables that returns the run as a Dataset with these alone, which is quicker;
+        None for none
     """
 
     duration: float
@@ -41,6 +43,7 @@ class Plan(NamedTuple):
     solver: str = ""
     note: str = ""
     start: Callable[[], Any] | None = None
+    observe: Callable[[Iterable[str]], Any] | None = None
 
 
 # ------------------------------------------------------------------------------------------------ systems

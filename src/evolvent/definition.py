@@ -9,7 +9,7 @@ the package is named by an entry point of the group ``evolvent.systems``::
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -86,20 +86,27 @@ class SystemDefinition:
             times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
             method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
 
-        def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, str]:
             with naming_keys(keys):
                 prepared, why = analysis.plan(assembly, times, **settings)
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
-            text = cases.to_yaml(case)
-            return analysis.tree(solution, case=text, why=why, system=case.system, root=self.derived(case, solution))
+            return solution, why
+
+        def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+            solution, why = solve(progress)
+            root = self.derived(case, solution)
+            return analysis.tree(solution, case=cases.to_yaml(case), why=why, system=case.system, root=root)
+
+        def observe(names: Iterable[str]) -> xr.Dataset:
+            solution, _ = solve(None)
+            return analysis.observed(solution, names, system=case.system, root=self.derived(case, solution))
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
-            root = self.derived(case, solution)
-            return analysis.tree(solution, case="", why="", system=case.system, root=root)
+            return analysis.tree(solution, case="", why="", system=case.system, root=self.derived(case, solution))
 
-        return Plan(duration=float(times[-1]), run=run, solver=method, start=start)
+        return Plan(duration=float(times[-1]), run=run, solver=method, start=start, observe=observe)
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""

@@ -40,7 +40,7 @@ def tree_of(
     balances : bool, whether the root has energies and momenta
     """
     observed = observe(solution)
-    groups: dict[str, xr.Dataset] = {"/": _root(solution, root or {}, balances=balances)}
+    groups: dict[str, xr.Dataset] = {"/": root_of(solution, root or {}, balances=balances)}
     for name, found in observed.items():
         data = {
             key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name})
@@ -59,7 +59,7 @@ def tree_of(
     return tree
 
 
-def _root(solution: Solution, more: dict[str, Any], *, balances: bool) -> xr.Dataset:
+def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:
     """Times, energy balance and momenta."""
     time = ("time",)
     data = _balances(solution) if balances else {}

@@ -11,6 +11,8 @@ import xarray as xr
 from evolvent.errors import InputError, nearest
 
 _NAME = re.compile(r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\])?(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[xyzw]))?")
+#: Dimensions that mean the same in every group.
+SHARED = ("time", "axis", "quaternion")
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
 
 
@@ -60,6 +62,9 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     if match is None:
         raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
     part, variable = match["part"], match["variable"]
+    full = f"{part}.{variable}"
+    if full in root.variables:  # of `flat`
+        return _entry(root[full], match, name)
     if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
         return _component(root[part], name, variable)
     if part not in parts(run):
@@ -70,13 +75,17 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
         raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
     if variable not in group.variables:
         raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
-    found = group[variable]
+    return _entry(group[variable], match, name)
+
+
+def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray:
+    """What a name means of a part's variable: all of it, or its values at a node, or a component."""
     if match["node"] is not None:
-        dimension = next((d for d in found.dims if d not in ("time", "axis", "quaternion")), None)
+        dimension = next((d for d in found.dims if d not in SHARED), None)
         number = int(match["node"])
         if dimension is None or number >= found.sizes[dimension]:
             count = "none" if dimension is None else f"{found.sizes[dimension]}, counted from 0"
-            raise InputError(f"{name!r}: {part}.{variable} has no {number}; it has {count}")
+            raise InputError(f"{name!r}: {match['part']}.{match['variable']} has no {number}; it has {count}")
         found = found.isel({dimension: number})
     return found if match["axis"] is None else _component(found, name, match["axis"])
 
@@ -98,14 +107,15 @@ def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
     return run.to_dataset() if isinstance(run, xr.DataTree) else run
 
 
+def owner(name: str) -> str:
+    """The word before the first dot or bracket of a full name: the part, or a variable of the root."""
+    return re.split(r"[.\[]", name, maxsplit=1)[0]
+
+
 def values(found: xr.DataArray) -> np.ndarray:
     """Values over time: (nt, k), components and places in columns."""
     array = found.transpose("time", ...).values
     return np.asarray(array.reshape(array.shape[0], -1), dtype=float)
-
-
-#: Dimensions that mean the same in every group.
-SHARED = ("time", "axis", "quaternion")
 
 
 def flat(run: xr.DataTree | xr.Dataset) -> xr.Dataset:

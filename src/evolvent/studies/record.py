@@ -63,20 +63,21 @@ def split(wanted: str) -> tuple[str, str]:
 def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequence[str]) -> Outcome:
     """What is kept of a run, or the reason why there is none."""
     if isinstance(run, Exception):
-        own = isinstance(run, EvolventError)
+        is_own = isinstance(run, EvolventError)
         reason = " ".join(str(run).split())
-        return Outcome(index=index, status="failed", reason=reason if own else f"{type(run).__name__}: {reason}")
+        return Outcome(index=index, status="failed", reason=reason if is_own else f"{type(run).__name__}: {reason}")
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
     numbers = _numbers(run)
     if not keep:
         timeless = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
-        return Outcome(index=index, status=status, variables=numbers | timeless)
+        own = {name: _number(name, value) for name, value in numbers.items()}
+        return Outcome(index=index, status=status, variables=own | timeless)
     found, missing = {}, []
     for wanted in keep:
         name, reduction = split(wanted)
-        values = _variable(run, name) if name not in numbers else numbers[name]
+        values = _number(name, numbers[name]) if name in numbers else _variable(run, name)
         if values is None or (reduction and "time" not in values.dims):
             missing.append(wanted)
         else:
@@ -87,7 +88,7 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
 
 def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
     """A variable of a run by its full name, its dimensions safe to stand beside those of other parts; or None."""
-    if name in run.data_vars:
+    if name in run.data_vars and "." not in name:
         return run[name]
     try:
         found = variables.get(run, name)
@@ -95,8 +96,9 @@ def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
         return None
     if found.dims == ("time",) and name == "time":
         return None
-    part = stored_name(name.partition(".")[0].partition("[")[0])
-    found = found.rename({dim: f"{part}_{dim}" for dim in found.dims if dim not in variables.SHARED})
+    part = variables.owner(name)
+    own = {dim: str(dim).removeprefix(f"{part}.") for dim in found.dims if dim not in variables.SHARED}
+    found = found.rename({dim: stored_name(f"{part}.{bare}") for dim, bare in own.items()})
     text = found.attrs.get("long_name", "")
     found.attrs = {**found.attrs, "long_name": f"{name}: {text}" if text else name}
     return found
@@ -117,7 +119,7 @@ def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
     """
     for wanted in keep:
         name, reduction = split(wanted)
-        if wanted == name and not re.search(r"[.\[]", wanted):
+        if wanted == name and not re.search(r"[.\[]", wanted) and wanted not in variables.parts(run):
             continue
         head, _, last = name.rpartition(".")
         if not reduction and head and _variable(run, name) is None and _variable(run, head) is not None:
@@ -130,18 +132,20 @@ def check_names(keep: Sequence[str], run: xr.Dataset | xr.DataTree) -> None:
             raise InputError(f"keep holds {wanted!r}, but {name!r} has no time to reduce; write {name!r}")
 
 
-def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, xr.DataArray]:
+def _numbers(run: xr.Dataset | xr.DataTree) -> dict[str, float]:
     """Scalar attributes and statistics of a run."""
-    found = {name: value for name, value in run.attrs.items() if name not in _CLOCKS}
-    statistics = json.loads(found.pop("statistics", "{}"))
-    found = {**found, **statistics}
-    keep = {}
+    statistics = json.loads(run.attrs.get("statistics", "{}"))
+    found = {name: value for name, value in run.attrs.items() if name not in (*_CLOCKS, "statistics")} | statistics
+    numbers = {}
     for name, value in found.items():
         is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
         if (is_number or (value is None and name in statistics)) and name not in run.variables:
-            number = np.nan if value is None else float(value)
-            keep[str(name)] = xr.DataArray(number, attrs={"long_name": str(name).replace("_", " ")})
-    return keep
+            numbers[str(name)] = np.nan if value is None else float(value)
+    return numbers
+
+
+def _number(name: str, value: float) -> xr.DataArray:
+    return xr.DataArray(value, attrs={"long_name": name.replace("_", " ")})
 
 
 def _reduced(values: xr.DataArray, reduction: str) -> xr.DataArray:

@@ -125,17 +125,19 @@ def _outcomes(task: Task) -> list[record.Outcome]:
             runs = None
     found = []
     for k, (index, case) in enumerate(zip(task.indices, loaded, strict=True)):
-        run = _run(module, case) if runs is None else runs[k]
+        run = _run(module, case, task.keep) if runs is None else runs[k]
         if not isinstance(run, Exception) and run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         found.append(record.outcome(index, run, task.keep))
     return found
 
 
-def _run(module: Any, case: Any) -> xr.Dataset | Exception:
-    """The run of a case, or why there is none."""
+def _run(module: Any, case: Any, keep: Sequence[str]) -> xr.Dataset | xr.DataTree | Exception:
+    """The run of a case, of which what is kept is observed, or why there is none."""
     try:
-        found: xr.Dataset = module.plan(case).run(None)
-        return found
+        plan = module.plan(case)
+        if plan.observe is None or not keep:
+            return plan.run(None)
+        return plan.observe([record.split(wanted)[0] for wanted in keep])
     except Exception as error:  # noqa: BLE001  (whatever a case raises is the reason that is recorded)
         return error
