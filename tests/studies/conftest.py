@@ -29,12 +29,12 @@ def replace_run(monkeypatch) -> Callable[[Any, Callable[[Any, Callable[[], Any]]
     originals: dict[str, Any] = {}
 
     def replace(module: Any, run: Callable[[Any, Callable[[], Any]], Any]) -> None:
-        plan = originals.setdefault(module.__name__, module.plan)
+        plan = originals.setdefault(module.__name__, module.SYSTEM.plan)
 
         def planned(case: Any, **options: Any) -> Any:
             found = plan(case, **options)
             return found._replace(run=lambda progress=None: run(case, lambda: found.run(progress)))
 
-        monkeypatch.setattr(module, "plan", planned)
+        monkeypatch.setattr(type(module.SYSTEM), "plan", staticmethod(planned))
 
     return replace

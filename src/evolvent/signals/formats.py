@@ -33,14 +33,16 @@ class Content(NamedTuple):
     rate: float | None
 
 
-def read(path: str | os.PathLike[str]) -> Signals:
+def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
     """Columns of a file.
 
     Parameters
     ----------
     path : str
         A CSV or TSV text (with or without a line of names and one of units; decimal point or comma), TDMS, UFF
-        data set 58, MAT (all versions), HDF5, WAV, or a run of this package, whose `sensor_displacement` is read.
+        data set 58, MAT (all versions), HDF5, WAV, or a run of this package.
+    variables : full names of variables of a run, such as "boom.tip_deflection.y", which become columns; of a run with
+        sensors its `sensor_displacement` is read besides. Columns of other files are all read.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def read(path: str | os.PathLike[str]) -> Signals:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            content = reader(name, raw)
+            content = _run(name, variables) if format_ == "run" else reader(name, raw)
     except EvolventError:
         raise
     except ImportError as error:
@@ -87,7 +89,7 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
     if raw.startswith((b"RIFF", b"RIFX")) and raw[8:12] == b"WAVE":
         return "WAV", _wav
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):
-        return ("run", _run) if name.endswith(".nc") else ("HDF5", _hdf5)
+        return ("run" if name.endswith(".nc") else "HDF5"), _hdf5
     if raw.startswith(b"MATLAB 7.3"):
         return "MAT", _hdf5
     if raw.startswith(b"MATLAB 5") or name.lower().endswith(".mat"):
@@ -280,14 +282,49 @@ def _arrays(found: Mapping[str, Any], units: Mapping[str, str], name: str) -> Co
     return Content(columns, of, _one_rate(steps, name))
 
 
-def _run(name: str, raw: bytes) -> Content:
-    from evolvent import results
+def _run(name: str, wanted: Iterable[str]) -> Content:
+    from evolvent import results, variables
 
     run = results.open(name)
-    if "sensor_displacement" not in run:
-        raise InputError(f"cannot read {name!r}: a run of {run.attrs['system']} holds no sensor_displacement")
-    data = run["sensor_displacement"]
-    names = [f"sensor {k}" for k in run["sensor"].values]
-    time = np.asarray(run["time"].values, dtype=float)
-    columns = {"time": time, **{n: data.values[:, c] for c, n in enumerate(names)}}
-    return Content(columns, {"time": "s", **dict.fromkeys(names, str(data.attrs["units"]))}, None)
+    columns = {"time": np.asarray(run["time"].values, dtype=float)}
+    units = {"time": "s"}
+    if "sensor_displacement" in run:
+        data = run["sensor_displacement"]
+        for k, sensor in enumerate(run["sensor"].values):
+            columns[f"sensor {sensor}"], units[f"sensor {sensor}"] = data.values[:, k], str(data.attrs["units"])
+    for one in wanted:
+        if one in columns:
+            continue
+        found = variables.get(run, one)
+        if found.dims != ("time",):
+            hint = f"{one}.{found['axis'].values[0]}" if "axis" in found.dims and "axis" in found.coords else ""
+            raise InputError(
+                f"{one!r} of {name!r} is no single number over time; name one of its components or places"
+                + (f", such as {hint}" if hint else "")
+            )
+        columns[one] = np.asarray(found.values, dtype=float)
+        units[one] = _plain_unit(str(found.attrs.get("units", "")))
+    if len(columns) == 1:
+        raise InputError(
+            f"{name!r} is a run of {run.attrs['system']}, which has no sensors; name the variables that they read with "
+            f"--variables or in signals.sensors, such as {_example(run)}"
+        )
+    return Content(columns, units, None)
+
+
+def _example(run: Any) -> str:
+    """A variable of a run that a sensor might read."""
+    from evolvent import variables
+
+    dims = {name: variables.get(run, name).dims for name in variables.names(run)}
+    known = [name for name, own in dims.items() if own in (("time",), ("time", "axis"))]
+    best = next((name for name in known if name.endswith("deflection")), known[-1])
+    return f"{best}.y" if "axis" in dims[best] else best
+
+
+def _plain_unit(unit: str) -> str:
+    """A unit as results hold it, "kg m2 s-1", in the form of case files, "kg*m^2/s"."""
+    above, below = [], []
+    for letters, sign, power in re.findall(r"([^\s\d-]+)(-?)(\d*)", unit):
+        (below if sign else above).append(letters + (f"^{power}" if power not in ("", "1") else ""))
+    return "/".join(["*".join(above) or "1", *below])

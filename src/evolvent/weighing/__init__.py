@@ -1,6 +1,6 @@
 """`evolvent identify`: recordings of a vibrating body and a description of its stand in, a certificate out.
 
->>> from evolvent.weighing import weigh
+>>> from evolvent.weighing import vibration, weigh
 >>> weighing = weigh("knock.csv", "stand.yaml")  # doctest: +SKIP
 >>> weighing["Ixx"], weighing.std  # doctest: +SKIP
 """
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from evolvent.weighing.command import identify
     from evolvent.weighing.description import json_schema, load
     from evolvent.weighing.found import Evaluation, Weighing
-    from evolvent.weighing.weighing import weigh
+    from evolvent.weighing.weighing import vibration, weigh
 
-__all__ = ["Evaluation", "Weighing", "identify", "json_schema", "load", "weigh", "write"]
+__all__ = ["Evaluation", "Weighing", "identify", "json_schema", "load", "vibration", "weigh", "write"]
 
 #: Where each name stands; loaded when first asked for, so that the command line starts quickly.
 _LAZY = {
@@ -26,6 +26,7 @@ _LAZY = {
     "identify": "command",
     "json_schema": "description",
     "load": "description",
+    "vibration": "weighing",
     "weigh": "weighing",
     "write": "certificate",
 }

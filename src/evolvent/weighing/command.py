@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,6 +13,7 @@ from evolvent.studies.command import once
 
 if TYPE_CHECKING:
     from evolvent.weighing.found import Weighing
+    from evolvent.weighing.modal import Modal
 
 #: Rows of the budget that are shown.
 _MOST_ROWS = 6
@@ -22,35 +23,56 @@ _MOST_WARNINGS = 8
 
 @click.command()
 @click.argument("signals", metavar="SIGNALS...", nargs=-1, required=True)
-@click.option(
-    "--stand", required=True, metavar="STAND.YAML", help="Description of the signals, the stand and the body."
-)
+@click.option("--stand", metavar="STAND.YAML", help="Description of the signals, the stand and the body.")
+@click.option("--variables", metavar="NAME,NAME", help="Columns, or variables of a run, that are the sensors.")
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="Write a certificate as one HTML page."
 )
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the description.")
 @click.option("--quiet", is_flag=True, help="Print no table.")
 def identify(
-    signals: tuple[str, ...], stand: str, output: str | None, assignments: tuple[str, ...], quiet: bool
+    signals: tuple[str, ...],
+    stand: str | None,
+    variables: str | None,
+    output: str | None,
+    assignments: tuple[str, ...],
+    quiet: bool,
 ) -> None:
-    """Find the mass properties of a body from recorded SIGNALS of its free vibration.
+    r"""Find modes in recorded SIGNALS of free vibration, and with a stand the mass properties of the body on it.
 
-    SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent; several recordings are averaged.
+    SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent. With a stand several recordings are
+    averaged.
+
+    \b
+    evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s'
+    evolvent identify knock.csv --stand stand.yaml -o certificate.html
     """
     from evolvent import cases, results
     from evolvent.weighing import certificate, description
-    from evolvent.weighing.weighing import weigh
+    from evolvent.weighing.weighing import vibration, weigh
 
     overrides = cases.parse_assignments(assignments)
+    columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
+    if stand is None:
+        if output is not None:
+            raise InputError(
+                f"-o {output!r} asks for a certificate, which needs a description of the stand: give --stand"
+            )
+        found_modes = [vibration(path, columns, overrides) for path in signals]
+        for found in found_modes if not quiet else ():
+            _vibration(found)
+        return
     if output is not None:
         results.claim(output)
         _not_an_input(output, {stand: "the stand's file", **dict.fromkeys(signals, "one of the signals' files")})
+    if columns:
+        overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides
     given = description.load(stand, overrides)
-    found = weigh(signals, given)
+    weighing = weigh(signals, given)
     if output is not None:
-        certificate.write(found, output)
+        certificate.write(weighing, output)
     if not quiet:
-        _table(found)
+        _table(weighing)
         if output is not None:
             click.echo(f"certificate: {output}")
 
@@ -62,27 +84,59 @@ def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:
             raise InputError(f"-o {output!r} is {what}; name another, such as 'certificate.html'")
 
 
+def _made(title: str, *columns: str) -> Any:
+    """An empty table; the first column is at the left."""
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim")
+    for k, column in enumerate(columns):
+        made.add_column(column, justify="right" if k else "left", overflow="fold")
+    return made
+
+
+def _vibration(found: Modal) -> None:
+    """Print the modes of one recording, with the largest amplitude of each and where it is, and warnings."""
+    import math
+
+    from rich.console import Console
+    from rich.text import Text
+
+    from evolvent.weighing.numbers import shown
+
+    console, m, reading = Console(highlight=False), found.modes, found.reading
+    unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
+    table = _made(
+        f"modes of {os.path.basename(reading.source.path)}",
+        "",
+        "frequency Hz",
+        "frequency rad/s",
+        "damping ratio",
+        "largest amplitude",
+    )
+    for k in range(m.order):
+        wide, c = found.widening[k], int(m.amplitude[k].argmax())
+        f, std = m.frequency[k], wide * m.frequency_std[k]
+        turn = 2.0 * math.pi
+        row = shown(f / turn, std / turn), shown(f, std), shown(m.damping_ratio[k], wide * m.damping_ratio_std[k])
+        where = f", {reading.names[c]}" if len(reading.names) > 1 else ""
+        table.add_row(f"mode {k + 1}", *row, f"{m.amplitude[k, c]:.4g}{unit}{where}")
+    console.print(table)
+    for text in (*reading.notes, *found.warnings):
+        console.print(Text.assemble(("warning: ", "yellow"), text), soft_wrap=True)
+
+
 def _table(found: Weighing) -> None:
     """Print modes, results, the largest shares of the budget, and warnings."""
     import numpy as np
     from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
     from evolvent.weighing.numbers import rounded, shown
 
     console = Console(highlight=False)
 
-    def table(title: str, *columns: str) -> Table:
-        made = Table(
-            title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim"
-        )
-        for k, column in enumerate(columns):
-            made.add_column(column, justify="right" if k else "left", overflow="fold")
-        return made
-
     several = len(found.evaluations) > 1
-    modes = table("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
+    modes = _made("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
     for e in found.evaluations:
         m, name = e.modal.modes, os.path.basename(e.modal.reading.source.path)
         for k in e.used if several else range(m.order):
@@ -95,7 +149,7 @@ def _table(found: Weighing) -> None:
                 last or ("" if k in e.used else "left out"),
             )
     console.print(modes)
-    results = table("result", "", "value", "u", "k", "U", "unit")
+    results = _made("result", "", "value", "u", "k", "U", "unit")
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
         known = found.certain and u > 0.0
@@ -112,7 +166,7 @@ def _table(found: Weighing) -> None:
     if found.shares:
         part = np.array([s.contribution**2 for s in found.shares])
         part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
-        budget = table("largest shares of the variance", "", *(o.key for o in found.outputs))
+        budget = _made("largest shares of the variance", "", *(o.key for o in found.outputs))
         for k in np.argsort(-part.max(axis=1))[:_MOST_ROWS]:
             budget.add_row(found.shares[k].label, *(f"{x:.1f} %" for x in part[k]))
         console.print()

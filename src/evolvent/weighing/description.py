@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -325,13 +325,18 @@ Recordings = dict[str, dict[str, Any]]
 _RECORDINGS: Any = Field({}, description="what differs from file to file: file name -> {key.path: value}")
 
 
-class _Description(Section):
-    """A description of a stand."""
+class Signalling(Section):
+    """How signals are read, and modes found in them."""
 
     title: str = ""
     remarks: str = ""
     signals: Signals = Signals()
     identification: Identification = Identification()
+
+
+class _Description(Signalling):
+    """A description of a stand."""
+
     uncertainty: Uncertainty = Uncertainty()
     recordings: Recordings = _RECORDINGS
 
@@ -414,6 +419,30 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
     for key, value in (overrides or {}).items():
         cases.override(content, key, cases.copied(value))
     return _checked(content)
+
+
+def without_stand(columns: Sequence[str], overrides: Mapping[str, Any] | None = None) -> Signalling:
+    """What is known of signals where no stand is described: which columns are sensors, and how modes are found.
+
+    Parameters
+    ----------
+    columns : names of the sensors' columns; empty for all but the time
+    overrides : mapping, dotted key -> value
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    content: dict[str, Any] = {"signals": {"unit": "dimensionless"}}
+    if columns:
+        content["signals"]["sensors"] = [{"column": name} for name in columns]
+    for key, value in (overrides or {}).items():
+        cases.override(content, key, cases.copied(value))
+    try:
+        return Signalling.model_validate(content)
+    except ValidationError as error:
+        raise InputError(schema.sentence(error.errors(include_url=False), Signalling)) from None
 
 
 def for_recording(description: Description, name: str) -> tuple[Description, tuple[str, ...]]:

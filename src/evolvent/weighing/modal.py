@@ -10,7 +10,7 @@ from evolvent.errors import InputError
 from evolvent.identification import Modes, identify
 from evolvent.identification.orders import WHITE, whiteness
 from evolvent.identification.signals import power, read_signal
-from evolvent.weighing.description import Description
+from evolvent.weighing.description import Signalling
 from evolvent.weighing.reading import Reading
 
 #: Lines of the residual's spectrum on each side of a mode that tell the noise there.
@@ -66,7 +66,7 @@ class Modal:
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
 
-def find(reading: Reading, given: Description) -> Modal:
+def find(reading: Reading, given: Signalling) -> Modal:
     """Identify the modes of a recording.
 
     Raises

@@ -13,7 +13,14 @@ import scipy.stats
 from evolvent import signals as files
 from evolvent.errors import InputError
 from evolvent.weighing import modal, pendulum, springs
-from evolvent.weighing.description import Description, OnSprings, for_recording, load
+from evolvent.weighing.description import (
+    Description,
+    OnSprings,
+    Signalling,
+    for_recording,
+    load,
+    without_stand,
+)
 from evolvent.weighing.found import Evaluation, Share, Weighing
 from evolvent.weighing.reading import read
 
@@ -57,7 +64,7 @@ def weigh(
         raise InputError(
             f"uncertainty.method is 'monte-carlo', which takes one recording, not {len(several)}; take 'gum'"
         )
-    sources = [item if isinstance(item, files.Signals) else files.read(item) for item in several]
+    sources = [_source(item, given) for item in several]
     same = [s.path for k, s in enumerate(sources) if s.sha256 in [other.sha256 for other in sources[:k]]]
     if same:
         raise InputError(f"{same[0]!r} holds the same bytes as another of the files; a recording counts once")
@@ -70,6 +77,45 @@ def weigh(
                 raise
             raise InputError(f"{source.path}: {error}") from None
     return _together(given, sources, evaluations)
+
+
+def _source(item: Any, given: Signalling) -> files.Signals:
+    """The columns of a file; of a run, the variables that the sensors name."""
+    if isinstance(item, files.Signals):
+        return item
+    return files.read(item, [s.column for s in given.signals.sensors if isinstance(s.column, str)])
+
+
+def vibration(
+    signals: str | os.PathLike[str] | files.Signals,
+    columns: Sequence[str] = (),
+    overrides: Mapping[str, Any] | None = None,
+) -> modal.Modal:
+    """Modes of one recording of free vibration, or of variables of a run.
+
+    Parameters
+    ----------
+    signals : path or Signals
+    columns : names of columns, or of a run's variables ("boom.tip_deflection.y"); all columns but the time if left out
+    overrides : mapping, keys of a description's `signals` and `identification`, such as ``{"signals.start": "2 s"}``
+
+    Returns
+    -------
+    evolvent.weighing.modal.Modal
+
+    Raises
+    ------
+    InputError
+        One sentence, for columns and signals that do not support a result.
+    """
+    given = without_stand(columns, overrides)
+    reading = read(_source(signals, given), given.signals)
+    quiet = modal.onset(reading)
+    try:
+        found = modal.find(reading, given)
+    except InputError as error:
+        raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
+    return dataclasses.replace(found, warnings=(quiet, *found.warnings)) if quiet else found
 
 
 def _evaluation(given: Description, source: files.Signals) -> Evaluation:
