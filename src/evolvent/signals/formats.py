@@ -324,7 +324,8 @@ def _example(run: Any) -> str:
 
 def _plain_unit(unit: str) -> str:
     """A unit as results hold it, "kg m2 s-1", in the form of case files, "kg*m^2/s"."""
-    above, below = [], []
+    above: list[str] = []
+    below: list[str] = []
     for letters, sign, power in re.findall(r"([^\s\d-]+)(-?)(\d*)", unit):
         (below if sign else above).append(letters + (f"^{power}" if power not in ("", "1") else ""))
     return "/".join(["*".join(above) or "1", *below])

@@ -69,8 +69,8 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None, begin: Start | N
             rest = turn + begin.directions[b]
             system.add(
                 parts.RotationalSpring(
-                    body="hub",
-                    node=f"rib-{k}.root",
+                    a="hub",
+                    b=f"rib-{k}.root",
                     axis=tuple(R[:, 2]),
                     zero=tuple(R @ [math.cos(rest), math.sin(rest), 0.0]),
                     stiffness=case.rib.root_stiffness,
