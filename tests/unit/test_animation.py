@@ -190,6 +190,16 @@ def test_what_is_missing_is_hidden():
     assert (early < 250).sum() < (late < 250).sum()
 
 
+def test_enlarged_displacements_are_named():
+    motion = dataclasses.replace(many_bodies(21), magnification=1.5)
+    text, page, found = read_page(animation.page(motion)[0])
+    pack, _ = read_pack(animation.pack(motion))
+    assert page["magnification"] == pack["magnification"] == 1.5
+    assert "<title>Two bodies &amp; a boom (displacements enlarged 1.5 times)</title>" in text
+    mean = motion.body.origin.mean(axis=0)
+    assert found["origin"] == pytest.approx(mean + 1.5 * (motion.body.origin - mean))
+
+
 def test_a_single_sample_is_a_still_picture():
     one = many_bodies().at(np.array([40]))
     _, header, found = read_page(animation.page(one, playing=False)[0])
