@@ -295,3 +295,16 @@ def test_bad_parts() -> None:
         @element_law
         def nothing(t, x, v, p, f):  # type: ignore[no-untyped-def]
             f[0] = 1.0
+
+
+@element_law
+def pull(t, x, v, p, f):  # type: ignore[no-untyped-def]
+    f[0] -= x[0]
+    return 0.5 * x[0] ** 2, 0.0
+
+
+def test_a_law_without_parameters_before_an_expression() -> None:
+    """The expression's program stands where the law's parameters would begin."""
+    system = held(places=["mass"], law=pull)
+    system.add(parts.Spring(a=(5.0, 0.0, 0.0), b="mass", law="k*x", constants={"k": 3.0}, length=5.0), "spring")
+    assert modes(system.assemble(), count=3).frequency[-1] == pytest.approx(2.0, rel=1e-8)
