@@ -141,7 +141,11 @@ BEAM = {"kind": "beam", "length": 1, "section": {"rod": "1 cm"}, "material": "st
 BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no mapping": ([1], (), r"parts is \[1\]; it must be a mapping of names to parts"),
     "a part that is none": ({"hub": 3}, ("hub",), "parts.hub is 3; it must be a mapping"),
-    "no kind": ({"hub": {"mass": 1}}, ("hub", "kind"), "parts.hub.kind is missing; known: beam, custom-force, cylinder-contact, "),
+    "no kind": (
+        {"hub": {"mass": 1}},
+        ("hub", "kind"),
+        "parts.hub.kind is missing; known: beam, custom-force, cylinder-contact, ",
+    ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},
         ("hub", "kind"),

@@ -134,7 +134,10 @@ BAD = {
         lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
         "reel.angle is",
     ),
-    "feed: rate nan": (lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()], "ConstantDrive.rate is nan"),
+    "feed: rate nan": (
+        lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()],
+        "ConstantDrive.rate is nan",
+    ),
     "ramp: out of order": (
         lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
         "1.0 s",
@@ -143,7 +146,10 @@ BAD = {
         lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, -1.0, 1.0)])), thread()],
         "RampDrive.steps.0.1 is -1.0",
     ),
-    "ramp: rate nan": (lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()], "RampDrive.steps.0.2 is nan"),
+    "ramp: rate nan": (
+        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()],
+        "RampDrive.steps.0.2 is nan",
+    ),
     "table: nan": (lambda: [body(), table(rate=(0.0, nan)), thread()], "TableDrive.rate.1 is nan"),
     "table: time nan": (lambda: [body(), table(time=(nan, 1.0)), thread()], "TableDrive.time is (nan, 1.0)"),
     "table: backwards": (lambda: [body(), table(time=(1.0, 0.0)), thread()], "row 2"),
@@ -163,7 +169,10 @@ BAD = {
         lambda: [*BLADE, parts.UniformLoad(thread="blad", force=(0, 0, 1))],
         "did you mean 'blade'",
     ),
-    "uniform: force": (lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0))], "UniformLoad.force is (0, 0)"),
+    "uniform: force": (
+        lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0))],
+        "UniformLoad.force is (0, 0)",
+    ),
     "uniform: frame": (
         lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0, 1), frame="bodi")],
         "did you mean 'body'",
