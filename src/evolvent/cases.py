@@ -450,7 +450,7 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
         If it has no ``=`` or no key.
     """
     key, equals, value = assignment.partition("=")
-    if not equals or not re.fullmatch(r"\w[\w -]*(\.\w[\w -]*)*", key.strip()):
+    if not equals or not re.fullmatch(r"\w+(\.\w[\w -]*)*", key.strip()):
         raise InputError(f"--set {assignment!r} is not of the form key.path=value, such as blade.nodes=40")
     return key.strip(), parse_yaml(value, f"--set {assignment}")
 
