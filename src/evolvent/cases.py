@@ -110,6 +110,17 @@ def _outside_cases() -> dict[str, str]:
     return found
 
 
+def unusable() -> list[str]:
+    """Sentences on systems of other packages that cannot be loaded."""
+    found = []
+    for name in _outside():
+        try:
+            system(name)
+        except InputError as error:
+            found.append(str(error))
+    return found
+
+
 def built_in() -> dict[str, str]:
     """Built-in cases, name -> what it is (the first line of its text); last those of systems of other packages."""
     first = {name: text(name).partition("\n")[0] for name in [*_files(), *_outside_cases()]}

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import field_validator
+from pydantic_core import PydanticCustomError
 
-from evolvent import InputError, element_law, parts, units
+from evolvent import element_law, parts, units
 
 
 @element_law
@@ -49,11 +51,14 @@ class TensionCable(parts.CustomForce):
     damping: units.DampingOrZero = 0.0
     length: units.Length | None = None
 
+    @field_validator("places")
+    @classmethod
+    def _two(cls, places: Any) -> Any:
+        if len(places) != 2:
+            raise PydanticCustomError("places", "it must be a list of two places")
+        return places
+
     def law_and_parameters(self, positions: np.ndarray) -> tuple[Any, Sequence[float]]:
         """The law, and the numbers that it is called with."""
-        if len(positions) != 2:
-            raise InputError(f"places has {len(positions)} entries; a tension cable has two ends")
         apart = float(np.linalg.norm(positions[1] - positions[0]))
-        if apart == 0.0:
-            raise InputError("the ends of a tension cable coincide at the start; they must be apart")
         return tension, (self.stiffness, self.damping, apart if self.length is None else self.length)

@@ -5,7 +5,7 @@ mast lies along x and floats in space. With the angle theta between each bar and
 L sin(theta), and the mast has one degree of freedom:
 
     kinetic energy  (m L^2 cos^2(theta) n (n^2 - 1)/12 + n I) theta'^2
-    elastic energy  n k (2 theta - rest)^2 / 2
+    elastic energy  n k (2 theta - rest)^2 / 2, until the springs lock
 
 with the mass m of a bar and its moment of inertia I about its middle.
 """
@@ -39,7 +39,10 @@ class Spring(Section):
 
     stiffness: units.RotationalStiffnessOrZero = Field(0.2, description="of the spring")
     damping: units.RotationalDampingOrZero = Field(0.0, description="of the damper beside it")
-    rest: units.Angle = Field(math.radians(150.0), description="angle between the bars at which it has no torque")
+    rest: units.Angle = Field(math.pi, description="angle between the bars at which it has no torque")
+    latch: units.Angle | None = Field(math.radians(150.0), description="angle between the bars at which it locks")
+    latch_stiffness: units.RotationalStiffnessOrZero = Field(100.0, description="of the lock")
+    latch_damping: units.RotationalDampingOrZero = Field(0.2, description="of the lock")
 
 
 class PantographCase(Section):
@@ -52,7 +55,7 @@ class PantographCase(Section):
     )
     bar: Bar = Bar()
     spring: Spring = Spring()
-    simulate: Simulate = Simulate(until=1.0)
+    simulate: Simulate = Simulate(until=0.3)
 
 
 class Pantograph(SystemDefinition):
@@ -61,7 +64,7 @@ class Pantograph(SystemDefinition):
     Case = PantographCase
     cases = {  # noqa: RUF012  (a mapping that nobody changes)
         "pantograph": "# A mast of four scissor cells springs open\n"
-        "system: pantograph\ncells: 4\nhalf_angle: 10 deg\nsimulate: {until: 1 s, every: 5 ms, tolerance: 1e-7}\n"
+        "system: pantograph\ncells: 4\nhalf_angle: 10 deg\nsimulate: {until: 0.3 s, every: 1 ms, tolerance: 1e-7}\n"
     }
 
     def build(self, case: PantographCase, *, laws: Mapping[str, Any] | None = None) -> System:
