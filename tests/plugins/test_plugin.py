@@ -115,7 +115,7 @@ def test_a_study_of_the_system(command, tmp_path):
     }
     # the same angle is passed at rates that go as the root of the stiffness
     rates = found.bar_1a_rate_z_min.values / np.sqrt(found["spring.stiffness"].values)
-    assert rates == pytest.approx(np.full(4, rates[0]), rel=1e-2)
+    assert rates == pytest.approx(np.full(4, rates[0]), rel=2e-2)  # of samples a millisecond apart
     assert {p.name for p in (tmp_path / "figures").iterdir()} >= {"mast_length_max.png", "bar_1a_rate_z_min.png"}
 
 
