@@ -228,7 +228,7 @@ def test_schema_knows_every_key():
 def test_every_system_provides_what_the_command_asks_for(name):
     module = cases.system(name)
     assert module.Case.model_fields["system"].default == name
-    for function in ("plan", "layout", "numbers", "figures", "scene"):
+    for function in ("plan", "layout", "numbers", "figures", "motion"):
         assert callable(getattr(module, function)), function
 
 
