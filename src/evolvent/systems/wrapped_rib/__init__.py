@@ -39,9 +39,8 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 from evolvent.definition import SystemDefinition
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
-from evolvent.systems.wrapped_rib.dataset import layout
-from evolvent.systems.wrapped_rib.places import motion
-from evolvent.systems.wrapped_rib.show import figures, numbers
+from evolvent.systems.wrapped_rib.results import layout
+from evolvent.systems.wrapped_rib.show import figures, motion, numbers
 from evolvent.systems.wrapped_rib.simulate import plan, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
 from evolvent.systems.wrapped_rib.structure import build

@@ -529,6 +529,19 @@ class Case(Section):
         return math.sqrt(stiffness / mass)
 
     @property
+    def string(self) -> reference.Winding:
+        """A light string under the drive's torque."""
+        assert self.drive is not None
+        assert self.drive.torque is not None
+        return reference.string_winding(
+            self.strip,
+            self.drive.torque,
+            self.damping.alpha,
+            damped=self.damped_arcs,
+            start_angle=self.rib.start_angle,
+        )
+
+    @property
     def duration(self) -> float:
         """Time that the run covers, s."""
         if self.solver.duration != "auto":
@@ -538,13 +551,7 @@ class Case(Section):
         drive = self.drive
         turns = self.rib.length / self.hub.radius
         if drive is not None and drive.kind == "torque" and drive.torque is not None:
-            motion = reference.string_winding(
-                self.strip,
-                drive.torque,
-                self.damping.alpha,
-                damped=self.damped_arcs,
-                start_angle=self.rib.start_angle,
-            )
+            motion = self.string
             if not math.isfinite(motion.end_time):
                 raise InputError(
                     f"solver.duration is auto, but under drive.torque {drive.torque:g} N m a light string is not wound "

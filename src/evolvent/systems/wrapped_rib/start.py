@@ -36,7 +36,7 @@ class Start(NamedTuple):
     hub : HubState
     directions : (ribs,) float, rad, of the roots' hinges at rest, from outwards
     stiffness : float, N/m^n, of the contact
-    told : str, what a user should know of it
+    warning : str, of a run that did not end well; else empty
     """
 
     nodes: np.ndarray
@@ -44,7 +44,7 @@ class Start(NamedTuple):
     hub: HubState
     directions: np.ndarray
     stiffness: float
-    told: str = ""
+    warning: str = ""
 
 
 def at_rest(angle: float = 0.0) -> HubState:
@@ -187,21 +187,18 @@ def _stacked(
 def _from_run(case: Case) -> Start:
     from evolvent import cases, results
 
-    run = results.open(case.start)
-    if run.attrs["system"] != case.system:
-        raise InputError(f"start is {case.start!r}, a run of {run.attrs['system']}; it must be one of {case.system}")
+    found = results.open(case.start)
+    if found.attrs["system"] != case.system:
+        raise InputError(f"start is {case.start!r}, a run of {found.attrs['system']}; it must be one of {case.system}")
+    run = found.to_dataset()
     for name in ("end_coordinates", "end_velocities", "end_hub", "hinge_rest"):
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
     before = cases.of_run(run.attrs["case"])
     check_follows(before, case)
     shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
-    if (
-        run.end_coordinates.shape != shape
-        or run.end_velocities.shape != shape
-        or run.end_hub.shape != (14,)
-        or run.hinge_rest.shape != shape[:1]
-    ):
+    shapes = {"end_coordinates": shape, "end_velocities": shape, "end_hub": (14,), "hinge_rest": shape[:1]}
+    if any(run[name].shape != wanted for name, wanted in shapes.items()):
         raise InputError(f"start is {case.start!r}, whose last state has another shape than its case")
     h = run.end_hub.values
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
@@ -217,10 +214,12 @@ def _from_run(case: Case) -> Start:
     stiffness = case.contact_stiffness
     if case.contact.stiffness == "auto":  # what pressed on the hub before still does
         stiffness = max(stiffness, before.contact_stiffness)
-    told = ""
+    warning = ""
     if run.attrs["status"] != "success":
-        told = f"it starts from {case.start}, a run that ended as {run.attrs['status']} at {float(run.time[-1]):.6g} s"
-    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness, told)
+        warning = (
+            f"it starts from {case.start}, a run that ended as {run.attrs['status']} at {float(run.time[-1]):.6g} s"
+        )
+    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness, warning)
 
 
 def check_follows(before: Case, after: Case) -> None:
@@ -252,6 +251,8 @@ def _check_upright(case: Case, hub: HubState) -> None:
 
 def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and rates of one rib on the case's elements; vectors that its formulation needs and the run lacks."""
+    from evolvent.elements import axis_shape
+
     wanted = case.rib.vectors
     old, new = nodes.shape[0] - 1, case.rib.elements
     length = case.rib.length / old
@@ -260,8 +261,8 @@ def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) ->
     xi = at - cell
     found = []
     for e in (nodes, rates):
-        p, px, q, qx = e[cell, 0], e[cell, 1], e[cell + 1, 0], e[cell + 1, 1]
-        vectors = [hermite(xi, length, p, px, q, qx), hermite(xi, length, p, px, q, qx, order=1)]
+        ends = np.stack([e[cell, 0], e[cell, 1], e[cell + 1, 0], e[cell + 1, 1]])
+        vectors = [np.einsum("jk,jki->ki", axis_shape(length, xi, order=order), ends) for order in (0, 1)]
         if nodes.shape[1] == wanted == 4:
             vectors += [(1.0 - xi)[:, None] * e[cell, i] + xi[:, None] * e[cell + 1, i] for i in (2, 3)]
         found.append(vectors)
@@ -277,12 +278,19 @@ def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) ->
     return np.stack(found[0], axis=1), np.stack(found[1], axis=1)
 
 
-def hermite(
-    xi: np.ndarray, length: float, p: np.ndarray, px: np.ndarray, q: np.ndarray, qx: np.ndarray, *, order: int = 0
-) -> np.ndarray:
-    """Place (order 0) on elements' axes, or its derivative by arc length, at xi : (k,), of vectors (..., k, 3)."""
+def along(nodes: np.ndarray, length: float, xi: np.ndarray, order: int = 0) -> np.ndarray:
+    """Points on elements' axes, or their derivatives by arc length, at xi : (k,).
+
+    Parameters
+    ----------
+    nodes : (..., n + 1, vectors, 3) float
+
+    Returns
+    -------
+    (..., n, k, 3) float
+    """
     from evolvent.elements import axis_shape
 
-    S = axis_shape(length, xi, order=order)
-    total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
-    return total
+    ends = np.concatenate([nodes[..., :-1, :2, :], nodes[..., 1:, :2, :]], axis=-2)
+    found: np.ndarray = np.einsum("jk,...ji->...ki", axis_shape(length, xi, order=order), ends)
+    return found

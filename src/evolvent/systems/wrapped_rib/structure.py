@@ -118,6 +118,7 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
 
     hub, at = case.hub, begin.hub
     given: dict[str, Any] = {"motion": "driven", "rate": 0.0, "orientation": tuple(at.quaternion)}
+    given["shape"] = parts.Cylinder(radius=hub.radius, length=hub.height)
     if hub.motion == "free":
         given |= {"motion": "free", "mass": hub.mass, "inertia": hub.inertia, "position": tuple(at.position)}
         given |= {"velocity": tuple(at.velocity), "angular_velocity": tuple(at.rate)}
