@@ -205,11 +205,7 @@ def _on_beam(points: Array, slopes: Array, length: float, arc: Array) -> Array:
 
 def smooth(points: Array, slopes: Array, length: float, between: int) -> Array:
     """Points of Hermite's cubics through nodes (nt, n, 3) with slopes, `between` a piece of the given length."""
-    s = np.arange(between)[:, None] / between
-    h = 1.0 - 3.0 * s**2 + 2.0 * s**3, length * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, length * (s**3 - s**2)
-    x, d = points[:, :, None], slopes[:, :, None]
-    inner = h[0] * x[:, :-1] + h[1] * d[:, :-1] + h[2] * x[:, 1:] + h[3] * d[:, 1:]
-    return np.concatenate([inner.reshape(len(points), -1, 3), points[:, -1:]], axis=1)
+    return _on_beam(points, slopes, length, length * np.arange((points.shape[1] - 1) * between + 1) / between)
 
 
 def _linear(values: Array, between: int) -> Array:

@@ -277,20 +277,6 @@ def membrane_energy(rib: Strip, torque: float) -> float:
     return torque**2 * rib.length / (6.0 * rib.radius**2 * rib.axial_stiffness)
 
 
-def couple_work(couple: float) -> float:
-    """Most work that a couple on the hinge can do, J: its end of the rib turns no further than to the tangent."""
-    return 0.5 * math.pi * couple
-
-
-def least_couple(rib: Strip) -> float:
-    """Couple on the hinge whose work would pay for the bending of the wound rib, N m: EI L / (pi R^2).
-
-    A greater one does not wind it either: all that reaches the rib is the moment of its first bit, whose bending the
-    couple pays for at the hinge, and nothing pulls the tail round.
-    """
-    return bending_energy(rib) / couple_work(1.0)
-
-
 # ------------------------------------------------------------------------------------------------ deployment
 
 

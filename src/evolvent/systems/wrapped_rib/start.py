@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -104,8 +104,10 @@ def _wound(case: Case) -> np.ndarray:
     Notes
     -----
     Chord and slopes of an element are those of least energy when bent by its angle; the angle is such that the check
-    point nearest to the axis lies on the hub. Where turns touch, each lies on the one below (`_stacked`).
+    point nearest to the axis lies on the hub. Where turns touch, each lies on the one below (`_coil`).
     """
+    from scipy.optimize import brentq
+
     rib, R = case.rib, case.hub.radius
 
     def bent(angle: float, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -120,65 +122,53 @@ def _wound(case: Case) -> np.ndarray:
         return np.hypot(x, y + 0.5 * chord / math.tan(half)), sizes
 
     checks = np.arange(1, case.contact.points + 1) / case.contact.points
-    low, high = 0.5 * rib.element_length / R, 1.5 * rib.element_length / R
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bent(middle, checks)[0].min() > R else (low, middle)
-    distance, sizes = bent(low, np.linspace(0.0, 1.0, 41))
+    flat = rib.element_length / R
+    angle = brentq(lambda a: bent(a, checks)[0].min() - R, 0.5 * flat, 1.5 * flat, xtol=1e-15)
+    distance, sizes = bent(angle, np.linspace(0.0, 1.0, 41))
     chord, slope = sizes[0], sizes[1]
-    radius = 0.5 * chord / math.sin(0.5 * low)
+    d_chord, pitch = 0.0, 0.0
     if case.contact.self:
-        d_chord = (chord - bent_element(case, 0.99 * low)[1][0]) / (0.01 * low)
+        d_chord = (chord - bent_element(case, 0.99 * angle)[1][0]) / (0.01 * angle)
         pitch = max(rib.thickness, rib.tip_thickness or 0.0) + float(np.ptp(distance))
-        places, slopes = _stacked(case, radius, pitch, low, lambda angle: chord + d_chord * (angle - low))
-        across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
-        return _vectors(case, places, slope * slopes, across, along)
-    at = low * np.arange(rib.elements + 1)
-    c, s, zero = np.cos(at), np.sin(at), np.zeros(at.size)
-    places = radius * np.stack([c, s, zero], axis=1)
-    slopes = slope * np.stack([-s, c, zero], axis=1)
-    across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
-    return _vectors(case, places, slopes, across, along)
+    radius = 0.5 * chord / math.sin(0.5 * angle)
+    places, slopes = _coil(case, radius, pitch, angle, lambda turned: chord + d_chord * (turned - angle))
+    return _vectors(case, places, slope * slopes, *sizes[2:])
 
 
-def _stacked(
+def _coil(
     case: Case, radius: float, pitch: float, angle: float, chord: Callable[[float], float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of a coil whose turns lie on one another, and their directions.
+    """Nodes of a coil, and their directions.
 
     Parameters
     ----------
     radius : float, m, of the nodes on the hub
-    pitch : float, m, from turn to turn
+    pitch : float, m, from turn to turn; 0 for a circle
     angle : float, rad, of an element on the hub; chord : its chord (m) as a function of the angle that it turns by
 
     Notes
     -----
-    A spiral: the first turn leaves the hub by a pitch until it meets the root below, its own or the next rib's.
+    With a pitch a spiral: the first turn leaves the hub until it meets the root below, its own or the next rib's.
     """
+    from scipy.optimize import brentq
+
     growth = pitch * case.rib.count / (2.0 * math.pi)
 
-    def coil(phi: float) -> tuple[np.ndarray, float]:
-        """Place at the angle phi, and the direction there."""
+    def coil(phi: Any) -> tuple[np.ndarray, Any]:
+        """Position at the angle phi, and the direction there."""
         r = radius + growth * phi
-        return r * np.array([math.cos(phi), math.sin(phi), 0.0]), phi + 0.5 * math.pi - math.atan2(growth, r)
+        return np.stack([r * np.cos(phi), r * np.sin(phi), 0.0 * phi]), phi + 0.5 * math.pi - np.arctan2(growth, r)
 
-    phi = 0.0
-    place, direction = coil(phi)
-    places, directions = [place], [direction]
+    def excess(phi: float, before: float) -> float:
+        (at, facing), (place, direction) = coil(phi), coil(before)
+        return float(np.linalg.norm(at - place)) - chord(facing - direction)
+
+    angles = [0.0]
     for _ in range(case.rib.elements):
-        low, high = phi + 0.5 * angle, phi + 1.5 * angle
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            at, facing = coil(middle)
-            short = float(np.linalg.norm(at - place)) < chord(facing - direction)
-            low, high = (middle, high) if short else (low, middle)
-        phi = low
-        place, direction = coil(phi)
-        places.append(place)
-        directions.append(direction)
-    faced = np.array(directions)
-    return np.array(places), np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
+        low, high = angles[-1] + 0.5 * angle, angles[-1] + 1.5 * angle
+        angles.append(brentq(excess, low, high, args=(angles[-1],), xtol=1e-15) if growth else angles[-1] + angle)
+    places, faced = coil(np.array(angles))
+    return places.T, np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
 
 
 # ------------------------------------------------------------------------------------------------ saved runs
