@@ -96,22 +96,27 @@ def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
 
 def _least(energy: Callable[[np.ndarray], Any], p: np.ndarray) -> tuple[float, np.ndarray]:
     """Least value of an analytic function of p, and where it is: Newton's method, steps that always descend."""
-    unit = np.eye(p.size)
-
-    def slope(p: np.ndarray) -> np.ndarray:  # complex steps have no round-off
-        return np.array([1e30 * energy(p + 1e-30j * e).imag for e in unit])
-
     for _ in range(100):
-        step = 1e-6 * np.abs(p)
-        K = np.array([(slope(p + h * e) - slope(p - h * e)) / (2.0 * h) for h, e in zip(step, unit, strict=True)])
-        values, vectors = np.linalg.eigh(0.5 * (K + K.T) * np.outer(p, p))  # of relative changes
-        change = -p * (vectors @ ((vectors.T @ (p * slope(p))) / np.abs(values)))
+        slope, K = _derivatives(energy, p, 1e-6 * np.abs(p))
+        values, vectors = np.linalg.eigh(K * np.outer(p, p))  # of relative changes
+        change = -p * (vectors @ ((vectors.T @ (p * slope)) / np.abs(values)))
         while energy(p + change) > energy(p) and np.abs(change / p).max() > 1e-13:
             change *= 0.5
         p = p + change
         if np.abs(change / p).max() < 1e-13:
             break
     return float(energy(p)), p
+
+
+def _derivatives(energy: Callable[[np.ndarray], Any], p: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First derivatives of an analytic function by complex steps, without round-off, and second ones by differences."""
+    unit = np.eye(p.size)
+
+    def slope(p: np.ndarray) -> np.ndarray:
+        return np.array([1e30 * energy(p + 1e-30j * e).imag for e in unit])
+
+    K = np.array([(slope(p + h * e) - slope(p - h * e)) / (2.0 * h) for h, e in zip(step, unit, strict=True)])
+    return slope(p), 0.5 * (K + K.T)
 
 
 @functools.lru_cache(maxsize=8)
@@ -181,28 +186,20 @@ def _fastest(rib: Rib, element: int, contact: float, points: int) -> tuple[float
     from scipy.linalg import eigh
 
     from evolvent import elements
-    from evolvent.elements.forms import products
 
-    section, length = rib.section(element), rib.element_length
-    if rib.vectors == 2:
-        form = elements.cable_form(length, section, rib.material)
-        e, mass = elements.straight_cable(length), elements.cable_mass(length, section, rib.material)
-    else:
-        form = elements.beam_form(rib.formulation, length, section, rib.material)
-        e, mass = elements.straight_beam(length), elements.beam_mass(length, section, rib.material)
-    unit = np.eye(e.size)
-    J = np.array([0.5 * (products(e + d) - products(e - d)) for d in unit])
-    curved = np.array([[products(a + b) - products(a) - products(b) for b in unit] for a in unit])
-    K = J @ form.H @ J.T + curved @ (form.H @ products(e) - form.h)
-    axis = [0, 1, 2, 3] if rib.vectors == 2 else [0, 1, 4, 5]  # place and slope of both nodes
+    cable, length = rib.vectors == 2, rib.element_length
+    e = elements.straight_cable(length) if cable else elements.straight_beam(length)
+    mass = (elements.cable_mass if cable else elements.beam_mass)(length, rib.section(element), rib.material)
+    _, K = _derivatives(_energy(rib, element), e, np.full(e.size, 1e-6))
+    axis = [0, 1, 2, 3] if cable else [0, 1, 4, 5]  # position and slope of both nodes
     checks = np.zeros_like(mass)
     for xi in np.arange(1, points + 1) / points:
-        S = [1 - 3 * xi**2 + 2 * xi**3, length * xi * (1 - xi) ** 2, 3 * xi**2 - 2 * xi**3, length * (xi**3 - xi**2)]
+        S = elements.axis_shape(length, xi)
         checks[np.ix_(axis, axis)] += np.outer(S, S)
     across = 3 * np.arange(len(mass)) + 1
     K[np.ix_(across, across)] += contact * checks
     M = np.kron(mass, np.eye(3))
-    highest = float(eigh(0.5 * (K + K.T), M, eigvals_only=True)[-1])
+    highest = float(eigh(K, M, eigvals_only=True)[-1])
     return highest, float(eigh(checks, mass, eigvals_only=True)[-1]), float(np.linalg.inv(mass)[1, 1])
 
 

@@ -51,13 +51,13 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
         If laws are given (this system places none), or the case cannot be run.
     """
     refuse_laws(laws, case.system)
-    _check(case)
     every = case.output.every if case.solver.step == "auto" else max(case.output.every, float(case.solver.step))
     size = 24 * case.rib.count * (case.rib.elements + 1)
     with naming_keys({"every": "output.every"}):  # no fixed step is cut short for a sample
         samples = analysis.sample_times(case.duration, every, values=size)
     begin = start(case)
     assembly = build(case, begin=begin).assemble()
+    _check(case, assembly)
     method, step = case.solver.method, case.solver.step
     keys, prepared, note = cases.solver_keys(case) | KEYS, None, ""
     if method != IMPLICIT:
@@ -108,40 +108,19 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
     return cases.Plan(float(samples[-1]), run, solver=solver, note=note, start=at_start, observe=observe)
 
 
-def _check(case: Case) -> None:
+def _check(case: Case, assembly: Assembly) -> None:
     """Refuse what the method does not support, and a run of too many steps."""
-    if case.solver.method != IMPLICIT:
-        _check_explicit(case)
-    step = case.solver.step
-    if step != "auto" and case.duration > MOST_STEPS * float(step):
-        raise InputError(
-            f"solver.step is {float(step):.3g} s; that makes {case.duration / float(step):.2g} steps, more than "
-            f"{MOST_STEPS:.0e}; take a longer one"
-        )
-
-
-def _check_explicit(case: Case) -> None:
-    solver, drive = case.solver, case.drive
-    instead = f"take solver.method: {IMPLICIT}"
-    if drive is not None and drive.kind != "torque":
-        moved = "the hub" if drive.kind == "hub" else "the tip"
-        raise InputError(
-            f"drive.kind is {drive.kind!r}, which moves {moved} by a law that {solver.method} cannot follow; {instead}"
-        )
-    if case.contact.friction > 0.0:
-        raise InputError(
-            f"contact.friction is {case.contact.friction:g}, which is known step by step only, not to {solver.method}; "
-            f"{instead}, or leave it out"
-        )
-    if case.contact.self:
-        raise InputError(f"contact.self is true, which {solver.method} does not know; {instead}, or leave it out")
-    step = advice.explicit_step(case)
+    solver = case.solver
+    analysis.choose_method(assembly, solver.method)
+    if solver.step == "auto" and solver.method == IMPLICIT:
+        return
+    step = advice.explicit_step(case) if solver.step == "auto" else float(solver.step)
     if case.duration > MOST_STEPS * step:
-        which = "solver.step" if solver.step != "auto" else f"the longest safe step of {solver.method}"
+        which = "solver.step is" if solver.step != "auto" else f"the longest safe step of {solver.method} is about"
         raise InputError(
-            f"{which} is about {step:.2g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, "
-            f"more than {MOST_STEPS:.0e}; shorten solver.duration, take cables, fewer rib.elements or a smaller "
-            f"contact.stiffness, or {instead}"
+            f"{which} {step:.3g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, more than "
+            f"{MOST_STEPS:.0e}; shorten solver.duration or take a longer step; explicit methods take longer ones with "
+            f"cables, fewer rib.elements or a smaller contact.stiffness"
         )
 
 
