@@ -8,6 +8,10 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
 ``line``
     `points` (a variable), `kind` ("line", "rod" or "spring"), `values` (variables of the colour), `width` (m), `across`
     (a variable, or a vector), and of beams `slope` (a variable) and `length` (m), by which the line is made smooth.
+    Values at other points than those of the line have a coordinate `arc` (m), the length at which they are.
+``pushes``
+    Forces on beams away from the axis of a body (a part): `size`, `arc` and `beam` (variables over contact points),
+    `centre` and `axis` (body axes).
 ``marks``
     `points` (list of variables).
 ``forces``
@@ -25,13 +29,16 @@ import numpy as np
 import xarray as xr
 
 from evolvent import variables
-from evolvent.motion import Forces, Frame, Line, Marks, Motion
+from evolvent.elements import axis_shape
+from evolvent.motion import Forces, Frame, Line, Marks, Motion, turned
 from evolvent.results import unfinished
 from evolvent.solids import Solid
 
 Array = np.ndarray
 #: Points that are drawn between two nodes of a beam, and most of them in all.
 _BETWEEN, _MOST_POINTS = 6, 400
+#: Most arrows of a contact with a beam; of more contact points, neighbours share one.
+_MOST_ARROWS = 100
 #: Most numbers beside the picture.
 _NUMBERS = 4
 
@@ -66,6 +73,8 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     at, vectors = group[own["points"]].values, group[own["vectors"]].values
                     unit = own.get("unit", "N")
                     forces.append(Forces(name=part, points=at[:, None], vectors=vectors[:, None], unit=unit))
+                elif kind == "pushes":
+                    forces += _pushes(run, part, group, own)
                 elif kind == "spool":
                     spools.append((part, own))
     if not (frames or lines or marks):
@@ -121,7 +130,7 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
     for name in own.get("values", []):
         found = group[name]
         label = f"{name.replace('_', ' ')} [{found.attrs.get('units', '1')}]"
-        values[label] = found.values if found.ndim == 2 else np.repeat(found.values[:, None], points.shape[1], axis=1)
+        values[label] = _at_points(found, own, points.shape[1])
     across = own.get("across")
     if isinstance(across, str):
         across = group[across].values
@@ -143,13 +152,60 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
     )
 
 
+def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:
+    """Values (nt, count) at the points of a line: of one value for all of it, or of other places, between those."""
+    if found.ndim == 1:
+        return np.repeat(found.values[:, None], count, axis=1)
+    if found.shape[1] == count:
+        return np.asarray(found.values)
+    arc = found["arc"].values
+    at = np.clip(np.linspace(0.0, own["length"], count), arc[0], arc[-1])
+    return _between_places(found.values, arc, at)
+
+
+def _between_places(values: Array, arc: Array, at: Array) -> Array:
+    """Values (nt, k, ...) at the lengths `at` (k,) along a line, linear between those (nt, n, ...) at `arc` (n,)."""
+    left = np.clip(np.searchsorted(arc, at) - 1, 0, arc.size - 2)
+    share = ((at - arc[left]) / (arc[left + 1] - arc[left])).reshape(-1, *[1] * (values.ndim - 2))
+    found: Array = (1.0 - share) * values[:, left] + share * values[:, left + 1]
+    return found
+
+
+def _pushes(run: xr.DataTree, part: str, group: xr.Dataset, own: dict[str, Any]) -> list[Forces]:
+    """Contact forces on beams, away from the axis of a cylinder; neighbours share an arrow where there are many."""
+    body = variables.group_of(run, own["body"]) if own["body"] in variables.parts(run) else None
+    found = []
+    for beam in dict.fromkeys(group[own["beam"]].values.tolist()):
+        mine = np.flatnonzero(group[own["beam"]].values == beam)
+        first = np.arange(0, mine.size, -(-mine.size // _MOST_ARROWS))
+        size = np.add.reduceat(group[own["size"]].values[:, mine], first, axis=1)
+        arc = np.add.reduceat(group[own["arc"]].values[mine], first) / np.diff(np.append(first, mine.size))
+        line = variables.group_of(run, beam)
+        arcs = line["arc_node"].values
+        points = _on_beam(line["position"].values, line["slope"].values, arcs[1] - arcs[0], arc)
+        axis, centre = np.array(own["axis"]) / np.linalg.norm(own["axis"]), np.array(own["centre"])
+        if body is not None:
+            attitude = body["attitude"].values
+            axis, centre = (turned(attitude, np.tile(x, (len(attitude), 1, 1))) for x in (axis, centre))
+            centre = centre + body["position"].values[:, None]
+        away = points - centre
+        away = away - np.sum(away * axis, axis=-1, keepdims=True) * axis
+        away /= np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-300)
+        found.append(Forces(name=f"{part} on {beam}", points=points, vectors=size[..., None] * away))
+    return found
+
+
+def _on_beam(points: Array, slopes: Array, length: float, arc: Array) -> Array:
+    """Points (nt, k, 3) at the lengths `arc` (k,), on Hermite's cubics through nodes (nt, n, 3) `length` apart."""
+    cell = np.clip((arc / length).astype(int), 0, points.shape[1] - 2)
+    a, b, c, d = (np.asarray(f)[:, None] for f in axis_shape(length, arc / length - cell))
+    found: Array = a * points[:, cell] + b * slopes[:, cell] + c * points[:, cell + 1] + d * slopes[:, cell + 1]
+    return found
+
+
 def smooth(points: Array, slopes: Array, length: float, between: int) -> Array:
     """Points of Hermite's cubics through nodes (nt, n, 3) with slopes, `between` a piece of the given length."""
-    s = np.arange(between)[:, None] / between
-    h = 1.0 - 3.0 * s**2 + 2.0 * s**3, length * (s - 2.0 * s**2 + s**3), 3.0 * s**2 - 2.0 * s**3, length * (s**3 - s**2)
-    x, d = points[:, :, None], slopes[:, :, None]
-    inner = h[0] * x[:, :-1] + h[1] * d[:, :-1] + h[2] * x[:, 1:] + h[3] * d[:, 1:]
-    return np.concatenate([inner.reshape(len(points), -1, 3), points[:, -1:]], axis=1)
+    return _on_beam(points, slopes, length, length * np.arange((points.shape[1] - 1) * between + 1) / between)
 
 
 def _linear(values: Array, between: int) -> Array:
