@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, variables
 from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.figures import Number
     from evolvent.motion import Motion
 
 #: Columns of one variable above which it has a table of its own.
@@ -29,7 +30,7 @@ SHEET = 1_048_576
 _CELL = 19
 
 
-def write(run: xr.Dataset, path: str, request: Request) -> str:
+def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
     """Write tables of a run into a folder; returns what was written.
 
     Notes
@@ -56,6 +57,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     rows = request.samples(count)
     moments = request.samples(count, most=MOST_SHAPES)
     motion = motion_of(run).at(moments)
+    numbers = cases.system(run.attrs["system"]).numbers(run)
+    run = variables.flat(run)
     held = _held(run, motion)
     narrow, wide = [], []
     for name, variable in run.variables.items():
@@ -76,7 +79,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     tables["shapes.csv"] = _shapes(motion)
     tables |= {"bodies.csv": _bodies(motion)} if motion.frames else {}
     tables |= {f"{name}.csv": _series(run, [name], rows, label) for name in wide}
-    tables["results.csv"] = _results(run)
+    tables["results.csv"] = _results(run, numbers)
     tables["columns.csv"] = _columns(run, [*narrow, *wide], motion)
     tables["about.csv"] = [("what", "text"), *about(run), ("case", run.attrs["case"])]
     for name, content in tables.items():
@@ -94,8 +97,13 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
 
 def _held(run: xr.Dataset, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
-    names = {value.partition(" [")[0] for s in motion.lines for value in s.values}
-    return {"position"} | {str(n) for n in run.variables if n in names or f"{n}".removeprefix("signed_") in names}
+    names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values} | {"position"}
+    held = set()
+    for full in map(str, run.variables):
+        own = full.rpartition(".")[2]
+        if {own, own.removeprefix("signed_"), own.removeprefix("line_")} & names or own == "line":
+            held.add(full)
+    return held
 
 
 def unit_of(variable: xr.Variable | xr.DataArray) -> str:
@@ -154,9 +162,9 @@ def _number(x: Any) -> Any:
     return repr(float(x)) if np.isfinite(x) else ""
 
 
-def _results(run: xr.Dataset) -> Iterator[Iterable[Any]]:
+def _results(run: xr.Dataset, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
     yield ["name", "value", "unit", "meaning"]
-    for number in cases.system(run.attrs["system"]).numbers(run):
+    for number in numbers:
         yield [number.label, number.value, "", "as evolvent info prints it"]
     for name, variable in run.data_vars.items():
         if "time" in variable.dims or variable.dtype.kind not in "biuf":

@@ -113,7 +113,13 @@ def beam_energies(y, first, last, model, out):
     flexible = model.flexible
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(first, last):
-        iq, iv, mass, form, bending = elements[k].iq, elements[k].iv, elements[k].mass, elements[k].form, elements[k].bending
+        iq, iv, mass, form, bending = (
+            elements[k].iq,
+            elements[k].iv,
+            elements[k].mass,
+            elements[k].form,
+            elements[k].bending,
+        )
         energy = element_energy_at(model.addresses[elements[k].energy])
         if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
