@@ -196,7 +196,8 @@ class SystemDefinition:
 
     def _given(self, laws: Mapping[str, Any] | None) -> dict[str, Any]:
         """The laws in Python that a run was given, by name; refuses those that `build` does not take."""
-        if not isinstance(laws, Mapping | None):
+        asked: Any = laws
+        if not isinstance(asked, Mapping | None):
             names = ", ".join(self.laws)
             raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({names}) to laws")
         given = {name: law for name, law in (laws or {}).items() if law is not None}

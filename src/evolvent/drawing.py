@@ -70,10 +70,10 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     frames[part] = _frame(part, group, own)
                 elif kind == "line":
                     line = _line(part, group, own)
-                    points = _copies(run, own, line.points)
-                    none = [None] * len(points)
+                    copies = _copies(run, own, line.points)
+                    none = [None] * len(copies)
                     across = none if line.across is None else _copies(run, own, line.across, places=False)
-                    for k, (x, y) in enumerate(zip(points, across, strict=True)):
+                    for k, (x, y) in enumerate(zip(copies, across, strict=True)):
                         name = f"{part} copy {k + 1}" if k else part
                         lines.append(dataclasses.replace(line, name=name, points=x, across=y))
                 elif kind == "marks":

@@ -25,7 +25,8 @@ def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
 
     Notes
     -----
-    ``run.data.NAME`` the values (of a part's variable, PART_NAME), ``run.units.NAME``, ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
+    ``run.data.NAME`` the values (of a part's variable, PART_NAME), ``run.units.NAME``, ``run.meaning.NAME``,
+    ``run.dims.NAME`` (dimensions, in order);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
     ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
     ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);

@@ -30,7 +30,7 @@ SHEET = 1_048_576
 _CELL = 19
 
 
-def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write tables of a run into a folder; returns what was written.
 
     Notes
@@ -95,7 +95,7 @@ def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
     return f"{said}, {shown_size(size_of(path))}"
 
 
-def _held(run: xr.Dataset, motion: Motion) -> set[str]:
+def _held(run: Any, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
     names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values} | {"position"}
     held = set()
@@ -112,7 +112,7 @@ def unit_of(variable: xr.Variable | xr.DataArray) -> str:
     return "" if unit in ("", "1") else f" [{unit}]"
 
 
-def _headings(run: xr.Dataset, name: str) -> list[str]:
+def _headings(run: Any, name: str) -> list[str]:
     """Headings of a variable's columns: its name, what the column belongs to, its unit."""
     variable = run[name]
     places = []
@@ -126,7 +126,7 @@ def _headings(run: xr.Dataset, name: str) -> list[str]:
     return [f"{' '.join((name, *place))}{unit_of(variable)}" for place in itertools.product(*places)]
 
 
-def _series(run: xr.Dataset, names: list[str], rows: np.ndarray, label: str) -> Iterator[Iterable[Any]]:
+def _series(run: Any, names: list[str], rows: np.ndarray, label: str) -> Iterator[Iterable[Any]]:
     head = ["time [s]", *(heading for name in names for heading in _headings(run, name))]
     yield [*head, "run status"] if label else head
     blocks = [run[name].values[rows].reshape(rows.size, -1) for name in names]
@@ -162,7 +162,7 @@ def _number(x: Any) -> Any:
     return repr(float(x)) if np.isfinite(x) else ""
 
 
-def _results(run: xr.Dataset, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
+def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
     yield ["name", "value", "unit", "meaning"]
     for number in numbers:
         yield [number.label, number.value, "", "as evolvent info prints it"]
@@ -176,12 +176,12 @@ def _results(run: xr.Dataset, numbers: Iterable[Number]) -> Iterator[Iterable[An
             yield [heading.removesuffix(unit_of(variable)), _number(value), unit, attrs.get("long_name", "")]
 
 
-def _places(run: xr.Dataset, name: str) -> list[str]:
+def _places(run: Any, name: str) -> list[str]:
     """Headings of a variable without time."""
     return _headings(run.assign({name: run[name].expand_dims("once")}), name)
 
 
-def _columns(run: xr.Dataset, names: list[str], motion: Motion) -> Iterator[Iterable[Any]]:
+def _columns(run: Any, names: list[str], motion: Motion) -> Iterator[Iterable[Any]]:
     yield ["name", "unit", "columns", "meaning"]
     yield ["time", "s", 1, "time"]
     for name in names:
