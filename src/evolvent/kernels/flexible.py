@@ -109,11 +109,17 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
 def beam_energies(y, first, last, model, out):
-    """out : (3,) += kinetic and elastic energy, and the part of it that is bending, J, of elements `first` to `last`."""
+    """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
     flexible = model.flexible
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(first, last):
-        iq, iv, mass, form, bending = elements[k].iq, elements[k].iv, elements[k].mass, elements[k].form, elements[k].bending
+        iq, iv, mass, form, bending = (
+            elements[k].iq,
+            elements[k].iv,
+            elements[k].mass,
+            elements[k].form,
+            elements[k].bending,
+        )
         energy = element_energy_at(model.addresses[elements[k].energy])
         if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]

@@ -48,8 +48,8 @@ class Rib(Section):
 
     formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = _key(
         "cable",
-        "of the elements: cable (position and slope), cable_stretch (engineering strain, for more than 1 % of "
-        "it), assumed_strain (the beam that does not lock), or beams that lock: elastic_line, nu_split, full (the paper's)",
+        "of the elements: cable (position and slope), cable_stretch (engineering strain, for more than 1 % of it), "
+        "assumed_strain (the beam that does not lock), or beams that lock: elastic_line, nu_split, full (the paper's)",
     )
     elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = _key(40, "elements of equal length")
     length: units.Length = _key(12.0, "from root to tip")
