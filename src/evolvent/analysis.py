@@ -199,6 +199,7 @@ def tree(
     case: str,
     why: str,
     system: str = "structure",
+    title: str = "",
     root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
 ) -> xr.DataTree:
     """A solution as a labelled tree.
@@ -208,6 +209,7 @@ def tree(
     case : str, as YAML
     why : str, why the method was taken
     system : str, its name
+    title : str, what it is; after the system's name if left out
     root : more variables of the root: name -> (dimensions, values, units, long name)
     """
     from evolvent import accessor  # noqa: F401  (it registers run.ev)
@@ -215,6 +217,8 @@ def tree(
 
     attrs = _attributes(solution, case=case, system=system)
     attrs["method_reason"] = why
+    if title:
+        attrs["title"] = title
     warning = warning_of(solution)
     if warning:
         attrs["warning"] = warning
@@ -283,6 +287,7 @@ def simulate(
     case: str,
     until: float,
     every: float | None = None,
+    title: str = "",
     progress: Callable[[float], None] | None = None,
     **settings: Any,
 ) -> xr.DataTree:
@@ -292,8 +297,9 @@ def simulate(
     ----------
     case : str, as YAML
     until, every : float, s
+    title : str, as of `tree`
     settings : method and options of `plan`
     """
     samples = sample_times(until, every, values=assembly.y.size)
     prepared, why = plan(assembly, samples, **settings)
-    return tree(prepared.run(progress).or_start(float(samples[0])), case=case, why=why)
+    return tree(prepared.run(progress).or_start(float(samples[0])), case=case, why=why, title=title)

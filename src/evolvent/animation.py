@@ -86,12 +86,11 @@ def page(
     -----
     Positions and values are kept as 16-bit integers, to 1 / 32767 of the largest of a line.
     """
-    shown = motion.magnified()
     frames = min(motion.time.size, frames)
-    made = _page(shown, frames, speed, playing)
+    made = _page(motion, frames, speed, playing)
     while len(made) > LARGEST and frames > 2:
         frames = max(2, int(0.95 * frames * LARGEST / len(made)))
-        made = _page(shown, frames, speed, playing)
+        made = _page(motion, frames, speed, playing)
     return made, frames
 
 
@@ -109,10 +108,12 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
         Length of the header (uint32), the header (JSON, padded with blanks to a multiple of 4 bytes), then the blocks
         that it lists under "blocks" (name, shape and type), little-endian, in that order.
     """
-    shown = motion.magnified()
-    numbers = min(sum(points[0].size for points in shown.clouds), 3 * MOST_POINTS_PACKED)
-    numbers += sum(2 * force.points[0].size for force in shown.forces)
-    header, blocks = described(shown, min(most, LARGEST_PACK // (4 * max(numbers, 1))), points=MOST_POINTS_PACKED)
+    points = sum(line.points.shape[1] for line in motion.lines)
+    numbers = sum(
+        line.points.shape[1] * (3 + 3 * (line.across is not None) + len(line.values)) for line in motion.lines
+    ) * min(1.0, MOST_POINTS_PACKED / max(points, 1))
+    numbers += sum(2 * force.points[0].size for force in motion.forces) + 20 * len(motion.frames) + 1
+    header, blocks = described(motion, min(most, int(LARGEST_PACK / (4 * numbers))), points=MOST_POINTS_PACKED)
     exact = {
         name: np.ascontiguousarray(values, dtype="<f8" if name in _EXACT else "<f4") for name, values in blocks.items()
     }
@@ -160,7 +161,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
 
     Parameters
     ----------
-    motion : Motion, as it is to be shown (`Motion.magnified`)
+    motion : Motion
     most : int, of frames, evenly spread
     points : int, most of all lines
 
@@ -168,6 +169,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
     -----
     Scales of colours and arrows are those of all samples and points, whatever is left out.
     """
+    factor, motion = motion.magnification, motion.magnified()
     count, body = motion.time.size, motion.body
     kept = np.unique(np.linspace(0, count - 1, min(count, max(2, most))).round().astype(int))
     seen = thinned(motion.in_body(), points)
@@ -175,6 +177,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
     ranges = {label: motion.value_range(label) for label in motion.labels}
     header: dict[str, Any] = {
         "title": motion.title,
+        "magnification": factor,
         "up": motion.up,
         "main": None if body is None else body.name,
         "view": [AZIMUTH, ELEVATION],
@@ -288,7 +291,7 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
     header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
     # "<" cannot close the script then
     data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
-    text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(motion.title))
+    text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(header["title"]))
     script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
     # in one script nothing is imported or exported
     text = text.replace("@VIEWER@", re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))

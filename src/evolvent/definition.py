@@ -96,7 +96,8 @@ class SystemDefinition:
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
             solution, why = solve(progress)
             root = self.derived(case, solution)
-            return analysis.tree(solution, case=cases.to_yaml(case), why=why, system=case.system, root=root)
+            text, title = cases.to_yaml(case), getattr(case, "title", "")
+            return analysis.tree(solution, case=text, why=why, system=case.system, title=title, root=root)
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, _ = solve(None)

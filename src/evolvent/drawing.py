@@ -43,15 +43,16 @@ _MOST_ARROWS = 100
 _NUMBERS = 4
 
 
-def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
-    """Lines, bodies, forces and marks of a run; None where it has a single sample or nothing to draw.
+def motion_of(run: xr.DataTree, *, title: str = "", least: int = 2) -> Motion | None:
+    """Lines, bodies, forces and marks of a run; None where it has too few samples or nothing to draw.
 
     Parameters
     ----------
     run : xarray.DataTree
     title : str, of the picture
+    least : int, samples that it must have; 1 for a picture of the start
     """
-    if run.sizes.get("time", 1) < 2:
+    if run.sizes.get("time", 1) < least:
         return None
     frames: dict[str, Frame] = {}
     lines: list[Line] = []

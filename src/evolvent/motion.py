@@ -263,6 +263,8 @@ class Motion:
 
     def resampled(self, time: Array) -> Motion:
         """The motion at other times (k,), s: linear in the axes of the main frame, whose attitude turns evenly."""
+        if self.time.size == 1:
+            return dataclasses.replace(self.at(np.zeros(len(time), dtype=int)), time=time)
         high = np.clip(np.searchsorted(self.time, time, side="right"), 1, self.time.size - 1)
         low = high - 1
         share = np.clip((time - self.time[low]) / (self.time[high] - self.time[low]), 0.0, 1.0)
@@ -288,8 +290,9 @@ class Motion:
             return self
 
         def enlarged(x: Array) -> Array:
-            mean = np.nanmean(x, axis=0)
-            return mean + factor * (x - mean)
+            known = np.isfinite(x)
+            mean = np.where(known, x, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+            return np.asarray(mean + factor * (x - mean))
 
         def pose(frame: Frame) -> tuple[Array, Array]:
             q = frame.attitude * np.where(frame.attitude @ frame.attitude[0] < 0.0, -1.0, 1.0)[:, None]

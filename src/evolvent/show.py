@@ -272,7 +272,9 @@ def motion(run: xr.DataTree) -> Motion | None:
     """Bodies, lines, forces and marks of a run, by its parts; None where it holds too little."""
     from evolvent.drawing import motion_of
 
-    title = str(run.attrs.get("title", "")).removeprefix("evolvent run of ").replace("-", " ").capitalize()
+    title, start = str(run.attrs.get("title", "")), "evolvent run of "
+    if title.startswith(start):
+        title = title.removeprefix(start).replace("-", " ").capitalize()
     return motion_of(run, title=title)
 
 

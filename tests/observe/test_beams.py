@@ -25,8 +25,8 @@ def cantilever(force: tuple[float, float, float], couple: float = 0.0, **fields:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
     system.add(parts.Force(at="beam.tip", force=force), "load")
     if couple:  # half of it by forces on each of the directions across
-        system.add(parts.Force(at="beam.tip", force=(0.0, 0.0, 0.5 * couple), on=2), "couple y")
-        system.add(parts.Force(at="beam.tip", force=(0.0, -0.5 * couple, 0.0), on=3), "couple z")
+        system.add(parts.SlopeLoad(at="beam.tip", slope=2, force=(0.0, 0.0, 0.5 * couple)), "couple y")
+        system.add(parts.SlopeLoad(at="beam.tip", slope=3, force=(0.0, -0.5 * couple, 0.0)), "couple z")
     return at_rest(system)
 
 
@@ -161,11 +161,10 @@ def test_energies_and_momenta_are_integrals(formulation: str, method: str, rng: 
         P = P + np.einsum("g,tgc->tc", dm, u)
         H = H + np.einsum("g,tgc->tc", dm, np.cross(x, u))
         if k == 4:  # its sections: moments of inertia of area times the rates of r,y and r,z
-            for which, I in ((2, s.Iz), (3, s.Iy)):
-                at, of = (
-                    a[:, i, which, None] * (1 - xi)[:, None] + a[:, i + 1, which, None] * xi[:, None] for a in (e, v)
-                )
-                dI = SOFT.density * I * h * weights
+            for which, second in ((2, s.Iz), (3, s.Iy)):
+                p, q = 1.0 - xi[:, None], xi[:, None]
+                at, of = (a[:, i, which, None] * p + a[:, i + 1, which, None] * q for a in (e, v))
+                dI = SOFT.density * second * h * weights
                 kinetic = kinetic + 0.5 * np.einsum("g,tgc,tgc->t", dI, of, of)
                 H = H + np.einsum("g,tgc->tc", dI, np.cross(at, of))
     close(found.of("beam", "energy_kinetic"), kinetic, part=1e-9)

@@ -1,4 +1,4 @@
-"""Joints of each type: reactions against Newton-Euler of what they hold, angles over several turns, travels, releases."""
+"""Joints of each type: reactions by Newton and Euler, angles over several turns, travels, releases."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def flying(**fields: Any) -> System:
 
 LOADS = {
     "point": parts.Force(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, end=0.4, ramp=0.1),
-    "slope": parts.Force(at="rod[2]", force=(0.0, 0.2, 0.0), on=1, ramp=0.2),
+    "slope": parts.SlopeLoad(at="rod[2]", slope=1, force=(0.0, 0.2, 0.0), ramp=0.2),
     "line": parts.LineLoad(beam="rod", force=(0.0, 1.0, 0.5), ramp=0.1, end=0.35),
     "spread": parts.DistributedTorque(beam="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
 }
@@ -81,7 +81,9 @@ def test_loads_on_beams(which: str, formulation: str) -> None:
     found = run(system, np.linspace(0.0, 0.5, 501), step=2.5e-4)
     close(found.of("load", "work"), account(found), part=2e-3)
     s = np.clip((found.t - load.start) / load.ramp, 0.0, 1.0)
-    share = np.where((found.t >= load.start) & (found.t < load.end), s * s * (3.0 - 2.0 * s), 0.0)
+    share = np.where(
+        (found.t >= load.start) & (found.t < (np.inf if load.end is None else load.end)), s * s * (3.0 - 2.0 * s), 0.0
+    )
     nodes, mid = found.nodes("rod"), found.of("load", "position")
     if which == "point":
         close(found.of("load", "force"), share[:, None] * np.array(load.force))

@@ -1,5 +1,6 @@
 """The viewer in a page of its own, in a browser: what it shows at first, its keys, and where it draws points."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -133,6 +134,31 @@ def test_points_are_where_the_motion_has_them(page):
             assert places["tip mass"] == pytest.approx(wanted.marks[1].points[0, 0], abs=2e-4)
             assert places["ball"] == pytest.approx(wanted.frames[2].origin[0], abs=2e-4)
             assert places["bus"] == pytest.approx(wanted.frames[0].origin[0], abs=2e-4)
+
+
+@pytest.mark.parametrize("what", ["no bodies", "one sample", "hidden"])
+def test_less_is_drawn_as_well(browser, tmp_path, what):
+    motion = many_bodies(11)
+    if what == "no bodies":
+        motion = dataclasses.replace(motion, frames=[], forces=[], marks=[])
+    elif what == "one sample":
+        motion = motion.at(np.array([3]))
+    else:
+        lines = [dataclasses.replace(x, points=np.full_like(x.points, np.nan)) for x in motion.lines]
+        motion = dataclasses.replace(motion, lines=lines)
+    path = tmp_path / "less.html"
+    path.write_bytes(animation.page(motion)[0])
+    opened = browser.new_page()
+    errors = []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.goto(path.as_uri())
+    for key in "tbctb?":
+        press(opened, key)
+    opened.wait_for_timeout(200)
+    assert not errors
+    assert get(opened, "inertial")  # b twice; without bodies there is nothing else
+    assert opened.locator("[data-testid=axes]").is_visible() == (what != "no bodies")
+    opened.close()
 
 
 def test_a_click_on_a_point_shows_its_trail(page, shots):

@@ -174,6 +174,51 @@ def test_films_show_bodies_strips_springs_forces_and_marks():
     assert (np.abs(body.astype(int) - picture) > 20).any()
 
 
+def test_what_is_missing_is_hidden():
+    """A line and a body that are there in the second half alone, and a mark that never is."""
+    motion = many_bodies(21)
+    missing = np.where(motion.time < 6.0, np.nan, 0.0)[:, None]
+    lines = [dataclasses.replace(x, points=x.points + missing[..., None]) for x in motion.lines]
+    ball = dataclasses.replace(motion.frames[2], origin=motion.frames[2].origin + missing)
+    marks = [dataclasses.replace(motion.marks[0], points=np.full_like(motion.marks[0].points, np.nan))]
+    some = dataclasses.replace(motion, lines=lines, marks=marks, frames=[*motion.frames[:2], ball], magnification=2.0)
+    _, _, found = read_page(animation.page(some)[0])
+    assert np.isnan(found["line 0"][5]).all()
+    assert np.isfinite(found["line 0"][15]).all()
+    assert np.isnan(found["mark 0"]).all()
+    early, late = films.pictures(some, [1.0, 11.0], size=(400, 300), inertial=True)
+    assert (early < 250).sum() < (late < 250).sum()
+
+
+def test_enlarged_displacements_are_named():
+    motion = dataclasses.replace(many_bodies(21), magnification=1.5)
+    text, page, found = read_page(animation.page(motion)[0])
+    pack, _ = read_pack(animation.pack(motion))
+    assert page["magnification"] == pack["magnification"] == 1.5
+    assert "<title>Two bodies &amp; a boom (displacements enlarged 1.5 times)</title>" in text
+    mean = motion.body.origin.mean(axis=0)
+    assert found["origin"] == pytest.approx(mean + 1.5 * (motion.body.origin - mean))
+
+
+def test_a_single_sample_is_a_still_picture():
+    one = many_bodies().at(np.array([40]))
+    _, header, found = read_page(animation.page(one, playing=False)[0])
+    assert (found["time"].tolist(), header["speed"]) == ([4.0], 1.0)
+    (picture,) = films.pictures(one, [4.0], size=(400, 300), inertial=True)
+    (same,) = films.pictures(many_bodies(), [4.0], size=(400, 300), inertial=True)
+    assert picture.shape == same.shape
+
+
+def test_a_motion_without_bodies():
+    motion = dataclasses.replace(many_bodies(11), frames=[])
+    _, header, found = read_page(animation.page(motion)[0])
+    assert header["main"] is None
+    assert "attitude" not in found
+    assert found["line 0"] == pytest.approx(motion.lines[0].points, abs=2e-4)
+    (picture,) = films.pictures(motion, [4.0], size=(400, 300), inertial=False)
+    assert (picture[..., :3] < 250).any()
+
+
 @pytest.mark.parametrize(("reach", "step"), [(5.0, 1.0), (1.0, 0.2), (9.9, 2.0), (0.35, 0.05), (2.9, 0.5)])
 def test_steps_of_the_floor_are_round_and_few(reach, step):
     assert animation.grid_step(reach) == pytest.approx(step)

@@ -135,8 +135,9 @@ def _clouds(motion: Motion) -> list[Array]:
 
 def _extent(clouds: list[Array], axes: Array) -> tuple[Array, Array]:
     """Middle and half the size (3,) of points along axes."""
-    seen = np.concatenate([(c @ axes.T).reshape(-1, 3) for c in clouds]) if clouds else np.zeros((1, 3))
-    low, high = np.nanmin(seen, axis=0), np.nanmax(seen, axis=0)
+    seen = np.concatenate([np.zeros((0, 3)), *((c @ axes.T).reshape(-1, 3) for c in clouds)])
+    seen = seen[np.isfinite(seen).all(axis=1)]
+    low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (-np.ones(3), np.ones(3))
     return 0.5 * (low + high), 0.5 * (high - low)
 
 

@@ -11,9 +11,12 @@ from nicegui import events, ui
 
 from evolvent import cases
 from evolvent.errors import EvolventError
+from evolvent.schema import Section
+from evolvent.studio import parts
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView
+from evolvent.studio.partsview import PartsView
 from evolvent.studio.state import Draft, View
 
 if TYPE_CHECKING:
@@ -30,6 +33,9 @@ class CasePanel:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
+        self._parts: PartsView | None = None
+        self._form: FormView | None = None
+        self._wrong: dict[str, str] = {}
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
@@ -58,14 +64,30 @@ class CasePanel:
                 again = ui.button(icon="refresh", on_click=self._again).props("flat dense round size=sm color=primary")
                 again.tooltip("look for files again, and read this one again")
             ui.label(draft.about).classes("ev-what")
-            system = str(draft.content["system"])
-            self._form = FormView(
-                cases.system(system).Case,
-                draft.content,
-                self._changed,
-                skip=("system",),
-                complete=lambda typed: {"system": system, **typed},
-            )
+            self._draw_form(str(draft.content["system"]))
+        self.page.case_drawn()
+
+    def _draw_form(self, system: str) -> None:
+        """Draw the form of a case, and cards of its parts where it has any."""
+        kind, content = cases.system(system).Case, self.draft.content
+        key = parts.key_of(kind)
+        self._parts, self._form = None, None
+
+        def draw_parts() -> None:
+            if key:
+                self._parts = PartsView(self.page, key, content.get(key), self._parts_changed)
+
+        def complete(typed: dict[str, Any]) -> dict[str, Any]:
+            whole = {"system": system, **typed}
+            if self._parts is not None:
+                whole[key] = self._parts.content
+            return {name: whole[name] for name in sorted(whole, key=_place_in(kind))}
+
+        self._form = FormView(
+            kind, content, self._changed, skip=("system", key) if key else ("system",), complete=complete,
+            middle=draw_parts,
+        )  # fmt: skip
+        self._changed(self.draft.content, self._wrong)
 
     def list(self) -> None:
         """List the cases of the folder anew."""
@@ -95,24 +117,50 @@ class CasePanel:
         else:
             self.draw(self.draft)
 
+    def wrong(self) -> dict[str, str]:
+        """What is wrong with the case: dotted key -> sentence."""
+        return self._wrong | (self._parts.problems() if self._parts is not None else {})
+
+    def note(self, sentence: str) -> None:
+        """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
+        if self._parts is not None:
+            self._parts.note(sentence)
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether the case is one of parts by name."""
+        return self._parts is not None
+
+    def _parts_changed(self) -> None:
+        if self._form is not None:
+            self._form.check()
+
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
-        self.draft.content = content
+        self.draft.content, self._wrong = content, wrong
         self.studio.draft = self.draft
-        self._run.set_enabled(not wrong)
-        count = len(wrong)
+        count = len(self.wrong())
+        self._run.set_enabled(not count)
+        self.page.start.soon()
         self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
 
     def _submit(self) -> None:
         def add() -> None:
-            self._form.flush()
+            self._flush()
             key = self.studio.submit(self.draft)
             self.page.show(View("run", (f"job:{key}",)), tab="runs")
 
         self.page.attempt(add)
 
+    def _flush(self) -> None:
+        """Check now what was typed a moment ago."""
+        if self._parts is not None:
+            self._parts.flush()
+        if self._form is not None:
+            self._form.flush()
+
     def _written(self) -> str:
         """The case as YAML, in full where it is right."""
-        self._form.flush()
+        self._flush()
         try:
             return cases.to_yaml(cases.load(self.draft.content))
         except EvolventError:
@@ -139,6 +187,12 @@ class CasePanel:
 
         stem = pathlib.PurePosixPath(self.draft.source.partition(":")[2] or "case").stem
         ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
+
+
+def _place_in(kind: type[Section]) -> Callable[[str], int]:
+    """Places of a section's keys; what it does not know comes last."""
+    known = list(kind.model_fields)
+    return lambda name: known.index(name) if name in known else len(known)
 
 
 def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:

@@ -50,6 +50,11 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
         self._props["urls"] = [f"/studio/motion?ref={urllib.parse.quote(ref)}" for ref in refs]
         self._props["labels"] = list(names)
 
+    def show_start(self, ref: str) -> None:
+        """Show the start of a case that is being written, from where the last one was seen."""
+        self._props["urls"] = [f"/studio/start?ref={urllib.parse.quote(ref)}"]
+        self.update()
+
 
 def upload(**options: Any) -> ui.upload:
     """What files are dropped on; it forgets them once they are here, for it would refuse the same file else."""

@@ -6,8 +6,8 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Iterator, Mapping
-from types import NoneType
-from typing import Any, Literal, get_args, get_origin
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin
 
 import yaml
 from pydantic.fields import FieldInfo
@@ -15,7 +15,8 @@ from pydantic_core import PydanticUndefined
 
 from evolvent import cases
 from evolvent.errors import InputError
-from evolvent.schema import Section, descriptions
+from evolvent.parts.base import Reference
+from evolvent.schema import OneOf, Section, descriptions
 from evolvent.units import OneOrMore, Quantity, Whole
 
 
@@ -34,6 +35,9 @@ class Field:
     choices : tuple of str
     open : bool, whether something beside the choices may be given
     required : bool
+    numeric : bool, whether the choices are numbers
+    wide : bool, whether it is a mapping or a table, which needs a whole line
+    refers : bool, whether it names other parts
     """
 
     key: str
@@ -45,6 +49,9 @@ class Field:
     choices: tuple[str, ...]
     open: bool
     required: bool
+    numeric: bool = False
+    wide: bool = False
+    refers: bool = False
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -82,14 +89,19 @@ class Group:
                 yield from part.groups()
 
 
-def describe(kind: type[Section], *, skip: tuple[str, ...] = ()) -> Group:
+def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = False) -> Group:
     """The form of a model.
 
     Parameters
     ----------
     kind : a case, or another section
     skip : dotted keys that are left out
+    flat : bool, whether inner sections are single fields, written as YAML mappings
     """
+    if flat:
+        texts = descriptions(kind)
+        fields = [_one(key, key, info, texts[key]) for key, info in kind.model_fields.items() if key not in skip]
+        return Group(key="", name="", help=_summary(kind), optional=False, parts=tuple(fields))
     return _group(kind, key="", name="", text=_summary(kind), optional=False, skip=skip)
 
 
@@ -132,7 +144,8 @@ def _words(name: str) -> str:
 def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     marks = list(_marks(info))
     unit = next((unit for mark in marks if (unit := _unit(mark))), "")
-    choices = tuple(str(c) for a in _literals(info.annotation) for c in a)
+    literals = [c for a in _literals(info.annotation) for c in a]
+    choices = tuple(str(c) for c in literals)
     whole = next((m for m in marks if isinstance(m, Whole)), None)
     limits = next((m.allowed for m in marks if getattr(m, "allowed", "")), "")
     if whole is not None:
@@ -141,8 +154,12 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     plain = [a for a in (get_args(info.annotation) or (info.annotation,)) if a is not NoneType]
     closed = bool(choices) and not marks and (get_origin(info.annotation) is Literal or len(plain) == 1)
     kind = "switch" if info.annotation is bool else "choice" if closed else "text"
-    shape = "" if any(isinstance(m, OneOrMore) for m in marks) else _shape(info.annotation)
-    if shape:
+    whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(_of_the_whole(m) for m in _direct(info))
+    shape = "" if whole_text else _shape(info.annotation)
+    structured = _structure(info)
+    if structured and structured not in limits:
+        limits = f"{limits}: {structured}" if limits else structured
+    elif shape:
         limits = f"{shape}, each {limits}" if limits and whole is None else shape
         limits = f"{' or '.join(choices)}, or {limits}" if choices else limits
     default = "" if info.is_required() or info.default in (None, PydanticUndefined) else text_of(_written(info, marks))
@@ -157,7 +174,36 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
         choices=choices,
         open=not closed,
         required=info.is_required(),
+        numeric=bool(literals) and all(isinstance(c, int) for c in literals),
+        wide=bool(structured),
+        refers=any(isinstance(m, Reference) for m in marks),
     )
+
+
+def _direct(info: FieldInfo) -> Iterator[Any]:
+    """Annotations of a field itself and of the types that a union offers, not of entries of lists."""
+    yield from info.metadata
+    if get_origin(info.annotation) in (Union, UnionType):
+        for argument in get_args(info.annotation):
+            yield from getattr(argument, "__metadata__", ())
+
+
+def _of_the_whole(mark: Any) -> bool:
+    """Whether an annotation of a list says what the whole list must be, not each of its entries."""
+    return bool(getattr(mark, "allowed", "")) and not isinstance(mark, (Quantity, Whole))
+
+
+def _structure(info: FieldInfo) -> str:
+    """How a mapping is written that stands in one field; '' of a field of another kind."""
+    choice = next((mark for mark in _direct(info) if isinstance(mark, OneOf)), None)
+    if choice is not None:
+        return " or ".join(f"{{{name}: {_keys_of(kind)}}}" for name, kind in choice.kinds.items())
+    found = [kind for kind in _sections(info.annotation) if get_origin(info.annotation) is not tuple]
+    return " or ".join(_keys_of(kind) for kind in found)
+
+
+def _keys_of(kind: type[Section]) -> str:
+    return f"{{{', '.join(f'{name}: ...' for name in kind.model_fields)}}}"
 
 
 def _marks(info: FieldInfo) -> Iterator[Any]:
@@ -341,7 +387,8 @@ def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tup
         if not text or any(field.key.startswith(f"{key}.") for key in left_out):
             continue
         try:
-            _put(content, field.key, text if field.kind == "choice" else value_of(text, field.key))
+            is_word = field.kind == "choice" and not field.numeric
+            _put(content, field.key, text if is_word else value_of(text, field.key))
         except InputError as error:
             wrong[field.key] = str(error)
     for group in reversed(list(form.groups())):  # a section that may be left out need not stand there empty
@@ -368,6 +415,14 @@ def _drop(content: dict[str, Any], key: str) -> None:
     for part in path:
         content = content[part]
     content.pop(last, None)
+
+
+def nearest_field(form: Group, key: str) -> str:
+    """The field or section that shows a dotted key: itself, or the field that holds it; '' for none."""
+    known = {field.key for field in form.fields()} | {group.key for group in form.groups()} - {""}
+    while key and key not in known:
+        key = key.rpartition(".")[0]
+    return key
 
 
 def problems(content: Mapping[str, Any], wrong: Mapping[str, str], kind: type[Section] | None = None) -> dict[str, str]:

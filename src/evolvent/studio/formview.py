@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nicegui import ui
@@ -25,6 +25,10 @@ class FormView:
     changed : called with the content, and what is wrong with it, after each change
     skip : dotted keys that the form leaves out
     complete : puts into the content what the form does not hold
+    before : str, put before keys in marks of the page, such as "parts.boom."
+    flat : bool, whether inner sections are single fields, written as YAML mappings
+    words : returns what a field may be that refers to other parts
+    middle : draws what stands between the fields and the sections
     """
 
     def __init__(
@@ -35,9 +39,14 @@ class FormView:
         *,
         skip: tuple[str, ...] = (),
         complete: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+        before: str = "",
+        flat: bool = False,
+        words: Callable[[], Sequence[str]] = tuple,
+        middle: Callable[[], None] = lambda: None,
     ) -> None:
         self.kind, self._complete, self._changed = kind, complete, changed
-        self.form = form.describe(kind, skip=skip)
+        self._skip, self._before, self._words = skip, before, words
+        self.form = form.describe(kind, skip=skip, flat=flat)
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
         self._strange = form.strange(self.form, content, skip)  # it is told, and left out only when one says so
@@ -46,18 +55,20 @@ class FormView:
         self._counts: dict[str, ui.label] = {}
         self._bodies: dict[str, ui.element] = {}
         self._shown: dict[str, str] = {}
+        self._found: dict[str, str] = {}
         self._timer: ui.timer | None = None
-        own = [part for part in self.form.parts if isinstance(part, Field)]
-        self._banner = ui.label("").classes("ev-banner bad").props('data-testid="form-error"')
+        self._notes: dict[str, str] = {}
+        self._referring: list[ui.input] = []
+        self._banner = ui.label("").classes("ev-banner bad").props(f'data-testid="{before}form-error"')
         self._banner.set_visibility(False)
-        self._leave = ui.element("button").classes("ev-more").props('type=button data-testid="leave-out"')
+        self._leave = ui.element("button").classes("ev-more").props(f'type=button data-testid="{before}leave-out"')
         with self._leave:
             count = len(self._strange)
             ui.label("Leave this key out" if count == 1 else f"Leave these {count} keys out")
         self._leave.set_visibility(bool(self._strange))
         self._leave.on("click", self._leave_out)
-        for field in own:
-            self._row(field)
+        self._fields(self.form, fold=flat)
+        middle()
         groups = [part for part in self.form.parts if isinstance(part, Group)]
         for group in sorted(groups, key=lambda g: not any(f.required for f in g.fields())):
             self._group(group)
@@ -90,13 +101,21 @@ class FormView:
 
     def _rows_of(self, group: Group) -> None:
         """What is given or must be, then the rest, folded away."""
+        self._fields(group, fold=True)
+        for part in group.parts:
+            if isinstance(part, Group):
+                self._group(part)
+
+    def _fields(self, group: Group, *, fold: bool) -> None:
         fields = [part for part in group.parts if isinstance(part, Field)]
-        first = [f for f in fields if f.required or self.texts.get(f.key)] or fields
+        first = [f for f in fields if not fold or f.required or self.texts.get(f.key)] or fields
         rest = [f for f in fields if f not in first]
         for field in first:
             self._row(field)
         if rest:
-            more = ui.element("button").classes("ev-more").props(f'type=button data-testid="more-{group.key}"')
+            more = ui.element("button").classes("ev-more").props(
+                f'type=button data-testid="more-{self._before}{group.key}"'
+            )
             with more:
                 word = ui.label(f"{len(rest)} more, left as they are")
             body = ui.column().classes("w-full gap-1")
@@ -110,12 +129,9 @@ class FormView:
             with body:
                 for field in rest:
                     self._row(field)
-        for part in group.parts:
-            if isinstance(part, Group):
-                self._group(part)
 
     def _row(self, field: Field) -> None:
-        with ui.element("div").classes("ev-field") as row:
+        with ui.element("div").classes("ev-field" + (" ev-wide" if field.wide else "")) as row:
             self._rows[field.key] = row
             with ui.element("div").classes("ev-name") as name:
                 ui.label(field.name)
@@ -124,11 +140,12 @@ class FormView:
             name.tooltip(field.help)
             self._input(field)
             ui.label(field.help).classes("ev-help")
-            error = ui.label("").classes("ev-error").props(f'data-testid="error-{field.key}" role=alert')
+            error = ui.label("").classes("ev-error").props(f'data-testid="error-{self._before}{field.key}" role=alert')
             self._errors[field.key] = error
 
     def _input(self, field: Field) -> None:
-        mark = f'data-testid="field-{field.key}" aria-label="{field.key}"'
+        key = f"{self._before}{field.key}"
+        mark = f'data-testid="field-{key}" aria-label="{key}"'
         text = self.texts.get(field.key, "")
         if field.kind in ("choice", "switch"):
             choices = field.choices if field.kind == "choice" else ("true", "false")
@@ -140,7 +157,14 @@ class FormView:
             chosen = ui.select(options, value=text).props(f"outlined dense options-dense {mark}").classes("w-full")
             chosen.on_value_change(lambda e, f=field: self._typed(f, e.value))
             return
-        typed = ui.input(value=text, placeholder=field.default, autocomplete=list(field.choices) or None)
+        typed: ui.input | ui.textarea
+        if field.wide:
+            typed = ui.textarea(value=text, placeholder=field.default).props("autogrow")
+        else:
+            known = list(field.choices) + (list(self._words()) if field.refers else [])
+            typed = ui.input(value=text, placeholder=field.default, autocomplete=known or None)
+            if field.refers:
+                self._referring.append(typed)
         typed.props(f"outlined dense spellcheck=false autocomplete=off {mark}").classes("w-full")
         typed.on_value_change(lambda e, f=field: self._typed(f, e.value))
 
@@ -181,13 +205,34 @@ class FormView:
         for key, value in self._strange.items():
             form.put(typed, key, value)
         content = self._complete(typed)
-        found = form.problems(content, wrong, self.kind)
+        found = {
+            key: sentence
+            for key, sentence in form.problems(content, wrong, self.kind).items()
+            if not any(key == own or key.startswith(f"{own}.") for own in self._skip)
+        }
+        self._show(found)
+        self._changed(content, found)
+
+    def note(self, notes: Mapping[str, str]) -> None:
+        """Show sentences that were found by another check beside fields without an error of their own; '' for all."""
+        if notes != self._notes:
+            self._notes = dict(notes)
+            self._show(self._found)
+
+    def refresh_words(self) -> None:
+        """Offer the names that parts have now."""
+        for typed in self._referring:
+            typed.set_autocomplete(list(self._words()))
+
+    def _show(self, found: Mapping[str, str]) -> None:
+        self._found = dict(found)
         shown: dict[str, str] = {}
         loose = []
-        for key, sentence in found.items():
-            if key in self._errors:
-                shown[key] = sentence
-            else:
+        for key, sentence in {**self._notes, **found}.items():
+            field = form.nearest_field(self.form, key)
+            if field and field not in shown:
+                shown[field] = sentence
+            elif not field:
                 loose.append(sentence)
         for key in {*shown, *self._shown}:
             if shown.get(key) != self._shown.get(key):
@@ -201,4 +246,3 @@ class FormView:
         self._shown = shown
         self._banner.set_text("\n".join(loose))
         self._banner.set_visibility(bool(loose))
-        self._changed(content, found)

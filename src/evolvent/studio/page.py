@@ -13,6 +13,7 @@ from evolvent.studio.casepanel import CasePanel
 from evolvent.studio.measureview import MeasurePanel
 from evolvent.studio.resultview import ResultView
 from evolvent.studio.runspanel import RunsPanel
+from evolvent.studio.startview import StartView
 from evolvent.studio.state import Studio, View
 from evolvent.studio.studyview import StudyPanel
 
@@ -32,8 +33,10 @@ class Page:
     def __init__(self, studio: Studio) -> None:
         self.studio = studio
         self.view = studio.view
-        self._seen, self._looked = -1, False
+        self._seen, self._looked, self._drawn = -1, False, False
         self._states: dict[str, str] = {}
+        self._before_start = View()
+        self.start = StartView(self)
         self._top()
         with ui.element("div").classes("ev-shell"):
             with ui.element("div").classes("ev-side"):
@@ -42,7 +45,13 @@ class Page:
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         ui.timer(_LOOK, self.look)
-        ui.timer(0.01, self.draw, once=True)
+        ui.timer(0.01, self._first, once=True)
+
+    def _first(self) -> None:
+        """Draw what is beside the panels when the page has come."""
+        self._drawn = True
+        self.draw()
+        self.case_drawn()
 
     def _top(self) -> None:
         dark = ui.dark_mode(self.studio.dark)
@@ -79,6 +88,10 @@ class Page:
     def _turn(self, tab: str) -> None:
         """Another panel is looked at; what it lists of the folder is listed anew."""
         self.studio.tab = tab
+        if tab == "case":
+            self.case_drawn()
+        elif self.view.kind == "start" and self._before_start.kind:
+            self.show(self._before_start)
         lists = {"case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw}
         lists.get(tab, self.studies.list)()
 
@@ -92,11 +105,25 @@ class Page:
         self.draw()
         self.runs.draw()
 
+    def case_drawn(self) -> None:
+        """The panel shows a case: of one of parts, show the start beside it."""
+        if not self._drawn or self.studio.tab != "case":
+            return
+        if self.case.has_parts and self.view.kind != "start":
+            self._before_start = self.view
+            self.show(View("start"))
+        elif not self.case.has_parts and self.view.kind == "start":
+            self.show(self._before_start)
+        elif self.view.kind == "start":
+            self.start.soon(0.01)
+
     def draw(self) -> None:
         """Draw what is beside the panels anew."""
         self.main.clear()
         with self.main:
             match self.view.kind:
+                case "start" if self.case.has_parts:
+                    self.start.draw()
                 case "run":
                     self.result.draw(self.view.refs)
                 case "measure":
@@ -135,6 +162,7 @@ class Page:
 
     def look(self) -> None:
         """Follow the queue."""
+        self.start.follow()
         jobs = self.studio.jobs
         if jobs.version == self._seen:
             return
@@ -156,6 +184,7 @@ def _welcome() -> None:
         ui.label("Nothing to show yet").classes("ev-h1")
         ui.label(
             "Choose a case on the left, change what you like, and run it: its motion, charts and numbers stand here. "
+            "Of a structure, parts are added, renamed and removed on the left, and its start is drawn here. "
             "Runs holds the queue and the runs saved in the folder; tick two or more to compare them. "
             "Measure finds the mass properties of a body from recorded signals. "
             "Studies shows what a sweep found, and opens any of its cases."

@@ -38,6 +38,12 @@ def install(app: FastAPI, studio: Studio) -> None:
             return Response("this run holds too little to move", status_code=404, media_type="text/plain")
         return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
+    def start(ref: str) -> Response:
+        content = studio.start_of(ref)
+        if content is None:
+            return Response("this start is kept no longer", status_code=404, media_type="text/plain")
+        return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
+
     def run(ref: str) -> Response:
         path = studio.load(ref).path
         return FileResponse(path, filename=f"{_plain(studio.name(ref))}.nc", media_type="application/x-netcdf")
@@ -56,7 +62,7 @@ def install(app: FastAPI, studio: Studio) -> None:
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 
-    for name, answer in (("motion", motion), ("run", run), ("case", case), ("figures", figures)):
+    for name, answer in (("motion", motion), ("start", start), ("run", run), ("case", case), ("figures", figures)):
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
     app.get("/studio/certificate", include_in_schema=False)(guarded(certificate))
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import pathlib
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
@@ -22,6 +23,22 @@ if TYPE_CHECKING:
 
 #: Runs that are kept in memory.
 _KEPT = 8
+#: The case that the form holds at first.
+FIRST = "case:boom-slew"
+#: Starts of cases that are kept for the pages that show them.
+_STARTS = 16
+#: Cases to begin with, name -> (what it is, YAML).
+NEW = {
+    "structure": (
+        "a structure of one body, to which parts are added",
+        """\
+system: structure
+parts:
+  body: {kind: rigid-body, mass: 20 kg, inertia: [1.2, 1.2, 2 kg m^2]}
+simulate: {until: 20 s}
+""",
+    )
+}
 
 
 @dataclasses.dataclass
@@ -42,7 +59,8 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, runs ("run"), a measurement, a study, signals."""
+    """What the page shows beside the panels: nothing, the start of the case ("start"), runs ("run"), a measurement, a
+    study, signals."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
@@ -55,7 +73,7 @@ class Loaded:
     ref: str
     name: str
     path: pathlib.Path
-    run: xr.Dataset
+    run: xr.DataTree | xr.Dataset
     numbers: Sequence[Number]
     figures: Sequence[Figure]
 
@@ -77,13 +95,15 @@ class Studio:
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
         self._lock = threading.Lock()
-        self.open_case("case:" + next(iter(cases.built_in())))
+        self._starts: dict[str, bytes] = {}
+        self.open_case(FIRST)
 
     # -------------------------------------------------------------------------------------------- cases
 
     def sources(self) -> dict[str, str]:
         """Cases that can be opened, source -> how it is shown."""
-        found = {f"case:{name}": name for name in cases.built_in()}
+        found = {f"new:{name}": f"new {name}" for name in NEW}
+        found |= {f"case:{name}": name for name in cases.built_in()}
         found |= {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
         return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
 
@@ -115,6 +135,9 @@ class Studio:
         kind, _, name = source.partition(":")
         if kind == "case":
             content, about = cases.content_of(name), cases.built_in()[name]
+        elif kind == "new" and name in NEW:
+            about, text = NEW[name]
+            content = cases.content_of(cases.parse_yaml(text, name))
         else:
             content, about = cases.parse_yaml(self.folder.text(name), name), name
             if not isinstance(content, Mapping):
@@ -155,6 +178,30 @@ class Studio:
         if isinstance(content, str) and content.endswith(".nc"):
             return str(self.folder.inside(content))
         return content
+
+    def start(self, content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> str:
+        """The start of a case, ready for the viewer; returns its name for `start_of`.
+
+        Raises
+        ------
+        InputError
+            If its parts cannot be assembled.
+        """
+        from evolvent.studio import preview
+
+        self.folder.check_case(content)
+        packed = preview.start_of(self._placed(content), note)
+        name = hashlib.sha256(packed).hexdigest()[:24]
+        with self._lock:
+            self._starts.pop(name, None)
+            self._starts[name] = packed
+            while len(self._starts) > _STARTS:
+                del self._starts[next(iter(self._starts))]
+        return name
+
+    def start_of(self, name: str) -> bytes | None:
+        """A start by its name; None where it is kept no longer."""
+        return self._starts.get(name)
 
     # -------------------------------------------------------------------------------------------- runs
 

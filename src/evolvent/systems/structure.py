@@ -73,7 +73,7 @@ class Structure(SystemDefinition):
         from evolvent.systems._common import refuse_laws
 
         refuse_laws(laws, "structure")
-        system = System(gravity=case.gravity)
+        system = System(gravity=case.gravity, title=case.title)
         for name, part in case.parts.items():
             system.add(part, name)
         return system

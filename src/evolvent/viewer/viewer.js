@@ -85,12 +85,13 @@ export class Viewer extends Picture {
     this.axesBox = select("axes", [["inertial", "inertial"], ["body", `of ${frame}`]], "inertial", (a) => this.axes(a === "inertial"));
     this.colorBox = select("color", header.colors.map((c, k) => [k, c.name]), 0, (k) => { this.color = Number(k); this.legend(); this.redraw(); });
     this.arrowBox = element("input", { type: "checkbox", checked: true, testid: "arrows", onchange: () => { this.arrows = this.arrowBox.checked; this.redraw(); } });
+    const forces = new Set(this.motions.flatMap((m) => m.header.forces.map((f) => f.name)));
     const shown = (test, ...parts) => { const label = element("label", {}, ...parts); label.hidden = !test; return label; };
     const full = button("full screen", "full", "f", () => this.full());
     full.hidden = !document.fullscreenEnabled;
     const foot = element("div", { class: "ev3-foot" }, this.playButton, this.scrub, this.clock, shown(true, "speed ", this.speedBox),
       shown(frame !== null, "axes ", this.axesBox), shown(this.alone && header.colors.length > 1, "colour ", this.colorBox),
-      shown(this.motions.some((m) => m.header.forces.length), this.arrowBox, " forces"), button("trails", "trails", "t", () => this.open(this.chooseTrails())),
+      shown(forces.size, Object.assign(element("span", {}, this.arrowBox, " forces"), { title: [...forces].join(", ") })), button("trails", "trails", "t", () => this.open(this.chooseTrails())),
       full, button("?", "help", "keys", () => this.open(this.keys())));
     host.replaceChildren(view, foot);
     this.legend();
@@ -224,12 +225,13 @@ export class Viewer extends Picture {
     if (this.alone) {
       const [run] = this.motions;
       rows.push(["time", `${this.now.toFixed(this.end < 10 ? 3 : 2)} s`]);
+      if (run.header.magnification !== 1) rows.push(["displacements", `enlarged ${run.header.magnification} times`]);
       run.header.numbers.forEach(([name, unit], i) => {
         const values = run.blocks[`number ${i}`], a = values[run.k], b = run.f ? values[run.m] : a;
         const x = b === b ? a + run.f * (b - a) : a;
         rows.push([name, x === x ? `${x && Math.abs(x) < 1e-3 ? x.toExponential(3) : x.toPrecision(4)} ${unit}` : "-"]);
       });
-    } else this.motions.forEach((_, k) => rows.push([this.names[k] ?? `run ${k + 1}`, "", css(this.runColor(k))]));
+    } else this.motions.forEach(({ header: { magnification: m } }, k) => rows.push([this.names[k] ?? `run ${k + 1}`, m === 1 ? "" : `displacements enlarged ${m} times`, css(this.runColor(k))]));
     while (this.numbers.rows.length < rows.length) { const row = this.numbers.insertRow(); row.insertCell(); row.insertCell(); }
     rows.forEach(([name, value, color], i) => {
       const { cells } = this.numbers.rows[i];

@@ -10,27 +10,41 @@ export default {
   template: `<div class="ev-motion"><div ref="host" v-show="!note"></div><div class="ev-note" v-if="note">{{ note }}</div></div>`,
   props: { urls: Array, labels: Array },
   data: () => ({ note: "loading the motion" }),
-  async mounted() {
-    let viewer;
-    try {
-      const [{ Viewer }, ...motions] = await Promise.all([import("/studio/viewer/viewer.js"), ...this.urls.map(load)]);
-      if (this.gone) return;
-      this.note = "";
-      await this.$nextTick();
-      const dark = () => document.body.classList.contains("body--dark");
-      const onTime = (now) => { window.evolventTime = now; window.dispatchEvent(new CustomEvent("evolvent-time", { detail: now })); };
-      viewer = new Viewer(this.$refs.host, motions, { names: this.labels, dark: dark(), onTime });
-      this.$el.viewer = viewer;
-      this.theme = new MutationObserver(() => viewer.theme(dark()));
-      this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-      this.onSeek = (e) => { viewer.play(false); viewer.go(e.detail); };
-      window.addEventListener("evolvent-seek", this.onSeek);
-    } catch (error) { this.note = error.message || String(error); }
+  mounted() {
+    const dark = () => document.body.classList.contains("body--dark");
+    this.theme = new MutationObserver(() => this.$el.viewer?.theme(dark()));
+    this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    this.onSeek = (e) => { this.$el.viewer?.play(false); this.$el.viewer?.go(e.detail); };
+    window.addEventListener("evolvent-seek", this.onSeek);
+    this.load();
+  },
+  watch: { urls(now, before) { if (String(now) !== String(before)) this.load(); } },
+  methods: {
+    async load() {
+      if (!this.urls.length) return;
+      const asked = this.asked = (this.asked || 0) + 1;
+      try {
+        const [{ Viewer }, ...motions] = await Promise.all([import("/studio/viewer/viewer.js"), ...this.urls.map(load)]);
+        if (this.gone || asked !== this.asked) return;
+        this.note = "";
+        await this.$nextTick();
+        const onTime = (now) => { window.evolventTime = now; window.dispatchEvent(new CustomEvent("evolvent-time", { detail: now })); };
+        const before = this.$el.viewer, dark = document.body.classList.contains("body--dark");
+        before?.free();
+        const viewer = new Viewer(this.$refs.host, motions, { names: this.labels, dark, onTime });
+        if (before) {  // seen from where the motion before was seen
+          viewer.base = viewer.extent(before.base.azimuth, before.base.elevation, viewer.inertial, viewer.follow, before.base.what);
+          viewer.camera = before.camera;
+          viewer.redraw();
+        }
+        this.$el.viewer = viewer;
+      } catch (error) { this.note = error.message || String(error); }
+    },
   },
   beforeUnmount() {
     this.gone = true;
     window.removeEventListener("evolvent-seek", this.onSeek);
-    this.theme?.disconnect();
+    this.theme.disconnect();
     this.$el.viewer?.free();
   },
 };

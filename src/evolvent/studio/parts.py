@@ -1,0 +1,167 @@
+"""Parts of a case by name, as the page changes them: added, renamed with all references, duplicated, checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from evolvent import cases
+from evolvent.errors import InputError, nearest
+from evolvent.parts.base import Part, Reference
+from evolvent.parts.registry import kinds
+from evolvent.references import check_name
+from evolvent.schema import Section, by_name, marks
+
+#: Parts of a case as they were typed: name -> keys and values.
+Parts = dict[str, Any]
+
+
+def key_of(case: type[Section]) -> str:
+    """The key of a case that holds parts by name; '' where it has none."""
+    return next(iter(by_name(case)), "")
+
+
+def kind_of(content: Any) -> type[Part] | None:
+    """The class of a part as it was typed; None where its kind is not known."""
+    name = content.get("kind") if isinstance(content, Mapping) else None
+    return kinds().get(name) if isinstance(name, str) else None
+
+
+def proposed_name(parts: Mapping[str, Any], kind: str) -> str:
+    """A name for another part: that of its kind, or of the part that it is a copy of, with a number."""
+    stem = re.sub(r" \d+$", "", kind.replace("-", " "))
+    if stem not in parts:
+        return stem
+    number = 2
+    while f"{stem} {number}" in parts:
+        number += 1
+    return f"{stem} {number}"
+
+
+def checked_name(parts: Mapping[str, Any], name: str) -> str:
+    """A name that a part may take.
+
+    Raises
+    ------
+    InputError
+    """
+    name = check_name(name.strip())
+    if name in parts:
+        raise InputError(f"the name {name!r} is already taken by another part")
+    return name
+
+
+def added(parts: Mapping[str, Any], name: str, content: Mapping[str, Any]) -> Parts:
+    """The parts and one more.
+
+    Raises
+    ------
+    InputError
+        If the name cannot be used, or the kind is not known.
+    """
+    if kind_of(content) is None:
+        kind = content.get("kind")
+        raise InputError(f"the kind of the part is {kind!r}; {nearest(str(kind), kinds())}")
+    return {**parts, checked_name(parts, name): dict(content)}
+
+
+def renamed(parts: Mapping[str, Any], old: str, new: str) -> Parts:
+    """The parts with one of another name; references to it in the other parts follow.
+
+    Raises
+    ------
+    InputError
+        If the name cannot be used.
+    """
+    if new.strip() == old:
+        return dict(parts)
+    new = checked_name(parts, new)
+    return {new if name == old else name: _followed(content, old, new) for name, content in parts.items()}
+
+
+def _followed(content: Any, old: str, new: str) -> Any:
+    """A part whose references to a part name it as it is called now."""
+    kind = kind_of(content)
+    if kind is None:
+        return content
+    found = dict(content)
+    for key, value in content.items():
+        field = kind.model_fields.get(key)
+        if field is None:
+            continue
+        if any(isinstance(mark, Reference) for mark in marks(field)):
+            found[key] = _reference(value, old, new)
+        elif isinstance(value, Mapping) and key == "variables":  # of an event: letter -> "hub.rate.z"
+            found[key] = {letter: _reference(text, old, new) for letter, text in value.items()}
+    return found
+
+
+def _reference(value: Any, old: str, new: str) -> Any:
+    """A reference as it was typed - 'hub', 'boom.tip', 'boom[5]', [hub, [0, 0, 1]], or a list of them - renamed."""
+    if isinstance(value, str):
+        return re.sub(rf"^(\s*){re.escape(old)}(?=\s*$|[.\[])", lambda match: match[1] + new, value)
+    if isinstance(value, (list, tuple)):
+        return [_reference(one, old, new) for one in value]
+    return value
+
+
+def referring(parts: Mapping[str, Any], name: str) -> list[str]:
+    """Names of the parts that refer to another one."""
+    mark = "a part of another name"
+    return [other for other, content in parts.items() if other != name and _followed(content, name, mark) != content]
+
+
+def problems(parts: Any, key: str = "parts") -> dict[str, str]:
+    """What is wrong with parts, each by itself: dotted key -> sentence; references are not looked at."""
+    if not isinstance(parts, Mapping):
+        return {key: f"{key} must be a mapping of names to parts"}
+    found: dict[str, str] = {}
+    for name, content in parts.items():
+        found |= {
+            f"{key}.{name}.{own}".rstrip("."): text for own, text in part_problems(name, content, key).items()
+        }
+    return found
+
+
+def part_problems(name: Any, content: Any, key: str = "parts") -> dict[str, str]:
+    """What is wrong with a part: key of its own, '' for the part itself -> sentence."""
+    try:
+        check_name(name)
+    except InputError as error:
+        return {"": str(error)}
+    if not isinstance(content, Mapping):
+        return {"": f"{key}.{name} must be a mapping of keys to values"}
+    kind = kind_of(content)
+    if kind is None:
+        if "kind" not in content:
+            return {"": f"the kind is missing; known: {', '.join(sorted(kinds()))}"}
+        return {"": f"the kind is {content['kind']!r}; {nearest(str(content['kind']), kinds())}"}
+    return cases.problems(content, kind)
+
+
+def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
+    """The key that a sentence about assembled parts is about, 'boom.length' or 'boom'; '' for none."""
+    found = []
+    for name, content in parts.items():
+        match = re.search(rf"(?<![\w.-]){re.escape(name)}(?:\.(?P<key>\w+))?(?![\w-])", sentence)
+        if match is not None:
+            kind = kind_of(content)
+            key = match["key"] if kind is not None and match["key"] in kind.model_fields else None
+            found.append((key is None, match.start(), f"{name}.{key}" if key else name))
+    return min(found)[2] if found else ""
+
+
+def words(parts: Mapping[str, Any]) -> Sequence[str]:
+    """What a reference may be: names of parts, and of places on them."""
+    found = []
+    for name, content in parts.items():
+        found.append(name)
+        if not isinstance(content, Mapping):
+            continue
+        if content.get("kind") == "beam":
+            found += [f"{name}.root", f"{name}.tip"]
+        points = content.get("points")
+        if isinstance(points, Mapping):
+            found += [f"{name}.{point}" for point in points]
+    return [*found, "ground"]

@@ -1,0 +1,260 @@
+"""Parts on the page: a card each with the form of its keys, and what adds, renames, duplicates and removes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from evolvent.parts.registry import kinds
+from evolvent.studio import form, parts
+from evolvent.studio.formview import FormView
+
+if TYPE_CHECKING:
+    from evolvent.studio.page import Page
+
+
+class PartsView:
+    """The parts of a case.
+
+    Parameters
+    ----------
+    page : Page
+    key : str, of the case, that holds them
+    content : mapping, what it shows at first: name -> keys of a part
+    changed : called after each change
+    """
+
+    def __init__(self, page: Page, key: str, content: Any, changed: Callable[[], None]) -> None:
+        self.page, self.key, self._changed = page, key, changed
+        self.content: parts.Parts = dict(content) if isinstance(content, Mapping) else {}
+        self._open: set[str] = set()
+        self._cards: dict[str, _Card] = {}
+        with ui.element("div").classes("ev-row"):
+            ui.label("parts").classes("ev-h")
+            self._count = ui.label("").classes("ev-status")
+            ui.element("div").style("flex:1")
+            add = ui.button("Add a part", icon="add", on_click=self._ask_kind)
+            add.props('flat dense size=sm color=primary data-testid="add-part"')
+        self._list = ui.element("div").classes("ev-part").props('data-testid="parts"')
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the cards of all parts."""
+        self._list.clear()
+        self._cards = {}
+        with self._list:
+            for name in self.content:
+                self._cards[name] = _Card(self, name, is_open=name in self._open)
+        self._counted()
+
+    def problems(self) -> dict[str, str]:
+        """What is wrong with the parts: dotted key -> sentence."""
+        return {
+            f"{self.key}.{name}.{own}".rstrip("."): sentence
+            for name, card in self._cards.items()
+            for own, sentence in card.wrong.items()
+        }
+
+    def note(self, sentence: str) -> None:
+        """Show what the assembly of the parts found, beside the key that it names; '' for nothing."""
+        about, _, key = parts.named_in(sentence, self.content).partition(".")
+        for name, card in self._cards.items():
+            card.note({key: sentence} if sentence and name == about else {})
+
+    def flush(self) -> None:
+        """Check now what was typed a moment ago."""
+        for card in self._cards.values():
+            card.flush()
+
+    # -------------------------------------------------------------------------------------------- what cards call
+
+    def part_changed(self, name: str, content: dict[str, Any]) -> None:
+        """A part has other keys."""
+        self.content[name] = content
+        self._changed()
+
+    def opened(self, name: str, on: bool) -> None:
+        """A card was opened or closed."""
+        (self._open.add if on else self._open.discard)(name)
+
+    def remove(self, name: str) -> None:
+        """Take a part out; parts that refer to it stay, and the start says that they do."""
+        left = parts.referring(self.content, name)
+        del self.content[name]
+        self._open.discard(name)
+        self._cards.pop(name).delete()
+        self._after()
+        if left:
+            ui.notify(f"{', '.join(left)} still refer{'s' if len(left) == 1 else ''} to {name}", position="bottom")
+
+    def duplicate(self, name: str) -> None:
+        """Add a copy of a part."""
+        self._add(parts.proposed_name(self.content, name), self.content[name])
+
+    def ask_name(self, name: str) -> None:
+        """Ask what a part is to be called."""
+        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
+            ui.label(f"Rename {name}").classes("ev-title")
+            ui.label("References to it in other parts follow.").classes("ev-what")
+            typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="part-name"')
+            typed.classes("w-full")
+
+            def done() -> None:
+                if self.page.attempt(lambda: self._rename(name, typed.value or "")):
+                    dialog.close()
+
+            typed.on("keydown.enter", done)
+            with ui.row():
+                ui.button("Rename", on_click=done).props('unelevated color=primary data-testid="part-done"')
+                ui.button("Cancel", on_click=dialog.close).props("flat")
+
+    def _rename(self, old: str, new: str) -> None:
+        self.flush()
+        self.content = parts.renamed(self.content, old, new)
+        self._open = {new.strip() if name == old else name for name in self._open}
+        self.draw()
+        self._after()
+
+    # -------------------------------------------------------------------------------------------- adding
+
+    def _ask_kind(self) -> None:
+        options = {name: f"{name}: {form.describe(kind, flat=True).help}" for name, kind in sorted(kinds().items())}
+        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(560px, 92vw)"):
+            ui.label("Add a part").classes("ev-title")
+            chosen = ui.select(options, label="kind", with_input=True)
+            chosen.props('outlined dense options-dense autofocus data-testid="part-kind"').classes("w-full")
+            typed = ui.input("name").props('outlined dense data-testid="part-name"').classes("w-full")
+
+            def propose() -> None:
+                if chosen.value:
+                    typed.set_value(parts.proposed_name(self.content, str(chosen.value)))
+
+            def done() -> None:
+                content = {"kind": str(chosen.value or "")}
+                if self.page.attempt(lambda: self._add(typed.value or "", content)):
+                    dialog.close()
+
+            chosen.on_value_change(propose)
+            typed.on("keydown.enter", done)
+            with ui.row():
+                ui.button("Add", on_click=done).props('unelevated color=primary data-testid="part-done"')
+                ui.button("Cancel", on_click=dialog.close).props("flat")
+
+    def _add(self, name: str, content: Mapping[str, Any]) -> None:
+        self.flush()
+        self.content = parts.added(self.content, name, content)
+        name = name.strip()
+        self._open.add(name)
+        with self._list:
+            self._cards[name] = _Card(self, name, is_open=True)
+        self._cards[name].show()
+        self._after()
+
+    def _after(self) -> None:
+        self._counted()
+        for card in self._cards.values():
+            card.refresh_words()
+        self._changed()
+
+    def _counted(self) -> None:
+        self._count.set_text(str(len(self.content)) if self.content else "none yet")
+
+
+class _Card:
+    """One part; its form is drawn when the card is opened first."""
+
+    def __init__(self, view: PartsView, name: str, *, is_open: bool) -> None:
+        self.view, self.name = view, name
+        self._form: FormView | None = None
+        self._notes: dict[str, str] = {}
+        content = view.content[name]
+        self.wrong = parts.part_problems(name, content, view.key)
+        self._mark = f"{view.key}.{name}"
+        self._root = ui.expansion(value=is_open).classes("ev-group ev-partcard")
+        self._root.props("dense")
+        self._root.props["data-testid"] = f"part-{name}"  # a name may hold blanks
+        with self._root.add_slot("header"), ui.element("div").classes("ev-head"):
+            ui.label(name).classes("ev-title ev-cut")
+            ui.label(str(content.get("kind", "")) if isinstance(content, Mapping) else "").classes("ev-status")
+            self._count = ui.label("").classes("ev-count")
+            self._menu()
+        with self._root:
+            self._body = ui.column().classes("w-full gap-1")
+        self._root.on_value_change(lambda e: self._turned(bool(e.value)))
+        if is_open:
+            self._draw()
+        self._counted()
+
+    def _menu(self) -> None:
+        with ui.button(icon="more_vert").props("flat dense round size=sm") as button:
+            button.props["data-testid"] = f"part-menu-{self.name}"
+            button.on("click.stop", lambda: None)
+            with ui.menu():
+                for text, act in (
+                    ("Rename", self.view.ask_name),
+                    ("Duplicate", self.view.duplicate),
+                    ("Remove", self.view.remove),
+                ):
+                    ui.menu_item(text, lambda a=act: a(self.name))
+
+    def _turned(self, on: bool) -> None:
+        self.view.opened(self.name, on)
+        if on and self._form is None:
+            self._draw()
+
+    def _draw(self) -> None:
+        content = self.view.content[self.name]
+        kind = parts.kind_of(content)
+        with self._body:
+            if kind is None or "" in self.wrong:
+                ui.label(self.wrong.get("", "")).classes("ev-banner bad").props(f'data-testid="{self._mark}.form-error"')
+                return
+            ui.label(form.describe(kind, flat=True).help).classes("ev-what")
+            self._form = FormView(
+                kind, content, self._typed, skip=("kind",), before=f"{self._mark}.", flat=True,
+                complete=lambda typed: {"kind": content["kind"], **typed},
+                words=lambda: [word for word in parts.words(self.view.content) if not self._own(word)],
+            )  # fmt: skip
+            self._form.note(self._notes)
+
+    def _own(self, word: str) -> bool:
+        return word == self.name or word.startswith(f"{self.name}.")
+
+    def _typed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
+        same = content == self.view.content[self.name] and wrong == self.wrong
+        self.wrong = wrong
+        self._counted()
+        if not same:
+            self.view.part_changed(self.name, content)
+
+    def _counted(self) -> None:
+        count = len(self.wrong) or len(self._notes)
+        self._count.set_text("" if not count else "1 to mend" if count == 1 else f"{count} to mend")
+
+    def note(self, notes: dict[str, str]) -> None:
+        """Show what the assembly found of this part: key, '' for the part itself -> sentence."""
+        if notes != self._notes:
+            self._notes = notes
+            if self._form is not None:
+                self._form.note(notes)
+            self._counted()
+
+    def refresh_words(self) -> None:
+        """Offer the names that parts have now."""
+        if self._form is not None:
+            self._form.refresh_words()
+
+    def flush(self) -> None:
+        """Check now what was typed a moment ago."""
+        if self._form is not None:
+            self._form.flush()
+
+    def show(self) -> None:
+        """Bring the card into view."""
+        ui.run_javascript(f"document.getElementById('c{self._root.id}')?.scrollIntoView({{block: 'nearest'}})")
+
+    def delete(self) -> None:
+        """Take the card off the page."""
+        self._root.delete()

@@ -1,0 +1,41 @@
+"""The start of a case as a motion of one sample, before anything is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from evolvent import cases
+from evolvent.errors import InputError
+
+
+def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> bytes:
+    """The start of a case for the viewer, packed.
+
+    Parameters
+    ----------
+    content : mapping, a case whose system is built of parts
+    note : called with what is done meanwhile, where it takes long
+
+    Raises
+    ------
+    InputError
+        If the case cannot be used, its parts cannot be assembled, or there is nothing to draw.
+    """
+    from evolvent import analysis, animation, jit
+    from evolvent.drawing import motion_of
+    from evolvent.tree import tree_of
+
+    case = cases.load(content)
+
+    def compiling(state: jit.Progress) -> None:
+        note(f"compiling for this machine, once: {state.done} of {state.needed} functions")
+
+    with jit.reporting(compiling):
+        assembly = cases.system(case.system).build(case).assemble()
+        # the method says nothing about the start, and is not chosen: that may fail while a case is being written
+        solution = analysis.at_start(assembly, "auto")
+        motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False), least=1)
+    if motion is None:
+        raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
+    return animation.pack(motion)

@@ -1,0 +1,109 @@
+"""The start of the case that is being written, drawn beside its form, as its parts would be assembled."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from evolvent.errors import EvolventError
+from evolvent.studio.elements import MotionElement
+
+if TYPE_CHECKING:
+    from evolvent.studio.page import Page
+
+#: Seconds after the last change before the start is assembled.
+_PAUSE = 0.5
+
+
+class StartView:
+    """The part of the page that shows the start.
+
+    Parameters
+    ----------
+    page : Page
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.studio = page, page.studio
+        self._asked = 0
+        self._lock = asyncio.Lock()
+        self._timer: ui.timer | None = None
+        self._body: ui.element | None = None
+        self._doing = ""
+
+    def draw(self) -> None:
+        """Draw the start of the page's case."""
+        with ui.element("div").classes("ev-titlebar"):
+            ui.label("Start").classes("ev-h1")
+            self._about = ui.label("").classes("ev-status")
+            ui.element("div").style("flex:1")
+            self._note = ui.label("").classes("ev-status").props('data-testid="start-note"')
+        self._error = ui.label("").classes("ev-banner bad").props('data-testid="start-error" role=alert')
+        self._error.set_visibility(False)
+        with ui.element("div").classes("ev-card").props('data-testid="start"') as self._body:
+            self._motion = MotionElement([], [])
+        self.soon(0.01)
+
+    def soon(self, pause: float = _PAUSE) -> None:
+        """The case has changed: assemble it after a pause, where the start is shown."""
+        if self.page.view.kind != "start" or self._body is None or self._body.is_deleted:
+            return
+        self._asked += 1
+        if self._timer is not None:
+            self._timer.cancel()
+        with self._body:
+            self._timer = ui.timer(pause, self._assemble, once=True)
+
+    def follow(self) -> None:
+        """Show what is being done, where it takes long."""
+        if self.page.view.kind == "start" and self._body is not None and not self._body.is_deleted:
+            self._note.set_text(self._doing)
+
+    async def _assemble(self) -> None:
+        asked, case = self._asked, self.page.case
+        async with self._lock:  # one at a time; of those that wait, the last one
+            if asked != self._asked:
+                return
+            wrong = case.wrong()
+            if wrong:
+                key, sentence = next(iter(wrong.items()))
+                self._tell("" if key in sentence else key, sentence)
+                return
+            content = copy.deepcopy(case.draft.content)
+            self._doing = "assembling"
+            try:
+                name = await asyncio.to_thread(self.studio.start, content, self._say)
+            except EvolventError as error:
+                if asked == self._asked:
+                    self._tell("", str(error))
+                    case.note(str(error))
+                return
+            finally:
+                self._doing = ""
+        if asked != self._asked or self._body is None or self._body.is_deleted:
+            return
+        self._tell("", "")
+        case.note("")
+        self._about.set_text(_counted(content))
+        self._motion.show_start(name)
+
+    def _say(self, text: str) -> None:
+        self._doing = text
+
+    def _tell(self, key: str, sentence: str) -> None:
+        """Show why the start cannot be drawn; '' takes it away."""
+        if self._body is None or self._body.is_deleted:
+            return
+        self._error.set_text(f"{key}: {sentence}" if key else sentence)
+        self._error.set_visibility(bool(sentence))
+        self._body.set_visibility(not sentence)
+
+
+def _counted(content: dict[str, Any]) -> str:
+    count = len(content.get("parts") or ())
+    title = str(content.get("title") or "")
+    words = "1 part" if count == 1 else f"{count} parts"
+    return f"{title}, {words}" if title else words

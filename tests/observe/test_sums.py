@@ -1,0 +1,90 @@
+"""The parts' energies and momenta add up to the root's, in every family under every method that has it; and files."""
+
+from __future__ import annotations
+
+import pathlib
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import families.beams
+import families.lumped
+from evolvent import analysis
+from evolvent import families as table
+from evolvent.errors import InputError
+from families.case import CASES
+from observe.seeing import Seen, close
+
+assert families.beams
+assert families.lumped
+#: Units of all variables.
+UNITS = {
+    "1", "s", "m", "m s-1", "m-1", "rad", "rad s-1", "N", "N m", "N s", "N m-1", "J", "J m-1", "W", "kg m s-1",
+    "kg m2 s-1",
+}  # fmt: skip
+METHODS = ("rk4", "generalized-alpha")
+
+
+def seen(family: str, method: str) -> Seen:
+    """A short run of a family's case."""
+    case = CASES[family]()
+    assembly = case.system().assemble()
+    try:
+        table.check(assembly, table.IMPLICIT if method == "generalized-alpha" else table.EXPLICIT)
+    except InputError as error:
+        pytest.skip(str(error))
+    end = min(case.end, 400.0 * case.step)
+    step = case.step if method == "rk4" else max(case.step, 1e-3)
+    prepared, why = analysis.plan(assembly, np.linspace(0.0, end, 6), method=method, step=step)
+    solution = prepared.run()
+    assert solution.success, solution.message
+    return Seen(solution.assembly, solution, analysis.tree(solution, case="", why=why))
+
+
+def total(found: Seen, variable: str) -> np.ndarray:
+    """Sum of a variable over all parts that have it."""
+    zero = np.zeros(found.tree[variable].shape if variable in found.tree.data_vars else found.t.shape)
+    return sum((group[variable].values for group in found.tree.children.values() if variable in group), zero)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("family", sorted(CASES))
+def test_parts_add_up(family: str, method: str, tmp_path: pathlib.Path) -> None:
+    """Kinetic and elastic energies, linear and angular momenta; then the tree as a file and back."""
+    found = seen(family, method)
+    scale = float(np.abs(found.tree["energy"].values).max()) + 1e-9
+    hinged = any(kind == "hinges" for kind, _ in found.assembly.names.values())
+    for variable in ("energy_kinetic", "energy_elastic"):
+        if hinged and variable == "energy_elastic":
+            continue  # hinges have no energy among their observations yet
+        np.testing.assert_allclose(total(found, variable), found.tree[variable], atol=1e-9 * scale, err_msg=variable)
+    close(total(found, "momentum") + 1.0, found.tree["momentum"].values + 1.0)
+    angular = total(found, "angular_momentum")
+    for group in found.tree.children.values():  # of bodies and points, what their centres add about the origin
+        if group.attrs["kind"] in ("rigid-body", "point") and "momentum" in group:
+            angular = angular + np.cross(group["position"].values, group["momentum"].values)
+    close(angular + 1.0, found.tree["angular_momentum"].values + 1.0)
+    for group in (found.tree, *found.tree.children.values()):
+        for name, variable in group.to_dataset(inherit=False).variables.items():
+            if name != "axis":
+                assert variable.attrs["units"] in UNITS, name
+                assert variable.attrs["long_name"], name
+    path = tmp_path / "run.nc"
+    found.tree.to_netcdf(path, engine="h5netcdf")
+    with xr.open_datatree(path, engine="h5netcdf", decode_times=False) as again:
+        xr.testing.assert_identical(again.load(), found.tree)
+
+
+def test_momenta_of_an_implicit_run_load_nothing_of_explicit_methods(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The whole tree of a beam on a joint."""
+    from evolvent.flow import observations
+    from evolvent.solvers import sampled
+
+    def refuse(*arguments: object) -> None:
+        raise AssertionError("functions of explicit methods were loaded")
+
+    monkeypatch.setattr(observations.needs, "load_explicit", refuse)
+    monkeypatch.setattr(sampled, "load_explicit", refuse)
+    found = seen("a joint that is a constraint", "generalized-alpha")
+    assert np.all(np.isfinite(found.tree["angular_momentum"]))
