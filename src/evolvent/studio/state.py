@@ -60,7 +60,8 @@ class Draft:
 @dataclasses.dataclass(frozen=True)
 class View:
     """What the page shows beside the panels: nothing, the start of the case ("start"), runs ("run"), a measurement, a
-    study, signals."""
+    study, signals.
+    """
 
     kind: str = ""
     refs: tuple[str, ...] = ()

@@ -85,8 +85,8 @@ def derived(
         "tip_speed_peak": (("rib",), peaks[0], "m s-1", speed_text),
         "tip_speed_peak_time": (("rib",), peaks[1], "s", "when the tip had it"),
         "tip_radius": (ribs, radius, "m", "distance of the tip from the hub's axis"),
-        "wrap_angle": (ribs, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, negative "
-                       "the other way"),
+        "wrap_angle": (ribs, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib "
+                       "covers, negative the other way"),
         **_contacts(case, view),
         "hub_torque": (time, np.einsum("ti,ti->t", turning, hub.R[:, :, 2]), "N m", "torque of the ribs on the hub "
                        "about its axis"),
@@ -236,15 +236,16 @@ def warnings(case: Case, begin: Start, run: xr.DataTree) -> list[str]:
     strain = np.abs(root.strain.values).max(axis=(1, 2))
     if float(strain.max()) > advice.STRAIN_WARNED:
         found.append(
-            f"the rib was strained by up to {100.0 * strain.max():.3g} %, at t = {time[np.argmax(strain)]:.6g} s, beyond "
-            f"what linear elasticity and most sections bear"
+            f"the rib was strained by up to {100.0 * strain.max():.3g} %, at t = {time[np.argmax(strain)]:.6g} s, "
+            f"beyond what linear elasticity and most sections bear"
         )
     gaps = [run[f"contact-{k + 1}"]["gap"].values for k in range(case.rib.count)]
     gap = np.min([np.fmin.reduce(own, axis=1, initial=np.inf) for own in gaps], axis=0)
     if float(gap.min()) < -advice.SUNK_WARNED * case.hub.radius:
         k = int(np.argmin(gap))
         found.append(
-            f"the rib sank {-gap[k]:.3g} m into the hub at t = {time[k]:.6g} s; take a greater contact.stiffness, or auto"
+            f"the rib sank {-gap[k]:.3g} m into the hub at t = {time[k]:.6g} s; take a greater "
+            f"contact.stiffness, or auto"
         )
     pivot = statistics_of(run).get("smallest_pivot", 1.0)
     if pivot < PIVOT_WARNED:
