@@ -226,4 +226,4 @@ def test_figures_of_a_study():
     kept.tip_speed[0, -1] = 39.0
     found = system.study_figures(kept)
     assert found["peak"].panels[0].lines[0].y == pytest.approx([28.4, 66.8, 146.1])
-    assert found["tip_speed"].panels[0].lines[1].y == pytest.approx([40.0])
+    assert found["tip_speed"].panels[0].lines[3].y == pytest.approx([40.0])

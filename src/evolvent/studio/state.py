@@ -59,9 +59,7 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, the start of the case ("start"), runs ("run"), a measurement, a
-    study, signals.
-    """
+    """What the page shows beside the panels: nothing, "start" of the case, runs, a measurement, a study, signals."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
