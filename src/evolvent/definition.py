@@ -167,7 +167,7 @@ class SystemDefinition:
         return show.motion(run)
 
     def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
-        """Figures of a study of its own, name -> matplotlib figure, beside those of any study."""
+        """Figures of a study in place of those of any study: name -> `evolvent.figures.Figure`, or matplotlib's."""
         return {}
 
     def check_follows(self, before: Any, after: Any) -> None:

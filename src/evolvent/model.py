@@ -73,8 +73,8 @@ RECORDS: dict[str, np.dtype] = {
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
-    # form, bending, mass: places in the pools of `Flexible`, of the whole form and of its bending alone; force,
-    # tangent, energy: addresses of `kernels.element_calls`
+    # form, bending, mass: places in the pools of `Flexible`, bending of the form of that alone; force, tangent, energy:
+    # addresses of `kernels.element_calls`
     "elements": _record("beam iq iv form bending mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of

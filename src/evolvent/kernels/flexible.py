@@ -109,7 +109,7 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
 def beam_energies(y, first, last, model, out):
-    """out : (3,) += kinetic and elastic energy, and the part that is bending, J, of elements `first` to `last`."""
+    """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
     flexible = model.flexible
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(first, last):

@@ -48,8 +48,8 @@ class Rib(Section):
 
     formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = _key(
         "cable",
-        "of the elements: cable (position and slope), cable_stretch (engineering strain, for more than 1 % of "
-        "it), assumed_strain (the beam that does not lock), or beams that lock: elastic_line, nu_split, full (the paper's)",
+        "of the elements: cable (position and slope), cable_stretch (engineering strain, for more than 1 % of it), "
+        "assumed_strain (the beam that does not lock), or beams that lock: elastic_line, nu_split, full (the paper's)",
     )
     elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = _key(40, "elements of equal length")
     length: units.Length = _key(12.0, "from root to tip")
@@ -116,15 +116,19 @@ class Rib(Section):
         tip = self.thickness if self.tip_thickness is None else self.tip_thickness
         return self.thickness + share * (tip - self.thickness)
 
-    def section(self, element: int) -> CrossSection:
-        """Section of an element, counted from 0 at the root."""
+    @property
+    def profile(self) -> CrossSection:
+        """Section of the whole rib."""
         from evolvent.elements import Rectangle, Taper
 
         root = Rectangle(thickness=self.thickness, width=self.width)
         if self.tip_thickness is None:
             return root
-        tip = Rectangle(thickness=self.tip_thickness, width=self.width)
-        return Taper(root=root, tip=tip).between(element / self.elements, (element + 1) / self.elements)
+        return Taper(root=root, tip=Rectangle(thickness=self.tip_thickness, width=self.width))
+
+    def section(self, element: int) -> CrossSection:
+        """Section of an element, counted from 0 at the root."""
+        return self.profile.between(element / self.elements, (element + 1) / self.elements)
 
 
 class Hub(Section):

@@ -11,6 +11,7 @@ from evolvent.solvers import balance as eb
 from evolvent.systems.wrapped_rib import advice
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.start import Start, along
+from evolvent.variables import group_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
+#: Variables by name: (dimensions, values, units, long name).
+Root = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
 #: What takes energy out of a run.
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "numerical")
 #: Pivot, over the largest entry of its column, below which a run warns.
@@ -31,7 +34,8 @@ FOLLOWED = 8
 def layout(case: Case) -> dict[str, dict[str, int | None]]:
     """Numeric variables of the root, with their dimensions and sizes, None for any."""
     time: dict[str, int | None] = {"time": None}
-    rib, points = time | {"rib": case.rib.count}, {"point": case.rib.elements * case.output.points + 1}
+    points: dict[str, int | None] = {"point": case.rib.elements * case.output.points + 1}
+    rib = time | {"rib": case.rib.count}
     found: dict[str, dict[str, int | None]] = {"arc": dict(points), "time": time}
     energies = [f"energy_{kind}" for kind in ("kinetic", "membrane", "bending", "elastic", "contact", "balance")]
     found |= dict.fromkeys([*energies, "work_external", "hub_torque", "hub_angle"], time)
@@ -43,10 +47,8 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     return found | {"position": rib | points | {"axis": 3}}
 
 
-def derived(
-    case: Case, begin: Start, solution: Solution, peaks: tuple[Array, Array]
-) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
-    """Variables of the root: name -> (dimensions, values, units, long name).
+def derived(case: Case, begin: Start, solution: Solution, peaks: tuple[Array, Array]) -> Root:
+    """Variables of the root.
 
     Parameters
     ----------
@@ -85,8 +87,8 @@ def derived(
         "tip_speed_peak": (("rib",), peaks[0], "m s-1", speed_text),
         "tip_speed_peak_time": (("rib",), peaks[1], "s", "when the tip had it"),
         "tip_radius": (ribs, radius, "m", "distance of the tip from the hub's axis"),
-        "wrap_angle": (ribs, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, negative "
-                       "the other way"),
+        "wrap_angle": (ribs, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib "
+                       "covers, negative the other way"),
         **_contacts(case, view),
         "hub_torque": (time, np.einsum("ti,ti->t", turning, hub.R[:, :, 2]), "N m", "torque of the ribs on the hub "
                        "about its axis"),
@@ -186,7 +188,7 @@ def _wrap_angle(path: Array, radius: float) -> Array:
     return found
 
 
-def _contacts(case: Case, view: View) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+def _contacts(case: Case, view: View) -> Root:
     """Contacts of the ribs with the hub, and of the turns with one another, where that is switched on."""
 
     def of(part: str, column: int) -> Array:
@@ -195,7 +197,7 @@ def _contacts(case: Case, view: View) -> dict[str, tuple[tuple[str, ...], Array,
         return found
 
     ribs = ("time", "rib")
-    found = {
+    found: Root = {
         "contact_points": (ribs, of("contact", 8), "1", "contact points in contact with the hub"),
         "contact_force": (ribs, of("contact", 6), "N", "sum of the normal forces on the hub"),
         "contact_impulse": (ribs, of("contact", 7), "N s", "integral of the normal forces since the start"),
@@ -206,7 +208,7 @@ def _contacts(case: Case, view: View) -> dict[str, tuple[tuple[str, ...], Array,
     return found
 
 
-def _energies(solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+def _energies(solution: Solution) -> Root:
     """Energies by kind, and what dissipates them."""
     rows, gained = solution.balance, solution.energy_defect
     elastic, work = rows.elastic - rows.contact, eb.work(rows)
@@ -232,19 +234,21 @@ def warnings(case: Case, begin: Start, run: xr.DataTree) -> list[str]:
     from evolvent.results import statistics_of
 
     found = [text for text in (begin.warning, *advice.warnings(case)) if text]
-    root, time = run.to_dataset(), run["time"].values
+    root = run.to_dataset()
+    time = root["time"].values
     strain = np.abs(root.strain.values).max(axis=(1, 2))
     if float(strain.max()) > advice.STRAIN_WARNED:
         found.append(
-            f"the rib was strained by up to {100.0 * strain.max():.3g} %, at t = {time[np.argmax(strain)]:.6g} s, beyond "
-            f"what linear elasticity and most sections bear"
+            f"the rib was strained by up to {100.0 * strain.max():.3g} %, at t = {time[np.argmax(strain)]:.6g} s, "
+            f"beyond what linear elasticity and most sections bear"
         )
-    gaps = [run[f"contact-{k + 1}"]["gap"].values for k in range(case.rib.count)]
+    gaps = [group_of(run, f"contact-{k + 1}")["gap"].values for k in range(case.rib.count)]
     gap = np.min([np.fmin.reduce(own, axis=1, initial=np.inf) for own in gaps], axis=0)
     if float(gap.min()) < -advice.SUNK_WARNED * case.hub.radius:
         k = int(np.argmin(gap))
         found.append(
-            f"the rib sank {-gap[k]:.3g} m into the hub at t = {time[k]:.6g} s; take a greater contact.stiffness, or auto"
+            f"the rib sank {-gap[k]:.3g} m into the hub at t = {time[k]:.6g} s; take a greater "
+            f"contact.stiffness, or auto"
         )
     pivot = statistics_of(run).get("smallest_pivot", 1.0)
     if pivot < PIVOT_WARNED:

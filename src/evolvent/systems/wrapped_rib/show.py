@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, variables
 from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
@@ -231,7 +231,7 @@ def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     time, R, free = root.time.values, case.hub.radius, case.hub.motion == "free"
     around = np.linspace(0.0, 2.0 * np.pi, 181)
     whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)]
-    hub = run["hub"]["position"].values if free else np.zeros((time.size, 3))
+    hub = variables.group_of(run, "hub")["position"].values if free else np.zeros((time.size, 3))
     moments = _moments(root)
     for count, k in enumerate(moments):
         for b in range(root.sizes["rib"]):
@@ -312,7 +312,7 @@ def _force_figure(root: xr.Dataset, case: Case) -> Figure:
     samples = _of_ribs(root, "contact_force", named=True, width=0.7)
     for one, total in zip(samples, impulse, strict=True):
         single = {"label": "samples", "color": 6} if len(samples) == 1 else {"label": "", "style": ":"}
-        force.append(dataclasses.replace(one, **single))  # type: ignore[arg-type]
+        force.append(dataclasses.replace(one, **single))
         mean, label = mean_of_integral(time, total.y, window), f"mean of {window:.3g} s {one.label}".strip()
         force.append(Line(x=time, y=mean, label=label, color=one.color))
     torque = _resting_torque(case)
@@ -348,7 +348,9 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     if hold:
         length = case.rib.element_length
         at = length * (np.arange(case.rib.elements) + 0.5)
-        pressure = run["contact-1"]["point_force"].values[-1].reshape(at.size, -1).sum(axis=1) / length
+        pressure = (
+            variables.group_of(run, "contact-1")["point_force"].values[-1].reshape(at.size, -1).sum(axis=1) / length
+        )
         pressures, T, strip = [Line(x=at, y=pressure, color=0, width=THIN)], _resting_torque(case), case.strip
         if T is not None:
             pull = reference.wound_tension(strip, T, arc)
@@ -425,5 +427,5 @@ def motion(run: xr.DataTree) -> Motion | None:
     }
     lines = found.lines
     if case.phase != "deploy":
-        lines = [dataclasses.replace(line, values=dict(reversed(line.values.items()))) for line in lines]
+        lines = [dataclasses.replace(line, values=dict(reversed(list(line.values.items())))) for line in lines]
     return dataclasses.replace(found, lines=lines, numbers=numbers)

@@ -30,7 +30,6 @@ MOST_STEPS = 100_000_000
 WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
 #: Keys of what messages of the solvers name of the parts.
 KEYS = {"law": "contact.law", "damping": "contact.damping", "stiffness_damping": "damping.beta"}
-Root = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
 
 
 def stepping(case: Case) -> dict[str, Any]:
@@ -72,7 +71,7 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
         )
     solver = method if method == IMPLICIT else f"{method} with beams"  # which compiles more than without
 
-    def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Root]:
+    def solve(progress: Callable[[float], None] | None) -> tuple[Solution, results.Root]:
         every, kept = _with_whip(case, samples)
         with naming_keys(keys):
             found = (prepared or _prepared(case, assembly, every)).run(progress)
@@ -148,7 +147,7 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     string = estimating_string(case) if case.solver.step == "auto" else None
     if string is None or not math.isfinite(string.end_time):
         return samples, np.ones(samples.size, dtype=bool)
-    between = np.linspace(*(share * string.end_time for share in WHIP), WHIP_SAMPLES)
+    between = string.end_time * np.linspace(*WHIP, WHIP_SAMPLES)
     between = between[between < samples[-1]]
     after = np.clip(np.searchsorted(samples, between), 1, None)
     nearest = np.minimum(np.abs(samples[after - 1] - between), np.abs(samples[after] - between))

@@ -101,15 +101,12 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
 
 def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     """One rib."""
-    from evolvent import elements, parts
+    from evolvent import parts
 
     rib, damping = case.rib, case.damping
-    section: Any = elements.Rectangle(thickness=rib.thickness, width=rib.width)
-    if rib.tip_thickness is not None:
-        section = elements.Taper(root=section, tip=elements.Rectangle(thickness=rib.tip_thickness, width=rib.width))
     return parts.Beam(
         length=rib.length,
-        section=section,
+        section=rib.profile,
         material=rib.material,
         elements=rib.elements,
         formulation=rib.formulation,
