@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -38,4 +39,5 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
         motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False), least=1)
     if motion is None:
         raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
-    return animation.pack(motion)
+    lines = [dataclasses.replace(line, values={}) for line in motion.lines]  # nothing has a stress or a force yet
+    return animation.pack(dataclasses.replace(motion, lines=lines, forces=[], numbers={}))
