@@ -152,7 +152,8 @@ def test_names_are_proposed_and_refused():
     assert parts.proposed_name({"beam": BOOM}, "beam") == "beam 2"
     assert parts.proposed_name({"beam": BOOM, "beam 2": BOOM}, "beam 2") == "beam 3"
     assert list(parts.added({"hub": HUB}, " boom ", BOOM)) == ["hub", "boom"]
-    for name, said in (("hub", "already taken"), ("1st", "start with a letter"), ("a.b", "letters"), ("ground", "take")):
+    refused = {"hub": "already taken", "1st": "start with a letter", "a.b": "letters", "ground": "take"}
+    for name, said in refused.items():
         with pytest.raises(InputError, match=said):
             parts.added({"hub": HUB}, name, BOOM)
         if name != "hub":
@@ -168,7 +169,10 @@ def test_names_are_proposed_and_refused():
 
 
 def test_the_start_is_that_of_the_parts():
-    content = {"system": "structure", "parts": {"hub": HUB, "boom": BOOM | {"position": [0.2, 0, 0], "direction": [0, 0, 1]}}}
+    content = {
+        "system": "structure",
+        "parts": {"hub": HUB, "boom": BOOM | {"position": [0.2, 0, 0], "direction": [0, 0, 1]}},
+    }
     packed = preview.start_of(content)
     size = int.from_bytes(packed[:4], "little")
     header = json.loads(packed[4 : 4 + size])
