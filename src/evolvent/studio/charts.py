@@ -16,7 +16,7 @@ from evolvent.figures import Figure, Line, Panel
 MOST = 3000
 _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
 #: Characters of the name of a y axis, beyond which the legend stands above it.
-_LONG = 24
+_LONG = 18
 #: Styles of the lines of one run beside those of others.
 _OF_RUNS = ("-", "--", ":")
 VIRIDIS = ("#440154", "#472c7a", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")

@@ -29,6 +29,7 @@ class PartsView:
     def __init__(self, page: Page, key: str, content: Any, changed: Callable[[], None]) -> None:
         self.page, self.key, self._changed = page, key, changed
         self.content: parts.Parts = dict(content) if isinstance(content, Mapping) else {}
+        self._wrong = {} if isinstance(content, Mapping | None) else parts.problems(content, key)
         self._open: set[str] = set()
         self._cards: dict[str, _Card] = {}
         with ui.element("div").classes("ev-row"):
@@ -51,11 +52,12 @@ class PartsView:
 
     def problems(self) -> dict[str, str]:
         """What is wrong with the parts: dotted key -> sentence."""
-        return {
+        found = {
             f"{self.key}.{name}.{own}".rstrip("."): sentence
             for name, card in self._cards.items()
             for own, sentence in card.wrong.items()
         }
+        return found if self.content else self._wrong
 
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found, beside the key that it names; '' for nothing."""

@@ -57,7 +57,7 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, the case's start, runs ("run"), a measurement, a study, signals."""
+    """What the page shows beside the panels: nothing, the case's start, runs ("run"), a measurement, a study."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
