@@ -143,7 +143,7 @@ def _copies(run: xr.DataTree, own: dict[str, Any], x: Array, *, places: bool = T
 def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
     points = group[own["points"]].values
     values, named = {}, own.get("values", [])
-    for label, name in (named.items() if isinstance(named, dict) else [(n.replace("_", " "), n) for n in named]):
+    for label, name in named.items() if isinstance(named, dict) else [(n.replace("_", " "), n) for n in named]:
         found = group[name]
         label = f"{label} [{found.attrs.get('units', '1')}]"
         values[label] = found.values if found.ndim == 2 else np.repeat(found.values[:, None], points.shape[1], axis=1)
