@@ -36,7 +36,10 @@ def hub_with_boom(J: float, *, motion: str = "spin", **fields) -> Assembly:
     """A hub that a boom of 1 m along x is clamped to, at the hub's centre."""
     system = System()
     system.add(parts.RigidBody(motion=motion, mass=1.0, inertia=J), "hub")
-    system.add(parts.Beam(length=1.0, section=BAR, material=STEEL, **{"elements": 16, **fields}), "boom")
+    system.add(
+        parts.Beam(length=1.0, section=BAR, material=STEEL, **{"elements": 16, "formulation": "cable", **fields}),
+        "boom",
+    )
     system.add(parts.Joint(a="hub", b="boom.root", type="clamp"), "root")
     return system.assemble()
 
@@ -182,7 +185,7 @@ def test_gyroscopic_poles_are_those_of_the_modes():
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.03, 0.04)), "hub")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="hub"))
-    common = {"length": 1.0, "section": BAR, "material": STEEL, "elements": 6}
+    common = {"length": 1.0, "section": BAR, "material": STEEL, "elements": 6, "formulation": "cable"}
     for name, side in (("east", 1.0), ("west", -1.0)):
         system.add(parts.Beam(position=(0.1 * side, 0.0, 0.0), direction=(side, 0.0, 0.0), **common), name)
         system.add(parts.Joint(a=("hub", (0.1 * side, 0.0, 0.0)), b=f"{name}.root", type="clamp"))
@@ -209,7 +212,8 @@ def shaker(extension, rate, t, p):
 def test_the_frequency_response_is_that_of_a_simulation(book):
     """A damped cantilever with a mass at its tip, shaken from far away until it swings steadily."""
     amplitude, w = 1e-3, 20.0
-    soft = {"length": 1.0, "section": Rectangle(thickness=0.01, width=0.02), "elements": 4, "mass_damping": 6.0,
+    soft = {"length": 1.0, "section": Rectangle(thickness=0.01, width=0.02), "elements": 4,
+            "formulation": "cable", "mass_damping": 6.0,
             "material": Material(young_modulus=1e9, poisson_ratio=0.3, density=1000.0)}  # fmt: skip
 
     def compose(*, shaken: bool) -> Assembly:

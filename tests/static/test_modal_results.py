@@ -33,7 +33,7 @@ def mixed() -> System:
     common = {"length": 1.0, "section": Rectangle(thickness=0.05, width=0.08), "elements": 2}
     soft = Material(young_modulus=1e5, poisson_ratio=0.3, density=900.0)
     system.add(parts.Beam(position=(0.2, 0.0, 0.0), direction=(0.6, 0.8, 0.0), normal=(-0.8, 0.6, 0.0),
-                          material=soft, **common), "cable")  # fmt: skip
+                          material=soft, formulation="cable", **common), "cable")  # fmt: skip
     system.add(parts.Beam(position=(0.0, 0.2, 0.0), direction=(0.0, 0.6, 0.8), normal=(1.0, 0.0, 0.0), material=soft,
                           formulation="assumed_strain", **common), "rib")  # fmt: skip
     for place in ("hub", "wheel"):

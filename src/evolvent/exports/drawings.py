@@ -10,14 +10,11 @@ from evolvent import animation, plots
 from evolvent.results import unfinished
 
 if TYPE_CHECKING:
-
     from evolvent.figures import Figure
     from evolvent.motion import Motion
 
 
-def write(
-    run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]
-) -> list[str]:
+def write(run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]) -> list[str]:
     """Write figures and animation (`animation.of_run`) of a run into a folder; returns the files' paths.
 
     Raises

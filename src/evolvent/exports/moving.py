@@ -16,7 +16,6 @@ from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import unfinished, writing
 
 if TYPE_CHECKING:
-
     from evolvent.motion import Motion
 
 
@@ -162,9 +161,7 @@ def _times(motion: Motion, request: Request, kind: _Kind) -> tuple[np.ndarray, f
     return np.linspace(motion.time[0], motion.time[-1], frames), speed, length
 
 
-def _drawn(
-    run: Any, motion: Motion, time: np.ndarray, size: tuple[int, int], request: Request
-) -> Iterator[np.ndarray]:
+def _drawn(run: Any, motion: Motion, time: np.ndarray, size: tuple[int, int], request: Request) -> Iterator[np.ndarray]:
     return pictures(motion, time, size=size, inertial=request.axes != "body", label=unfinished(run))
 
 

@@ -20,7 +20,6 @@ from evolvent.exports.request import counted
 from evolvent.results import WELL, made_with, statistics_of, unfinished, writing
 
 if TYPE_CHECKING:
-
     from evolvent.figures import Figure
 
 #: Largest figure that is kept as lines; a larger one is kept as points, bytes.

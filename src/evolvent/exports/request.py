@@ -12,7 +12,6 @@ from evolvent import animation, cases
 from evolvent.errors import InputError
 
 if TYPE_CHECKING:
-
     from evolvent.motion import Motion
 
 #: Size above which a file is written only if that is asked for, bytes.

@@ -20,7 +20,6 @@ from evolvent.motion import turned
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
-
     from evolvent.motion import Motion
 
 #: Samples that are written unless more are asked for.

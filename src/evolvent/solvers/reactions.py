@@ -41,7 +41,10 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> N
         residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         if factor_at(t, y, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
             continue  # singular there: what the method carries stays
-        accelerations_at(t, y, model, matrix, work, A, la)
+        try:
+            accelerations_at(t, y, model, matrix, work, A, la)
+        except Exception:  # noqa: BLE001  (of a user's law, which it evaluates beside the sample as well)
+            continue
         if not (is_finite(A) and is_finite(la)):
             continue
         residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
