@@ -1,4 +1,4 @@
-"""Figure of the guide "Model your own structure": ``python docs/images/boom_slew.py`` writes boom-slew.png beside it."""
+"""Figure of the guide "Model your own structure": `python docs/images/boom_slew.py` writes boom-slew.png here."""
 
 import pathlib
 

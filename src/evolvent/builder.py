@@ -22,8 +22,8 @@ Array = np.ndarray
 
 #: Pools of constants in `model.Flexible`, with the shape of one entry.
 _POOLS: dict[str, tuple[int, ...]] = {
-    "H24": (28, 28), "h24": (28,), "U24": (), "bend24": (28, 28), "M24": (8, 8),
-    "H12": (6, 6), "h12": (6,), "U12": (), "bend12": (6,), "B12": (2, 4), "M12": (4, 4),
+    "H24": (28, 28), "h24": (28,), "U24": (), "M24": (8, 8),
+    "H12": (6, 6), "h12": (6,), "U12": (), "B12": (2, 4), "M12": (4, 4),
 }  # fmt: skip
 #: Fields that hold a place in the state vector's second part, counted from its start while parts are written.
 _VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none

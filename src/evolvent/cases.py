@@ -110,6 +110,17 @@ def _outside_cases() -> dict[str, str]:
     return found
 
 
+def unusable() -> list[str]:
+    """Sentences on systems of other packages that cannot be loaded."""
+    found = []
+    for name in _outside():
+        try:
+            system(name)
+        except InputError as error:
+            found.append(str(error))
+    return found
+
+
 def built_in() -> dict[str, str]:
     """Built-in cases, name -> what it is (the first line of its text); last those of systems of other packages."""
     first = {name: text(name).partition("\n")[0] for name in [*_files(), *_outside_cases()]}
@@ -272,7 +283,10 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
 
 def solver_keys(case: Section) -> dict[str, str]:
     """Keys of a case that say what arguments of the solvers do: argument -> key (see `evolvent.errors.in_keys`)."""
-    fields = type(case.solver).model_fields  # type: ignore[attr-defined]
+    solver = getattr(case, "solver", None)
+    if solver is None:
+        return dict(system(case.system).keys)  # type: ignore[attr-defined]
+    fields = type(solver).model_fields
     return {"tolerance": "solver.rtol"} | {name: f"solver.{name}" for name in fields}
 
 
@@ -450,7 +464,7 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
         If it has no ``=`` or no key.
     """
     key, equals, value = assignment.partition("=")
-    if not equals or not re.fullmatch(r"\w[\w -]*(\.\w[\w -]*)*", key.strip()):
+    if not equals or not re.fullmatch(r"\w+(\.\w[\w -]*)*", key.strip()):
         raise InputError(f"--set {assignment!r} is not of the form key.path=value, such as blade.nodes=40")
     return key.strip(), parse_yaml(value, f"--set {assignment}")
 

@@ -122,6 +122,8 @@ def list_cases() -> None:
     width = max(len(name) for name in found)
     for name, what in found.items():
         click.echo(f"{name:<{width}}  {what}")
+    for sentence in cases.unusable():
+        click.echo(f"evolvent: {sentence}", err=True)
 
 
 @commands.command()

@@ -73,8 +73,9 @@ RECORDS: dict[str, np.dtype] = {
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
-    # form, mass: places in the pools of `Flexible`; force, tangent, energy: addresses of `kernels.element_calls`
-    "elements": _record("beam iq iv form mass force tangent energy", "length alpha beta thickness"),
+    # form, bending, mass: places in the pools of `Flexible`, bending of the form of that alone; force, tangent, energy:
+    # addresses of `kernels.element_calls`
+    "elements": _record("beam iq iv form bending mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
@@ -149,7 +150,6 @@ class Flexible(Struct):
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
-    bend24, bend12 : (k, 28, 28), (k, 6) float, the parts of H24 and h12 that are bending
     B12 : (k, 2, 4) float, curvature of cables at two points (`evolvent.elements.cable_bending`); B0 : none
     G : (nv,) float, weight
     masses : (N, 8) float, factors of the beams' masses, a row a nodal vector (`linalg.banded_solve_vectors`)
@@ -180,8 +180,6 @@ class Flexible(Struct):
     U12: Array = array(1)
     M24: Array = array(3)
     M12: Array = array(3)
-    bend24: Array = array(3)
-    bend12: Array = array(2)
     B12: Array = array(3)
     B0: Array = array(2)
     G: Array = array(1)

@@ -22,6 +22,7 @@ class System:
     Parameters
     ----------
     gravity : (3,) float, m/s2, inertial frame; acts on every mass
+    title : str, what the system is, for the titles of pictures
     settings : mapping, optional, arguments that `simulate` takes where they are left out
 
     Examples
@@ -34,13 +35,18 @@ class System:
     """
 
     def __init__(
-        self, gravity: Sequence[float] = (0.0, 0.0, 0.0), *, settings: Mapping[str, Any] | None = None
+        self,
+        gravity: Sequence[float] = (0.0, 0.0, 0.0),
+        *,
+        title: str = "",
+        settings: Mapping[str, Any] | None = None,
     ) -> None:
         self._gravity = np.array(gravity, dtype=float)
         if self._gravity.shape != (3,) or not np.all(np.isfinite(self._gravity)):
             raise InputError(f"gravity is {gravity!r}; it must be 3 finite numbers")
         self._parts: dict[str, Part] = {}
         self.settings = dict(settings or {})
+        self.title = title
 
     def add(self, part: Part, name: str | None = None) -> str:
         """Add a part; later parts refer to it by the name that is returned.
@@ -73,7 +79,7 @@ class System:
 
     def copy(self) -> System:
         """The same parts in a system of its own."""
-        other = System(gravity=self._gravity.tolist(), settings=self.settings)
+        other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings)
         other._parts = dict(self._parts)
         return other
 
@@ -135,13 +141,18 @@ class System:
 
         given = {"until": until, "every": every, "method": method, "step": step, "tolerance": tolerance}
         given["spectral_radius"] = spectral_radius
-        settings = self.settings | {name: value for name, value in given.items() if value is not None}
+        own = self.settings
+        if method is not None and method != own.get("method", method):  # step and tolerances are of another method
+            own = {name: value for name, value in own.items() if name in ("until", "every")}
+        settings = own | {name: value for name, value in given.items() if value is not None}
         if "until" not in settings:
             raise InputError("until is missing; give the end of the run, such as until='20 s'")
         for name in ("until", "every", "step"):
             if name in settings:
                 settings[name] = analysis.seconds(name, settings[name])
-        run = analysis.simulate(self.assemble(), case=self._case(settings), progress=progress, **settings)
+        run = analysis.simulate(
+            self.assemble(), case=self._case(settings), title=self.title, progress=progress, **settings
+        )
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         return run
@@ -178,8 +189,9 @@ class System:
             tolerance=tolerance, progress=progress,
         )  # fmt: skip
         run = analysis.tree(
-            found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads"
-        )
+            found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads",
+            title=self.title,
+        )  # fmt: skip
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         return run
@@ -264,6 +276,8 @@ class System:
             if found.get(name) is not None:
                 found[name] = f"{analysis.seconds(name, found[name])!r} s"
         content: dict[str, Any] = {"system": "structure"}
+        if self.title:
+            content["title"] = self.title
         if np.any(self._gravity):
             content["gravity"] = self._gravity.tolist()
         content["parts"] = {name: self._written(name) for name in self._parts}

@@ -1,23 +1,24 @@
-"""Runs that no solver has made: data sets with a run's variables, filled from the closed forms of `reference`."""
+"""Runs that no solver has made: trees with a run's variables, filled from the closed forms of `reference`."""
 
 from __future__ import annotations
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.results import label, variable
+from evolvent.results import attributes, variable
 from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.dataset import CAUSES
+from evolvent.systems.wrapped_rib.results import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
 HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}
 DEPLOY = {"phase": "deploy", "damping": {"alpha": 0}}
 
 
-def synthetic(content, overrides=None) -> xr.Dataset:
+def synthetic(content, overrides=None) -> xr.DataTree:
     """A run of the phase that `content` has, as the closed forms have it; all ribs alike."""
     case = cases.load({"system": "wrapped-rib", **content}, overrides)
     strip, drive = case.strip, case.drive
@@ -49,13 +50,17 @@ def synthetic(content, overrides=None) -> xr.Dataset:
         kinetic = reference.bending_energy(strip) * free / strip.length
         work, drag, struck = zero, zero, zero
     count = case.rib.count
-    flat = np.stack(
-        [
-            [reference.string_shape(strip, arc, wrap=w, swing=th, at=2.0 * np.pi * b / count) for b in range(count)]
-            for w, th in zip(wrap, swing, strict=True)
-        ]
-    )
-    position = np.concatenate([flat, np.zeros((*flat.shape[:-1], 1))], axis=-1)
+
+    def shape(arc):
+        flat = np.stack(
+            [
+                [reference.string_shape(strip, arc, wrap=w, swing=th, at=2.0 * np.pi * b / count) for b in range(count)]
+                for w, th in zip(wrap, swing, strict=True)
+            ]
+        )
+        return np.concatenate([flat, np.zeros((*flat.shape[:-1], 1))], axis=-1)
+
+    position, nodes = shape(arc), np.linspace(0.0, strip.length, case.rib.elements + 1)
     on_hub = arc[None, :] <= strip.radius * wrap[:, None] + 1e-9
     curvature = on_hub / strip.radius
     tension = np.where(on_hub, reference.wound_tension(strip, torque, arc), 0.0)
@@ -82,6 +87,7 @@ def synthetic(content, overrides=None) -> xr.Dataset:
         "hub_angle": (("time",), zero, "rad"),
         "curvature": (("time", "rib", "point"), of_ribs(curvature), "1/m"),
         "tension": (("time", "rib", "point"), of_ribs(tension), "N"),
+        "strain": (("time", "rib", "point"), of_ribs(tension / strip.axial_stiffness), "1"),
         "energy_kinetic": (("time",), kinetic, "J"),
         "energy_membrane": (("time",), zero, "J"),
         "energy_bending": (("time",), bending, "J"),
@@ -91,16 +97,62 @@ def synthetic(content, overrides=None) -> xr.Dataset:
         "work_external": (("time",), work, "J"),
         "energy_balance": (("time",), balance, "1"),
         "angular_momentum": (("time", "axis"), np.zeros((401, 3)), "kg m2/s"),
-        "linear_momentum": (("time", "axis"), np.zeros((401, 3)), "kg m/s"),
+        "momentum": (("time", "axis"), np.zeros((401, 3)), "kg m/s"),
     }
-    found = xr.Dataset({name: variable(dims, values, unit, name) for name, (dims, values, unit) in data.items()})
-    found = found.assign_coords(
+    root = _dataset(data).assign_coords(
         time=variable(("time",), time, "s", "time"),
         arc=variable(("point",), arc, "m", "length from the root"),
         cause=("cause", list(CAUSES)),
         axis=("axis", ["x", "y", "z"]),
         rib=("rib", np.arange(1, count + 1)),
     )
+    places, step = shape(nodes), strip.length / case.rib.elements
+    pressed = tension[:, :-1].reshape(401, case.rib.elements, -1).mean(axis=-1) / strip.radius * step
+    groups = {"hub": _hub(case), **{f"rib-{b + 1}": _rib(case, places[:, b], nodes) for b in range(count)}}
+    for b in range(count):
+        groups[f"contact-{b + 1}"] = _contact(f"rib-{b + 1}", pressed, nodes[:-1] + 0.5 * step)
+    found = xr.DataTree.from_dict({"/": root, **groups})
     solution = SimpleNamespace(status="success", message="", statistics={"steps": 401}, wall_time=0.1, compile_time=0.0)
     text = cases.to_yaml(case)
-    return label(found, system=case.system, case=text, method="closed forms", solution=solution, laws={})
+    found.attrs = attributes(system=case.system, case=text, method="closed forms", solution=solution, laws={})
+    return found
+
+
+def _dataset(data, drawn=()) -> xr.Dataset:
+    found = xr.Dataset({name: variable(dims, values, unit, name) for name, (dims, values, unit) in data.items()})
+    found.attrs = {"drawn": json.dumps(list(drawn)), "plots": "[]", "kind": "part"}
+    return found
+
+
+def _hub(case) -> xr.Dataset:
+    data = {
+        "position": (("time", "axis"), np.zeros((401, 3)), "m"),
+        "attitude": (("time", "quaternion"), np.tile([1.0, 0.0, 0.0, 0.0], (401, 1)), "1"),
+    }
+    half, radius = 0.5 * case.hub.height, case.hub.radius
+    solid = {"profile": [[-half, radius], [half, radius]], "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0]}
+    return _dataset(
+        data, [{"frame": {"origin": "position", "attitude": "attitude", "solids": [{"revolution": solid}]}}]
+    )
+
+
+def _rib(case, places, nodes) -> xr.Dataset:
+    slope = np.gradient(places, nodes, axis=1)
+    data = {
+        "position": (("time", "node", "axis"), places, "m"),
+        "slope": (("time", "node", "axis"), slope, "1"),
+        "width_direction": (("time", "node", "axis"), np.broadcast_to([0.0, 0.0, 1.0], places.shape), "1"),
+        "curvature": (("time", "node"), np.zeros(places.shape[:2]), "m-1"),
+        "axial_force": (("time", "node"), np.zeros(places.shape[:2]), "N"),
+    }
+    line = {"points": "position", "slope": "slope", "length": case.rib.length, "values": ["curvature", "axial_force"]}
+    line |= {"kind": "line", "width": case.rib.width, "across": "width_direction"}
+    return _dataset(data, [{"line": line}]).assign_coords(arc_node=("node", nodes))
+
+
+def _contact(rib, forces, arc) -> xr.Dataset:
+    pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": "hub", "centre": [0.0] * 3}
+    found = _dataset(
+        {"point_force": (("time", "contact_point"), forces, "N")}, [{"pushes": pushes | {"axis": [0, 0, 1]}}]
+    )
+    return found.assign_coords(arc=("contact_point", arc), beam=("contact_point", [rib] * arc.size))

@@ -103,10 +103,13 @@ def test_a_step_that_is_stable_and_yet_too_long_fails_and_keeps_what_it_has():
     [
         ({"solver.step": "2 ms"}, "above the stability limit 0.00144"),
         ({"solver.step": "10 ms"}, "too large for the contact"),
-        ({"drive": {"kind": "tip", "rate": 1}}, "drive.kind is 'tip', which moves the tip"),
-        ({"drive": {"kind": "hub", "rate": 1}, "hub.motion": "driven"}, "drive.kind is 'hub', which moves the hub"),
-        ({"contact.friction": 0.2}, "contact.friction is 0.2, which is known step by step"),
-        ({"contact.self": True}, "contact.self is true, which rk4 does not know"),
+        ({"drive": {"kind": "tip", "rate": 1}}, "'drive-1' is a joint driven along a path, which rk4"),
+        (
+            {"drive": {"kind": "hub", "rate": 1}, "hub.motion": "driven"},
+            "'turn' is a joint driven along a path, which rk4",
+        ),
+        ({"contact.friction": 0.2}, "'contact-1' is a contact with friction, which rk4"),
+        ({"contact.self": True}, "'layer-1' is a layer on other turns, which rk4"),
         ({"rib.formulation": "full", "solver.duration": 600}, "more than 1e+08; shorten solver.duration"),
     ],
 )

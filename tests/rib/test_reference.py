@@ -144,13 +144,6 @@ def test_strong_drag_winds_a_string_at_a_rate_that_the_drag_allows(alpha):
     assert found.end_time == pytest.approx(alpha * m / T * (swing + wind), rel=5e-3 / alpha + 1e-6)
 
 
-def test_work_of_a_couple_at_the_hinge():
-    assert reference.bending_energy(PAPER) == pytest.approx(5.625e-6, rel=1e-12)
-    assert reference.couple_work(T) == pytest.approx(0.31416, rel=1e-4)
-    least = reference.least_couple(PAPER)
-    assert reference.couple_work(least) == pytest.approx(reference.bending_energy(PAPER), rel=1e-12)
-
-
 def test_deployment():
     assert reference.deployment_speed(PAPER) == pytest.approx(0.01398, abs=1e-5)
     assert reference.deployment_time(PAPER) == pytest.approx(8587.0, abs=1.0)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+import html
 import math
+import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -263,6 +265,10 @@ def test_a_run_comes_back_from_its_file(name: str, tmp_path: Any) -> None:
     assert len(drawn) >= 2
     for path in plots.draw(drawn, tmp_path / "figures"):
         assert (tmp_path / "figures" / path).stat().st_size > 5000
+    title = cases.content_of(name)["title"]
+    page = pathlib.Path(back.ev.animate(tmp_path / "motion.html")).read_text(encoding="utf-8")
+    assert found.attrs["title"] == title == found.ev.motion().title
+    assert f"<title>{html.escape(title)}</title>" in page or title in page
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -272,6 +278,7 @@ def test_a_system_written_and_read_gives_the_same_numbers(name: str) -> None:
     text = system.to_yaml()
     again = ev.load(cases.parse_yaml(text, "text"))
     assert again.parts == system.parts
+    assert again.title == system.title
     assert again.to_yaml() == text
     until = 0.1 * system.settings["until"]
     one, other = (each.simulate(until=until) for each in (system, again))

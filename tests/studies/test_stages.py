@@ -226,6 +226,6 @@ def test_figures_of_all_stages_where_all_vary(chain):
     chain["keep"] = ["wind.tip_speed", "deploy.tip_speed"]
     found = wrapped_rib.study_figures(studies.sweep(chain))
     assert set(found) == {"wind_tip_speed", "wind_peak", "deploy_tip_speed", "deploy_peak"}
-    runs, string = found["wind_peak"].axes[0].lines
-    assert len(runs.get_ydata()) == len(string.get_ydata()) == 2
-    assert len(found["deploy_peak"].axes[0].lines) == 1  # no light string there
+    runs, string = found["wind_peak"].panels[0].lines
+    assert len(runs.y) == len(string.y) == 2
+    assert len(found["deploy_peak"].panels[0].lines) == 1  # no light string there

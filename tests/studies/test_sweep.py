@@ -104,7 +104,7 @@ def test_a_system_may_run_batches(study, reference, monkeypatch):
         sizes.append(len(batch))
         return [heliogyro.plan(case).run() for case in batch]
 
-    monkeypatch.setattr(heliogyro, "run_batch", run_batch, raising=False)
+    monkeypatch.setattr(heliogyro.SYSTEM, "run_batch", run_batch)
     found = studies.sweep(study | {"batch": 4})
     assert sizes == [4, 2]
     xr.testing.assert_equal(found, reference)
@@ -114,7 +114,7 @@ def test_a_batch_that_raises_is_taken_apart(study, reference, monkeypatch):
     def run_batch(batch):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(heliogyro, "run_batch", run_batch, raising=False)
+    monkeypatch.setattr(heliogyro.SYSTEM, "run_batch", run_batch)
     xr.testing.assert_equal(studies.sweep(study), reference)
 
 
@@ -418,5 +418,5 @@ def test_figures(study, reference, tmp_path, monkeypatch):
     assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate, rad/s", "blade.nodes"]
     from matplotlib.figure import Figure
 
-    monkeypatch.setattr(heliogyro, "study_figures", lambda dataset: {"own": Figure()}, raising=False)
+    monkeypatch.setattr(heliogyro.SYSTEM, "study_figures", lambda dataset: {"own": Figure()})
     assert [os.path.basename(path) for path in draw.write(reference, tmp_path)] == ["own.png"]

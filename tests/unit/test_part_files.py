@@ -141,7 +141,11 @@ BEAM = {"kind": "beam", "length": 1, "section": {"rod": "1 cm"}, "material": "st
 BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no mapping": ([1], (), r"parts is \[1\]; it must be a mapping of names to parts"),
     "a part that is none": ({"hub": 3}, ("hub",), "parts.hub is 3; it must be a mapping"),
-    "no kind": ({"hub": {"mass": 1}}, ("hub", "kind"), "parts.hub.kind is missing; known: beam, cylinder-contact, "),
+    "no kind": (
+        {"hub": {"mass": 1}},
+        ("hub", "kind"),
+        "parts.hub.kind is missing; known: beam, custom-force, cylinder-contact, ",
+    ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},
         ("hub", "kind"),
@@ -438,7 +442,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
             parts.Joint(a="boom.tip", b="next.root", type="clamp"),
             "held.type is 'clamp', which two beams do not take yet",
         ),
-        (parts.RotationalSpring(body="hub", node="bob"), "held.node is 'bob'; it must be a node of a beam"),
+        (parts.RotationalSpring(a="hub", b="bob"), "held.b is 'bob'"),
         (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),
     ],
 )

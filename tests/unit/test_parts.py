@@ -91,7 +91,7 @@ BAD = {
     "spring: a law of another kind": (lambda: [POINT, parts.Spring(**AT, law=drag)], "@evolvent.spring_law"),
     "load: no beam at all": (
         lambda: [body(), parts.DistributedTorque(beam="rib", torque=1.0)],
-        "no beam is called 'rib'; there is none",
+        "'distributedtorque-1' refers to 'rib', but no part is called that",
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
     "link: wrong length": (lambda: [POINT, parts.Link(**AT, length=2.0)], "'link-1'"),
@@ -134,18 +134,24 @@ BAD = {
         lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
         "reel.angle is",
     ),
-    "feed: rate nan": (lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()], "reel.rate is nan"),
+    "feed: rate nan": (
+        lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()],
+        "ConstantDrive.rate is nan",
+    ),
     "ramp: out of order": (
         lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
         "1.0 s",
     ),
     "ramp: negative duration": (
         lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, -1.0, 1.0)])), thread()],
-        "duration",
+        "RampDrive.steps.0.1 is -1.0",
     ),
-    "ramp: rate nan": (lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()], "reel.steps"),
-    "table: nan": (lambda: [body(), table(rate=(0.0, nan)), thread()], "row 2"),
-    "table: time nan": (lambda: [body(), table(time=(nan, 1.0)), thread()], "row 1"),
+    "ramp: rate nan": (
+        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()],
+        "RampDrive.steps.0.2 is nan",
+    ),
+    "table: nan": (lambda: [body(), table(rate=(0.0, nan)), thread()], "TableDrive.rate.1 is nan"),
+    "table: time nan": (lambda: [body(), table(time=(nan, 1.0)), thread()], "TableDrive.time is (nan, 1.0)"),
     "table: backwards": (lambda: [body(), table(time=(1.0, 0.0)), thread()], "row 2"),
     "table: one row": (lambda: [body(), table(time=(1.0,), rate=(1.0,)), thread()], "two or more"),
     "table: unequal": (lambda: [body(), table(rate=(0.0, 1.0, 2.0)), thread()], "3 values"),
@@ -157,13 +163,16 @@ BAD = {
     ),
     "free spool: negative inertia": (
         lambda: [body(), reel(feed=parts.FreeSpool(inertia=-1.0)), thread()],
-        "reel.inertia is -1.0",
+        "FreeSpool.inertia is -1.0",
     ),
     "uniform: unknown thread": (
         lambda: [*BLADE, parts.UniformLoad(thread="blad", force=(0, 0, 1))],
         "did you mean 'blade'",
     ),
-    "uniform: force": (lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0))], "uniformload-1.force"),
+    "uniform: force": (
+        lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0))],
+        "UniformLoad.force is (0, 0)",
+    ),
     "uniform: frame": (
         lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0, 1), frame="bodi")],
         "did you mean 'body'",

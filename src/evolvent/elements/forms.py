@@ -73,7 +73,7 @@ def product_row(a: Array, b: Array) -> Array:
 
 def nodal_vectors(e: ArrayLike) -> Array:
     """The vectors of an element with coordinates e : (24,) or (12,); (7, 3) or (3, 3)."""
-    x = np.asarray(e, dtype=float).reshape(-1, 3)
+    x = np.asarray(e, dtype=np.result_type(e, float)).reshape(-1, 3)
     v = x[1:].copy()
     v[len(v) // 2] -= x[0]
     return v

@@ -109,25 +109,28 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))
 def beam_energies(y, first, last, model, out):
-    """out : (3,) += kinetic and elastic energy, and the bending energy of cables, J, of elements `first` to `last`."""
+    """out : (3,) += kinetic and elastic energy, and that of bending alone, J, of elements `first` to `last`."""
     flexible = model.flexible
     beams, elements, work = flexible.beams, flexible.elements, flexible.work
     for k in range(first, last):
-        iq, iv, mass, form = elements[k].iq, elements[k].iv, elements[k].mass, elements[k].form
+        iq, iv, mass, form, bending = (
+            elements[k].iq,
+            elements[k].iv,
+            elements[k].mass,
+            elements[k].form,
+            elements[k].bending,
+        )
         energy = element_energy_at(model.addresses[elements[k].energy])
         if beams[elements[k].beam].kind == CABLE:
             e, u = y[iq : iq + 12], y[iv : iv + 12]
             out[0] += ancf.kinetic_energy(flexible.M12[mass], u)
             out[1] += energy(e, flexible.H12[form], flexible.h12[form], flexible.U12[form], work)
-            v, g = work[:9], work[9:15]
-            ancf.nodal_vectors(e, 3, v)
-            ancf.products(v, 3, g)
-            for i in range(6):
-                out[2] -= flexible.bend12[form, i] * g[i]
+            out[2] += energy(e, flexible.H12[bending], flexible.h12[bending], flexible.U12[bending], work)
         else:
             e, u = y[iq : iq + 24], y[iv : iv + 24]
             out[0] += ancf.kinetic_energy(flexible.M24[mass], u)
             out[1] += energy(e, flexible.H24[form], flexible.h24[form], flexible.U24[form], work)
+            out[2] += energy(e, flexible.H24[bending], flexible.h24[bending], flexible.U24[bending], work)
 
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR, VECTOR))

@@ -33,11 +33,13 @@ def observe_beam(view: View, name: str) -> Observed:
     sums = view.beam_sums(index)
     found.scalar("energy_kinetic", sums.kinetic, "J", "kinetic energy")
     found.scalar("energy_elastic", sums.elastic, "J", "strain energy")
+    found.scalar("energy_bending", sums.bending, "J", "strain energy of bending")
     found.vector("momentum", sums.linear, "kg m s-1", "linear momentum, inertial axes")
     found.vector("angular_momentum", sums.angular, "kg m2 s-1", "angular momentum about the inertial origin")
     found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
     found.coordinate("arc_node", "node", np.linspace(0.0, length, count + 1), "m", "length from the root to the node")
-    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length, "values": ["curvature"]}
+    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
+    line["values"] = ["curvature", "axial_force"]
     found.drawn = [{"line": line | _section_drawn(part.section, nodes, axes, found)}]
     found.plots = ["tip_deflection"]
     return found

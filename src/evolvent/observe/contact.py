@@ -34,5 +34,8 @@ def observe_contact(view: View, name: str) -> Observed:
     found.coordinate(
         "beam", "contact_point", np.array([names[int(k)] for k in owner]), "1", "beam of the contact point"
     )
+    part = view.part(name)
+    pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
+    found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
     found.plots = ["normal_force", "points"]
     return found

@@ -22,11 +22,11 @@ def observe_custom(view: View, name: str) -> Observed:
         values[k] = law(float(t), x[k].ravel(), v[k].ravel(), parameters, forces[k].reshape(-1))
     found.along("places", "place", x, "m", "places, inertial axes")
     found.along("force", "place", forces, "N", "force on each place, inertial axes")
-    found.scalar("energy", values[:, 0], "J", "energy stored")
+    found.scalar("energy_elastic", values[:, 0], "J", "energy stored")
     found.scalar("dissipation", values[:, 1], "W", "power dissipated")
     if x.shape[1] > 1:
         found.drawn = [{"line": {"points": "places", "kind": "spring" if x.shape[1] == 2 else "line"}}]
-    found.plots = ["energy"]
+    found.plots = ["energy_elastic"]
     return found
 
 

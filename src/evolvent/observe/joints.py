@@ -264,7 +264,7 @@ def observe_hinge(view: View, name: str) -> Observed:
     found.scalar("angle", angle, "rad", "angle of the second side as seen from the first, any number of turns")
     found.scalar("rate", rate, "rad s-1", "rate of the angle")
     found.scalar("torque", torque, "N m", "torque of spring, damper, stops and latch that resists the angle")
-    found.scalar("energy", energy, "J", "energy of spring, stops and latch")
+    found.scalar("energy_elastic", energy, "J", "elastic energy of spring, stops and latch")
     found.scalar("dissipation", lost, "W", "power dissipated by the dampers of hinge and latch")
     found.scalar("latched", latched, "1", "1 once the latch has locked")
     found.scalar("latch_time", np.full(view.t.size, latch_time(view, index)), "s", "time at which the latch has locked")

@@ -48,6 +48,7 @@ class BeamSums(NamedTuple):
 
     kinetic: Array
     elastic: Array
+    bending: Array
     linear: Array
     angular: Array
 
@@ -187,7 +188,7 @@ class View:
         for y, values in zip(self.y, out, strict=True):
             flexible.beam_energies(y, first, last, self.model, values[:3])
             flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
-        return BeamSums(out[:, 0], out[:, 1], out[:, 3:6], out[:, 6:])
+        return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
 
     @functools.cached_property
     def contacts(self) -> tuple[Array, Array]:

@@ -262,7 +262,7 @@ class Beam(Part):
         if not damped <= set(range(n)):
             odd = next(k for k in self.damped or () if k not in range(n))
             raise InputError(f"{name}.damped holds {odd!r}; it must hold numbers of elements, from 0 to {n - 1}")
-        form = mass = -1
+        form = bending = mass = -1
         kinds = element_calls.CABLES if kind == kernels.CABLE else element_calls.BEAMS
         if self.formulation == "cable_stretch":
             kinds = element_calls.STRETCH_CABLES
@@ -272,7 +272,7 @@ class Beam(Part):
             if i == 0 or tapered or self.rest == "start":
                 section = self.section.between(i / n, (i + 1) / n)
                 rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
-                form, mass = self._constants(builder, self.length / n, section, rest)
+                form, bending, mass = self._constants(builder, self.length / n, section, rest)
             functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.ELASTIC]
             builder.add(
                 "elements",
@@ -280,6 +280,7 @@ class Beam(Part):
                 iq=q + 3 * k * i,
                 iv=v + 3 * k * i,
                 form=form,
+                bending=bending,
                 mass=mass,
                 force=jit.slot(functions.force),
                 tangent=jit.slot(functions.tangent),
@@ -291,21 +292,23 @@ class Beam(Part):
 
     def _constants(
         self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None
-    ) -> tuple[int, int]:
-        """Places of an element's form and mass in the pools."""
+    ) -> tuple[int, int, int]:
+        """Places in the pools of an element's form, of its bending alone, and of its mass."""
         if self.formulation in CABLES:
-            parts = elements.cable_parts(length, section, self.material, rest=rest)
-            whole = parts["membrane"] + parts["bending"]
-            if self.formulation == "cable_stretch":
-                whole = elements.cable_stretch_form(length, section, self.material, rest=rest)
+            stretch = self.formulation == "cable_stretch"
+            split = elements.cable_stretch_parts if stretch else elements.cable_parts
+            make = elements.cable_stretch_form if stretch else elements.cable_form
+            bent = split(length, section, self.material, rest=rest)["bending"]
+            whole = make(length, section, self.material, rest=rest)
             mass = builder.pooled(M12=elements.cable_mass(length, section, self.material))
             B = elements.cable_bending(length, section, self.material)
-            form = builder.pooled(H12=whole.H, h12=whole.h, U12=whole.U0, bend12=parts["bending"].h, B12=B)
-            return form, mass
+            form, bending = (builder.pooled(H12=of.H, h12=of.h, U12=of.U0, B12=B) for of in (whole, bent))
+            return form, bending, mass
         parts = elements.beam_parts(self.formulation, length, section, self.material, rest=rest)
         whole = parts["membrane"] + parts["bending"] + parts["torsion"] + parts["section"]
         mass = builder.pooled(M24=elements.beam_mass(length, section, self.material))
-        return builder.pooled(H24=whole.H, h24=whole.h, U24=whole.U0, bend24=parts["bending"].H), mass
+        form, bending = (builder.pooled(H24=of.H, h24=of.h, U24=of.U0) for of in (whole, parts["bending"]))
+        return form, bending, mass
 
 
 def _slopes(x: np.ndarray, length: float, xi: np.ndarray, *, order: int) -> np.ndarray:

@@ -48,12 +48,22 @@ class DistributedTorque(Part):
 
     Parameters
     ----------
-    beam : name of a beam
-    torque : float, N m, constant
-    profile : its value, N m, as a function of time, in place of `torque`
-    centre, axis : (3,) float, m and plain, inertial axes
-    start, end : float, s, between which it acts; without an end it goes on
-    ramp : float, s, over which it grows smoothly; in statics it has grown
+    beam : str
+        The beam.
+    torque : float, N m, optional
+        Of a constant torque.
+    profile : optional
+        Value of the torque, N m, as a function of time.
+    centre : (3,) float, m
+        A point on the axis, inertial axes.
+    axis : (3,) float
+        Inertial axes.
+    start : float, s
+        When the load begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["distributed-torque"] = "distributed-torque"
@@ -82,10 +92,20 @@ class LineLoad(Part):
 
     Parameters
     ----------
-    beam : name of a beam
-    force : (3,) float, N/m, inertial axes, constant
-    direction : (3,) float, and profile : its value, N/m, as a function of time, in place of `force`
-    start, end, ramp : as of `DistributedTorque`
+    beam : str
+        The beam.
+    force : (3,) float, N/m, optional
+        Of a constant load, inertial axes.
+    direction : (3,) float, optional
+        Of a load that follows a profile, inertial axes.
+    profile : optional
+        Value of the load along `direction`, N/m, as a function of time.
+    start : float, s
+        When the load begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["line-load"] = "line-load"
@@ -117,10 +137,18 @@ class SlopeLoad(Part):
 
     Parameters
     ----------
-    at : a node of a beam ("boom.tip")
-    slope : int, 1 the slope along the axis, 2 and 3 those across
-    force : (3,) float, N m, inertial axes
-    start, end, ramp : as of `DistributedTorque`
+    at : place
+        A node of a beam ("boom.tip").
+    slope : int
+        1 the slope along the axis, 2 and 3 those across.
+    force : (3,) float, N m
+        Inertial axes.
+    start : float, s
+        When the load begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["slope-load"] = "slope-load"

@@ -37,9 +37,12 @@ class UniformLoad(Part):
 
     Parameters
     ----------
-    thread : name of a thread
+    thread : str
+        The thread.
     force : (3,) float, N/m
-    frame : {"inertial", "body"}, axes of `force` (those of the body that carries the reel)
+        Per length.
+    frame : {"inertial", "body"}
+        Axes of `force`; "body": of the body that carries the reel.
     """
 
     kind: Literal["uniform-load"] = "uniform-load"
@@ -58,11 +61,16 @@ class RadiationPressure(Part):
 
     Parameters
     ----------
-    thread : name of a thread
-    pressure : float, Pa, of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit)
-    width : float, m, the blade's chord, measured across the thread's tangent
-    direction : (3,) float, in which the light travels, inertial frame
-    reflectivity : float, 0 (absorbs all) to 1 (mirror)
+    thread : str
+        The thread.
+    pressure : float, Pa
+        Of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit).
+    width : float, m
+        The blade's chord, measured across the thread's tangent.
+    direction : (3,) float
+        In which the light travels, inertial axes.
+    reflectivity : float
+        0 (absorbs all) to 1 (mirror).
     """
 
     kind: Literal["radiation-pressure"] = "radiation-pressure"
@@ -84,11 +92,15 @@ class LawLoad(Part):
 
     Parameters
     ----------
-    thread : name of a thread
-    law : three expressions [fx, fy, fz] of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t
-        (s); or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``; N/m
-    parameters : list of numbers, of a Python law
-    constants : mapping of names to numbers, of expressions
+    thread : str
+        The thread.
+    law : list of three expressions
+        fx, fy and fz, N/m, of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of expressions.
     """
 
     kind: Literal["law-load"] = "law-load"
@@ -109,12 +121,22 @@ class Force(Part):
 
     Parameters
     ----------
-    at : a place on a body, a point, or a node of a beam ("boom.tip")
-    force : (3,) float, N, constant
-    direction : (3,) float, and profile : its value, N, as a function of time, in place of `force`
-    frame : {"inertial", "body"}, axes of `force` or `direction`
-    start, end : float, s, between which it acts; without an end it goes on
-    ramp : float, s, over which it grows smoothly; in statics it has grown
+    at : place
+        A point of a body, a point mass, or a node of a beam ("boom.tip").
+    force : (3,) float, N, optional
+        Of a constant force.
+    direction : (3,) float, optional
+        Of a force that follows a profile.
+    profile : optional
+        Value of the force along `direction`, N, as a function of time.
+    frame : {"inertial", "body"}
+        Axes of `force` or `direction`.
+    start : float, s
+        When the load begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["force"] = "force"
@@ -148,10 +170,22 @@ class Torque(Part):
 
     Parameters
     ----------
-    at : name of a body
-    torque : (3,) float, N m, constant
-    axis : (3,) float, and profile : its value, N m, as a function of time, in place of `torque`
-    frame, start, end, ramp : as of `Force`
+    at : str
+        The body.
+    torque : (3,) float, N m, optional
+        Of a constant torque.
+    axis : (3,) float, optional
+        Of a torque that follows a profile.
+    profile : optional
+        Value of the torque about `axis`, N m, as a function of time.
+    frame : {"inertial", "body"}
+        Axes of `torque` or `axis`.
+    start : float, s
+        When the load begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
     """
 
     kind: Literal["torque"] = "torque"

@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent.jit import inlined
 
-#: Energies now. elastic: of elements, springs, threads and contacts, of which bending (of cables) and contact; coupled:
+#: Energies now. elastic: of elements, springs, threads and contacts, of which bending (of beams) and contact; coupled:
 #: of hinges and penalties.
 ENERGIES = ("kinetic", "elastic", "bending", "contact", "coupled")
 #: What came in since the start: work of loads, of drives and of spools, and what nodes brought in at their release.

@@ -17,7 +17,7 @@ from evolvent.flow import needs
 from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha_loop, alpha_state
+from evolvent.solvers import alpha_loop, alpha_state, reactions
 from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_messages import reason, redundant, stalled
@@ -295,6 +295,8 @@ class Run:
         n, steps = int(loop.sample), int(loop.steps)
         balance = work.out_balance[:n].view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)
+        if reactions.applies(self.model):
+            reactions.evaluate(self.model, self.plan.matrix, work, n)
         event_times, event_kinds = self._events()
         found = Solution(
             assembly=self.assembly,

@@ -174,7 +174,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
 
 def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
     """The law that a row calls, and, of an expression, what messages call it."""
-    if int(use.row["first"]) in assembly.expressions:
+    if use.row["last"] > use.row["first"] and int(use.row["first"]) in assembly.expressions:
         return assembly.expressions[int(use.row["first"])]
     return assembly.laws[int(use.row["law"])], ""
 

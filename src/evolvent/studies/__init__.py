@@ -16,6 +16,9 @@ the others {from, to} (uniform) or {mean, std} (normal), with ``samples``. ``see
 names variables of the run, with ``.first``, ``.last``, ``.min``, ``.max`` or ``.mean`` over its time, and statistics;
 left out, all that has no time. ``batch`` is the number of cases a task.
 
+Of a structure, ``over`` takes keys of its parts (``parts.boom.length``), and ``keep`` full names of variables
+(``hub.rate.z.last``), which stand in the results with ``_`` for dots and blanks.
+
 ``stages`` has every case run several times, each run from the end of the one before::
 
     stages:

@@ -47,13 +47,14 @@ def sweep(
     from evolvent.studies import read as read_study
 
     conduct.check_installed()
-    asked = read_study(study)
-    folder = output or asked.name
-    if figures is not None:
-        from evolvent import results
-
-        results.claim_folder(figures)
     with _progress(quiet) as (progress, tell):
+        with conduct.compilation(tell):  # the variables of a run are found by observing its start
+            asked = read_study(study)
+        folder = output or asked.name
+        if figures is not None:
+            from evolvent import results
+
+            results.claim_folder(figures)
         try:
             found = conduct.sweep(
                 asked, output=folder, workers=workers, scheduler=scheduler, progress=progress.reach, tell=tell

@@ -113,6 +113,19 @@ def check_installed() -> None:
         raise InputError(f"a sweep needs {', '.join(missing)}; install them with: pip install 'evolvent[sweep]'")
 
 
+@contextlib.contextmanager
+def compilation(tell: Tell) -> Iterator[None]:
+    """Call `tell` with a sentence before functions are compiled."""
+    from evolvent import jit
+
+    def show(state: jit.Progress) -> None:
+        if state.done == 0:
+            tell(f"compiling {state.needed} functions for this machine, once")
+
+    with jit.reporting(show):
+        yield
+
+
 class _Sweep:
     """One call of `sweep`."""
 
@@ -183,14 +196,10 @@ class _Sweep:
             return
         if not solver:
             return
-        from evolvent import codecache, jit
-
-        def show(state: jit.Progress) -> None:
-            if state.done == 0:
-                self.tell(f"compiling {state.needed} functions for this machine, once")
+        from evolvent import codecache
 
         if not codecache.is_warm(solver):
-            with jit.reporting(show):
+            with compilation(self.tell):
                 self._here([self.pending.popleft()])
 
     def _worth(self) -> int:

@@ -13,7 +13,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.plots import PALETTE
+from evolvent.figures import Figure as Described
+from evolvent.plots import PALETTE, sheet
 from evolvent.results import make_folder, writing
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
 
 def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
     """The figures that a study's own system has for it; none where it has none for such a study."""
-    return cases.system(dataset.attrs["system"]).study_figures(dataset)
+    found = cases.system(dataset.attrs["system"]).study_figures(dataset)
+    return {name: sheet(one) if isinstance(one, Described) else one for name, one in found.items()}
 
 
 def picture(figure: Figure) -> bytes:

@@ -71,7 +71,7 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
     numbers = _numbers(run)
     if not keep:
-        timeless = {str(name): run[name] for name in run.data_vars if "time" not in run[name].dims}
+        timeless = {str(name): values for name, values in run.data_vars.items() if "time" not in values.dims}
         own = {name: _number(name, value) for name, value in numbers.items()}
         return Outcome(index=index, status=status, variables=own | timeless)
     found, missing = {}, []
@@ -89,7 +89,7 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
 def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
     """A variable of a run by its full name, its dimensions safe to stand beside those of other parts; or None."""
     if name in run.data_vars and "." not in name:
-        return run[name]
+        return run.data_vars[name]
     try:
         found = variables.get(run, name)
     except InputError:

@@ -27,8 +27,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import evolvent
-from evolvent import results
+from evolvent import cases, results
 from evolvent.errors import InputError
+from evolvent.parts import registry
 from evolvent.studies import record
 from evolvent.studies.study import Study
 
@@ -64,8 +65,11 @@ def sources() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what computes."""
+    """Versions of what computes; also of packages that add systems and parts."""
     found = {"evolvent": evolvent.__version__, "python": platform.python_version()}
+    for group in (cases.GROUP, registry.GROUP):
+        added = [point.dist for point in importlib.metadata.entry_points(group=group) if point.dist is not None]
+        found |= {package.name: package.version for package in added}
     return found | {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "numba")}
 
 

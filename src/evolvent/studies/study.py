@@ -348,7 +348,7 @@ def _checked(study: Study, module: Any) -> Study:
         except InputError as error:
             refused = refused or error
             continue
-        if plan.start is None:
+        if plan.start is None or found.stages:  # a later stage starts from a run that is not there yet
             _check_reductions(found.keep, [stage.name for stage in found.stages])
         else:
             check_names(found.keep, plan.start())

@@ -249,7 +249,7 @@ def _charts(figures: Sequence[tuple[str, Figure]]) -> None:
                     element.classes("tall")
 
 
-def _messages(attrs: dict[str, Any], *, name: str = "") -> None:
+def _messages(attrs: Any, *, name: str = "") -> None:
     """Why a run did not end as it should, and its warnings."""
     before = f"{name}: " if name else ""
     if attrs["status"] == "failed":

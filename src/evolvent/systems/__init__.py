@@ -7,6 +7,7 @@ case asks for it, and nothing outside knows more than the definition. Packages o
 In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``simulate`` the runs,
 ``dataset`` the variables of a run, ``show`` what is drawn of it and ``places`` its motion.
 
-A built-in case is a YAML file in this folder or in the system's own; its first line is a comment that says what it is.
-Its name is the file's, with ``-`` for ``_``. Files with a second suffix, such as ``map.study.yaml``, are no cases.
+A built-in case is a YAML file in this folder or in the system's own (of the system `structure` in ``structures/``); its
+first line is a comment that says what it is. Its name is the file's, with ``-`` for ``_``. Files with a second suffix,
+such as ``map.study.yaml``, are no cases.
 """

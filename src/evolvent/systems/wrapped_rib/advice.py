@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.case import Case, Rib
-
-if TYPE_CHECKING:
-    from evolvent.elements import Form
 
 #: Strain above which a run warns.
 STRAIN_WARNED = 0.05
@@ -83,88 +82,69 @@ def bent_element(case: Case, angle: float) -> tuple[float, np.ndarray]:
     sizes : (2,) or (4,) float
         Chord (m), length of both slopes, and of a beam those of both y and of both z directors.
     """
-    from evolvent.elements.forms import products
-
-    rib = case.rib
-    if rib.formulation == "cable_stretch":
-        return _bent_stretch_cable(rib, angle)
-    form = _form(rib, _thinnest(rib))
-    half = 0.5 * angle
-    # e = B p, p the chord, the length of both slopes, of both y and of both z directors
+    rib, half = case.rib, 0.5 * angle
     c, s = math.cos(half), math.sin(half)
-    every = np.zeros((8, 3, 4))
+    every = np.zeros((8, 3, 4))  # of nodal vectors, coordinates and sizes
     every[4, 0, 0] = 1.0
     every[1, :2, 1], every[5, :2, 1] = (c, -s), (c, s)
     every[2, :2, 2], every[6, :2, 2] = (s, c), (-s, c)
     every[3, 2, 3] = every[7, 2, 3] = 1.0
-    used = every[[0, 1, 4, 5], :, :2] if rib.vectors == 2 else every
-    B = used.reshape(-1, used.shape[-1])
-    # products are quadratic in p: g = sum_ab Q_ab p_a p_b
-    unit = np.eye(B.shape[1])
-    Q = np.array([[0.5 * (products(B @ (a + b)) - products(B @ a) - products(B @ b)) for b in unit] for a in unit])
-    p = np.ones(B.shape[1])
-    p[0] = 2.0 * rib.element_length / angle * s
+    B = (every[[0, 1, 4, 5], :, :2] if rib.vectors == 2 else every).reshape(3 * 2 * rib.vectors, -1)
+    of = _energy(rib, _thinnest(rib))
+    return _least(lambda p: of(B @ p), np.array([rib.element_length * s / half, *np.ones(B.shape[1] - 1)]))
 
-    def energy(p: np.ndarray) -> float:
-        g = np.einsum("abk,a,b->k", Q, p, p)
-        return float(0.5 * g @ form.H @ g - form.h @ g + form.U0)
 
+def _least(energy: Callable[[np.ndarray], Any], p: np.ndarray) -> tuple[float, np.ndarray]:
+    """Least value of an analytic function of p, and where it is: Newton's method, steps that always descend."""
     for _ in range(100):
-        g = np.einsum("abk,a,b->k", Q, p, p)
-        stress, J = form.H @ g - form.h, 2.0 * np.einsum("abk,b->ak", Q, p)
-        change = np.linalg.solve(J @ form.H @ J.T + 2.0 * Q @ stress, -J @ stress)
-        if energy(p + change) > energy(p):  # the second derivative is not positive here: a step that always descends
-            change = np.linalg.solve(J @ form.H @ J.T, -J @ stress)
-            while energy(p + change) > energy(p) and np.abs(change).max() > 1e-15:
-                change *= 0.5
+        slope, K = _derivatives(energy, p, 1e-6 * np.abs(p))
+        values, vectors = np.linalg.eigh(K * np.outer(p, p))  # of relative changes
+        change = -p * (vectors @ ((vectors.T @ (p * slope)) / np.abs(values)))
+        while energy(p + change) > energy(p) and np.abs(change / p).max() > 1e-13:
+            change *= 0.5
         p = p + change
-        if np.abs(change).max() < 1e-13 * rib.element_length:
+        if np.abs(change / p).max() < 1e-13:
             break
-    return energy(p), p
+    return float(energy(p)), p
 
 
-def _bent_stretch_cable(rib: Rib, angle: float) -> tuple[float, np.ndarray]:
-    """As `bent_element`, of the cable with engineering strain: least squares of its strains and curvatures."""
-    length, half = rib.element_length, 0.5 * angle
-    c, s = math.cos(half), math.sin(half)
-    at, weight = np.polynomial.legendre.leggauss(3)
-    xi, weight = 0.5 * (1.0 + at), 0.5 * length * weight
-    section = rib.section(_thinnest(rib))
-    own = [section.at(x).properties(rib.poisson) for x in xi]
-    roots = np.sqrt(weight * rib.young_modulus * np.array([[p.area for p in own], [p.Iz for p in own]]))
-    # r,x and r,xx are linear in p, the chord and the length of both slopes : (points, plane, p)
-    first = [(6.0 * xi - 6.0 * xi**2) / length, 1.0 - 4.0 * xi + 3.0 * xi**2, 3.0 * xi**2 - 2.0 * xi]
-    second = [(6.0 - 12.0 * xi) / length**2, (6.0 * xi - 4.0) / length, (6.0 * xi - 2.0) / length]
-    A, Q = (
-        np.stack([np.stack([d, c * (a + b)], axis=1), np.stack([0.0 * d, s * (b - a)], axis=1)], axis=1)
-        for d, a, b in (first, second)
-    )
-    p = np.array([2.0 * length / angle * s, 1.0])
-    for _ in range(100):
-        a, q = A @ p, Q @ p
-        stretch = np.linalg.norm(a, axis=1)
-        k = (a[:, 0] * q[:, 1] - a[:, 1] * q[:, 0]) / stretch**2
-        r = np.concatenate([roots[0] * (stretch - 1.0), roots[1] * k])
-        along = np.einsum("ki,kip->kp", a, A) / stretch[:, None]
-        turned = A[:, 0] * q[:, 1:] - A[:, 1] * q[:, :1] + a[:, :1] * Q[:, 1] - a[:, 1:] * Q[:, 0]
-        bends = turned / stretch[:, None] ** 2 - 2.0 * (k / stretch)[:, None] * along
-        J = np.concatenate([roots[0][:, None] * along, roots[1][:, None] * bends])
-        change = np.linalg.lstsq(J, -r, rcond=None)[0]
-        p = p + change
-        if np.abs(change).max() < 1e-13 * length:
-            break
-    return 0.5 * float(r @ r), p
+def _derivatives(energy: Callable[[np.ndarray], Any], p: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First derivatives of an analytic function by complex steps, without round-off, and second ones by differences."""
+    unit = np.eye(p.size)
+
+    def slope(p: np.ndarray) -> np.ndarray:
+        return np.array([1e30 * energy(p + 1e-30j * e).imag for e in unit])
+
+    K = np.array([(slope(p + h * e) - slope(p - h * e)) / (2.0 * h) for h, e in zip(step, unit, strict=True)])
+    return slope(p), 0.5 * (K + K.T)
 
 
 @functools.lru_cache(maxsize=8)
-def _form(rib: Rib, element: int) -> Form:
-    """The element's quadratic form."""
+def _energy(rib: Rib, element: int) -> Callable[[np.ndarray], Any]:
+    """Strain energy of an element as an analytic function of its coordinates."""
     from evolvent import elements
+    from evolvent.elements.forms import nodal_vectors, products
 
-    section = rib.section(element)
-    if rib.formulation == "cable":
-        return elements.cable_form(rib.element_length, section, rib.material)
-    return elements.beam_form(rib.formulation, rib.element_length, section, rib.material)
+    arguments = (rib.element_length, rib.section(element), rib.material)
+    if rib.formulation == "cable_stretch":
+        H, h, _ = dataclasses.astuple(elements.cable_stretch_form(*arguments))
+
+        def stretched(e: np.ndarray) -> Any:
+            v = nodal_vectors(e)
+            a, q = H[:3, :3] @ v, H[:3, 3:] @ v
+            square, turn = np.sum(a * a, axis=1), np.cross(a, q)
+            bent = np.sum(turn * turn, axis=1) / square**2
+            return 0.5 * np.sum(H[3, :3] * (np.sqrt(square) - h[:3]) ** 2 + H[3, 3:] * bent)
+
+        return stretched
+    make = elements.cable_form if rib.formulation == "cable" else functools.partial(elements.beam_form, rib.formulation)
+    form = make(*arguments)
+
+    def quadratic(e: np.ndarray) -> Any:
+        g = products(e)
+        return 0.5 * g @ form.H @ g - form.h @ g + form.U0
+
+    return quadratic
 
 
 def explicit_step(case: Case) -> float:
@@ -206,28 +186,20 @@ def _fastest(rib: Rib, element: int, contact: float, points: int) -> tuple[float
     from scipy.linalg import eigh
 
     from evolvent import elements
-    from evolvent.elements.forms import products
 
-    section, length = rib.section(element), rib.element_length
-    if rib.vectors == 2:
-        form = elements.cable_form(length, section, rib.material)
-        e, mass = elements.straight_cable(length), elements.cable_mass(length, section, rib.material)
-    else:
-        form = elements.beam_form(rib.formulation, length, section, rib.material)
-        e, mass = elements.straight_beam(length), elements.beam_mass(length, section, rib.material)
-    unit = np.eye(e.size)
-    J = np.array([0.5 * (products(e + d) - products(e - d)) for d in unit])
-    curved = np.array([[products(a + b) - products(a) - products(b) for b in unit] for a in unit])
-    K = J @ form.H @ J.T + curved @ (form.H @ products(e) - form.h)
-    axis = [0, 1, 2, 3] if rib.vectors == 2 else [0, 1, 4, 5]  # place and slope of both nodes
+    cable, length = rib.vectors == 2, rib.element_length
+    e = elements.straight_cable(length) if cable else elements.straight_beam(length)
+    mass = (elements.cable_mass if cable else elements.beam_mass)(length, rib.section(element), rib.material)
+    _, K = _derivatives(_energy(rib, element), e, np.full(e.size, 1e-6))
+    axis = [0, 1, 2, 3] if cable else [0, 1, 4, 5]  # position and slope of both nodes
     checks = np.zeros_like(mass)
     for xi in np.arange(1, points + 1) / points:
-        S = [1 - 3 * xi**2 + 2 * xi**3, length * xi * (1 - xi) ** 2, 3 * xi**2 - 2 * xi**3, length * (xi**3 - xi**2)]
+        S = elements.axis_shape(length, xi)
         checks[np.ix_(axis, axis)] += np.outer(S, S)
     across = 3 * np.arange(len(mass)) + 1
     K[np.ix_(across, across)] += contact * checks
     M = np.kron(mass, np.eye(3))
-    highest = float(eigh(0.5 * (K + K.T), M, eigvals_only=True)[-1])
+    highest = float(eigh(K, M, eigvals_only=True)[-1])
     return highest, float(eigh(checks, mass, eigvals_only=True)[-1]), float(np.linalg.inv(mass)[1, 1])
 
 

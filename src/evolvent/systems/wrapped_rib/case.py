@@ -17,26 +17,14 @@ if TYPE_CHECKING:
 
 #: The implicit method; the explicit ones take penalties in place of joints.
 IMPLICIT = "generalized-alpha"
-_NUMBER = {"what": "a plain number", "unit": ""}
-
-Density = Annotated[float, units.Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
-Modulus = Annotated[float, units.Quantity(what="a modulus", unit="Pa", example="5 MPa", above=0.0)]
-Ratio = Annotated[float, units.Quantity(**_NUMBER, example="0.3")]
 Torque = Annotated[float, units.Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0)]
-TurnStiffness = Annotated[
-    float, units.Quantity(what="a rotational stiffness", unit="N m/rad", example="0.01 N m/rad", least=0.0)
-]
-TurnDamping = Annotated[
-    float, units.Quantity(what="a rotational damping", unit="N m s/rad", example="1e-3 N m s/rad", least=0.0)
-]
 Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3", above=0.0, most=0.5)]
-Rate = Annotated[float, units.Quantity(what="a rate of decay", unit="1/s", example="0.2 1/s", least=0.0)]
-ContactStiffness = Annotated[
+Stiffness = Annotated[
     float | str, units.Quantity(what="a stiffness", unit="N/m", example="1e3 N/m", above=0.0, auto=True)
 ]
-Exponent = Annotated[float, units.Quantity(**_NUMBER, example="1.5", least=1.0, most=4.0)]
-Dissipation = Annotated[float, units.Quantity(what="a dissipation factor", unit="s/m", example="0.5 s/m", least=0.0)]
-Friction = Annotated[float, units.Quantity(**_NUMBER, example="0.3", least=0.0, most=10.0)]
+Exponent = Annotated[float, units.Quantity(what="a plain number", unit="", example="1.5", least=1.0, most=4.0)]
+Friction = Annotated[float, units.Quantity(what="a plain number", unit="", example="0.3", least=0.0, most=10.0)]
+Points = Annotated[int, units.Whole(least=1, most=64)]
 #: Strain at the root from which on a case is refused.
 STRAIN_REFUSED = 0.5
 #: Parts of the hub's radius by which a wound rib sinks in, and a bit of rib that falls on the hub, at most, where the
@@ -50,44 +38,41 @@ RK4_LIMIT = 2.8
 ElementNumber = Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)]
 
 
+def _key(default: Any, text: str) -> Any:
+    """A key with its default (... for none) and what it is."""
+    return Field(default, description=text)
+
+
 class Rib(Section):
     """Every rib: a thin strip, straight at rest, that winds with its flat side on the hub."""
 
-    formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = Field(
+    formulation: Literal["cable", "cable_stretch", "assumed_strain", "elastic_line", "nu_split", "full"] = _key(
         "cable",
-        description="of the elements: cable (position and slope), cable_stretch (the same with engineering strain, for "
-        "more than a per cent of it), assumed_strain (the beam that does not lock), or the beams that lock: "
-        "elastic_line, nu_split, full (the paper's)",
+        "of the elements: cable (position and slope), cable_stretch (engineering strain, for more than 1 % of it), "
+        "assumed_strain (the beam that does not lock), or beams that lock: elastic_line, nu_split, full (the paper's)",
     )
-    elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = Field(
-        40, description="elements of equal length"
+    elements: Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)] = _key(40, "elements of equal length")
+    length: units.Length = _key(12.0, "from root to tip")
+    width: units.Length = _key(0.03, "along the hub's axis")
+    thickness: units.Length = _key(0.0003, "across the flat side, at the root")
+    tip_thickness: units.Length | None = _key(None, "at the tip, of a linear taper; left out: the same")
+    density: units.Density = _key(1600.0, "mass per volume")
+    young_modulus: units.Modulus = _key(5e6, "E")
+    poisson: units.PoissonRatio = _key(0.3, "nu, above -1 and below 0.5; a cable does not use it")
+    count: Points = _key(1, "ribs, evenly spaced round the hub")
+    root: Literal["hinge", "clamp"] = _key(
+        "hinge", "hinge: turns freely about the hub's axis; clamp: keeps its direction"
     )
-    length: units.Length = Field(12.0, description="from root to tip")
-    width: units.Length = Field(0.03, description="along the hub's axis")
-    thickness: units.Length = Field(0.0003, description="across the flat side, at the root")
-    tip_thickness: units.Length | None = Field(None, description="at the tip, of a linear taper; left out: the same")
-    density: Density = Field(1600.0, description="mass per volume")
-    young_modulus: Modulus = Field(5e6, description="E")
-    poisson: Ratio = Field(0.3, description="nu, above -1 and below 0.5; a cable does not use it")
-    count: Annotated[int, units.Whole(least=1, most=64)] = Field(1, description="ribs, evenly spaced round the hub")
-    root: Literal["hinge", "clamp"] = Field(
-        "hinge", description="hinge: turns freely about the hub's axis; clamp: keeps the direction that it starts with"
+    root_stiffness: units.RotationalStiffnessOrZero = _key(
+        0.0, "of a spring in the hinge, at rest in the start direction"
     )
-    root_stiffness: TurnStiffness = Field(0.0, description="of a spring in the hinge, at rest in the start direction")
-    root_damping: TurnDamping = Field(0.0, description="of a damper in the hinge")
-    start_angle: units.Angle = Field(
-        0.0,
-        description="of the straight rib from outwards at the start, positive in the winding sense, to 90 deg, from "
-        "which a carried tip starts whatever is given",
+    root_damping: units.RotationalDampingOrZero = _key(0.0, "of a damper in the hinge")
+    start_angle: units.Angle = _key(
+        0.0, "of the straight rib from outwards, positive in the winding sense; 90 deg of a carried tip"
     )
 
     @model_validator(mode="after")
     def _check(self) -> Rib:
-        if not -1.0 < self.poisson < 0.5:
-            raise InputError(
-                f"rib.poisson is {self.poisson:g}; it must be above -1 and below 0.5, such as 0.3 (at 0.5 a material "
-                f"keeps its volume, and its stiffness has no bound)"
-            )
         if abs(self.start_angle) > 0.5 * math.pi * (1.0 + 1e-9):
             raise InputError(
                 f"rib.start_angle is {math.degrees(self.start_angle):.4g} deg; it must be from -90 to 90 deg, beyond "
@@ -131,28 +116,32 @@ class Rib(Section):
         tip = self.thickness if self.tip_thickness is None else self.tip_thickness
         return self.thickness + share * (tip - self.thickness)
 
-    def section(self, element: int) -> CrossSection:
-        """Section of an element, counted from 0 at the root."""
+    @property
+    def profile(self) -> CrossSection:
+        """Section of the whole rib."""
         from evolvent.elements import Rectangle, Taper
 
         root = Rectangle(thickness=self.thickness, width=self.width)
         if self.tip_thickness is None:
             return root
-        tip = Rectangle(thickness=self.tip_thickness, width=self.width)
-        return Taper(root=root, tip=tip).between(element / self.elements, (element + 1) / self.elements)
+        return Taper(root=root, tip=Rectangle(thickness=self.tip_thickness, width=self.width))
+
+    def section(self, element: int) -> CrossSection:
+        """Section of an element, counted from 0 at the root."""
+        return self.profile.between(element / self.elements, (element + 1) / self.elements)
 
 
 class Hub(Section):
     """The rigid hub, a cylinder about z, its middle at the origin; the ribs are hinged at half its height."""
 
-    radius: units.Length = Field(0.6, description="of the surface that the ribs wind on")
-    height: units.Length = Field(3.0, description="along its axis")
-    motion: Literal["fixed", "free", "spin", "driven"] = Field(
-        "fixed", description="fixed, free in space, free to spin about its axis, or driven about it by the drive"
+    radius: units.Length = _key(0.6, "of the surface that the ribs wind on")
+    height: units.Length = _key(3.0, "along its axis")
+    motion: Literal["fixed", "free", "spin", "driven"] = _key(
+        "fixed", "fixed, free in space, free to spin about its axis, or driven about it"
     )
-    mass: units.Mass | None = Field(None, description="without the ribs; needed for motion: free")
-    inertia: units.Inertias | None = Field(
-        None, description="about every axis, or three principal moments; needed for motion: free and spin"
+    mass: units.Mass | None = _key(None, "without the ribs; needed for motion: free")
+    inertia: units.Inertias | None = _key(
+        None, "about every axis, or principal moments; needed for motion: free and spin"
     )
 
     @model_validator(mode="after")
@@ -177,19 +166,14 @@ class Hub(Section):
 class Drive(Section):
     """What winds the rib; the winding sense is counterclockwise about the hub's axis."""
 
-    kind: Literal["torque", "hub", "tip"] = Field(
+    kind: Literal["torque", "hub", "tip"] = _key(
         "torque",
-        description="torque: a force on every part of the rib across its distance from the axis, in all a torque about "
-        "it; hub: the hub turns and the rib is held back; tip: the tip is carried round",
+        "torque: spread over the rib, about the hub's axis; hub: it turns, the rib is held back; tip: it is carried",
     )
-    torque: Torque | None = Field(
-        None, description="on each rib, of kind torque (needed); of kind hub (optional), what holds the rib back"
-    )
-    rate: units.AngularRate | None = Field(
-        None, description="of winding, of kinds hub and tip; negative unwinds in phase deploy"
-    )
-    ramp: units.DurationOrZero = Field(0.0, description="time in which the torque or rate is smoothly reached")
-    stretch: Strain = Field(1e-3, description="strain with which a carried tip holds the rib taut, of kind tip")
+    torque: Torque | None = _key(None, "on each rib; of kind hub what holds it back, optional")
+    rate: units.AngularRate | None = _key(None, "of kinds hub and tip; negative unwinds, in phase deploy")
+    ramp: units.DurationOrZero = _key(0.0, "time in which the torque or rate is smoothly reached")
+    stretch: Strain = _key(1e-3, "strain with which a carried tip holds the rib taut, of kind tip")
 
     @model_validator(mode="after")
     def _check(self) -> Drive:
@@ -214,20 +198,19 @@ class Drive(Section):
 class Hold(Section):
     """The rib wound and held by the drive."""
 
-    time: units.Duration = Field(60.0, description="that it is held")
+    time: units.Duration = _key(60.0, "that it is held")
 
 
 class Damping(Section):
     """Damping of the rib's material and of its motion through space (Rayleigh)."""
 
-    alpha: Rate = Field(0.2, description="times the mass: drag on every motion in inertial space")
-    beta: units.DurationOrZero = Field(0.0, description="times the stiffness")
-    kind: Literal["objective", "paper"] = Field(
-        "objective",
-        description="of beta: objective acts on rates of strain alone; the paper's form resists rotation as well",
+    alpha: units.RateOrZero = _key(0.2, "times the mass: drag on every motion in inertial space")
+    beta: units.DurationOrZero = _key(0.0, "times the stiffness")
+    kind: Literal["objective", "paper"] = _key(
+        "objective", "of beta: objective acts on rates of strain alone; paper's resists rotation too"
     )
-    elements: Literal["all", "first"] | tuple[ElementNumber, ...] = Field(
-        "all", description="that are damped: all, first (on the hub), or a list of numbers from 1 at the root"
+    elements: Literal["all", "first"] | tuple[ElementNumber, ...] = _key(
+        "all", "that are damped: all, first (at the root), or a list of numbers from 1"
     )
 
     @model_validator(mode="after")
@@ -243,44 +226,37 @@ class Damping(Section):
 class Contact(Section):
     """Contact of the rib's axis with the hub at contact points, force K d^n (penetration d) along the normal."""
 
-    law: Literal["paper", "hunt-crossley", "conservative"] = Field(
+    law: Literal["paper", "hunt-crossley", "conservative"] = _key(
         "hunt-crossley",
-        description="hunt-crossley: K d^n (1 + a d'), never pulling (Hunt & Crossley 1975); paper: K d^n + c d', which "
+        "hunt-crossley: K d^n (1 + a d'), never pulling (Hunt & Crossley 1975); paper: K d^n + c d', which "
         "jumps at the touch; conservative: K d^n",
     )
-    stiffness: ContactStiffness = Field(
+    stiffness: Stiffness = _key(
         "auto",
-        description="K, of each contact point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
+        "K, of each contact point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
         "the hub's radius at most, a bit of it that springs open and falls back by 1e-3",
     )
-    exponent: Exponent = Field(1.0, description="n")
-    damping: units.DampingOrZero = Field(1e3, description="c, of law paper")
-    dissipation: Dissipation = Field(0.5, description="a, of law hunt-crossley")
-    points: Annotated[int, units.Whole(least=1, most=64)] = Field(4, description="contact points in each element")
-    friction: Friction = Field(0.0, description="mu, Coulomb friction with the hub, and between turns")
-    self: bool = Field(
-        False, description="whether turns touch each other, and so lie over one another; takes several times as long"
-    )
+    exponent: Exponent = _key(1.0, "n")
+    damping: units.DampingOrZero = _key(1e3, "c, of law paper")
+    dissipation: units.ContactDampingOrZero = _key(0.5, "a, of law hunt-crossley")
+    points: Points = _key(4, "contact points in each element")
+    friction: Friction = _key(0.0, "mu, Coulomb friction with the hub, and between turns")
+    self: bool = _key(False, "whether turns touch and lie over one another; takes several times as long")
 
 
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["generalized-alpha", "rk4", "heun"] = Field(
-        "generalized-alpha", description="implicit, or an explicit one to compare with, of many short steps"
+    method: Literal["generalized-alpha", "rk4", "heun"] = _key(
+        "generalized-alpha", "implicit, or explicit ones of many short steps"
     )
-    duration: units.DurationOrAuto = Field(
+    duration: units.DurationOrAuto = _key(
         "auto",
-        description="auto: wind: until a light string is wound, and a fifth more; hold: hold.time; deploy: the closed "
-        "form's end",
+        "auto: wind: until a light string is wound, and a fifth more; hold: hold.time; deploy: the closed form's end",
     )
-    step: units.DurationOrAuto = Field(
-        "auto", description="fixed; auto: adaptive (generalized-alpha), a safe share of the stability limit (others)"
-    )
-    tolerance: units.Tolerance = Field(3e-4, description="relative error of an adaptive step")
-    spectral_radius: units.Fraction = Field(
-        0.3, description="of generalized-alpha at high frequencies: 1 keeps them, 0 damps them at once"
-    )
+    step: units.DurationOrAuto = _key("auto", "auto: adaptive, or a safe share of the stability limit")
+    tolerance: units.Tolerance = _key(3e-4, "relative error of an adaptive step")
+    spectral_radius: units.Fraction = _key(0.3, "of generalized-alpha: 1 keeps high frequencies, 0 damps them")
 
     @model_validator(mode="after")
     def _check(self) -> Solver:
@@ -292,28 +268,26 @@ class Solver(Section):
 class Output(Section):
     """What is kept."""
 
-    every: units.Duration = Field(0.5, description="time between samples")
-    points: Annotated[int, units.Whole(least=1, most=64)] = Field(
-        4, description="points of each element at which its shape, curvature and tension are kept"
-    )
+    every: units.Duration = _key(0.5, "time between samples")
+    points: Points = _key(4, "of each element at which shape, curvature and tension are kept")
 
 
 class Case(Section):
     """A case of the system `wrapped-rib`."""
 
     system: Literal["wrapped-rib"] = "wrapped-rib"
-    phase: Literal["wind", "hold", "deploy"] = Field(
-        description="wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
+    phase: Literal["wind", "hold", "deploy"] = _key(
+        ..., "wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
     )
-    start: str = Field(
+    start: str = _key(
         "auto",
-        description="auto: straight in phase wind, else wound; wound: on the hub, without stretch; or a saved run, "
+        "auto: straight in phase wind, else wound; wound: on the hub, without stretch; or a saved run, "
         "run.nc, whose last sample is taken",
     )
     rib: Rib = Rib()
     hub: Hub = Hub()
-    drive: Drive | None = Field(None, description="needed in phases wind and hold")
-    hold: Hold | None = Field(None, description="needed in phase hold")
+    drive: Drive | None = _key(None, "needed in phases wind and hold")
+    hold: Hold | None = _key(None, "needed in phase hold")
     damping: Damping = Damping()
     contact: Contact = Contact()
     solver: Solver = Solver()
@@ -529,6 +503,15 @@ class Case(Section):
         return math.sqrt(stiffness / mass)
 
     @property
+    def string(self) -> reference.Winding:
+        """A light string under the drive's torque."""
+        assert self.drive is not None
+        assert self.drive.torque is not None
+        return reference.string_winding(
+            self.strip, self.drive.torque, self.damping.alpha, damped=self.damped_arcs, start_angle=self.rib.start_angle
+        )
+
+    @property
     def duration(self) -> float:
         """Time that the run covers, s."""
         if self.solver.duration != "auto":
@@ -538,13 +521,7 @@ class Case(Section):
         drive = self.drive
         turns = self.rib.length / self.hub.radius
         if drive is not None and drive.kind == "torque" and drive.torque is not None:
-            motion = reference.string_winding(
-                self.strip,
-                drive.torque,
-                self.damping.alpha,
-                damped=self.damped_arcs,
-                start_angle=self.rib.start_angle,
-            )
+            motion = self.string
             if not math.isfinite(motion.end_time):
                 raise InputError(
                     f"solver.duration is auto, but under drive.torque {drive.torque:g} N m a light string is not wound "

@@ -121,61 +121,39 @@ def string_winding(
     from scipy.integrate import solve_ivp
 
     R, L, m = rib.radius, rib.length, rib.line_density
-    swinging, winding = _string_equations(rib, torque, alpha, damped)
+    quarter = 0.5 * math.pi
 
     def tangent(_: float, y: Array) -> float:
-        return float(y[0] - 0.5 * math.pi)
+        return float(y[0] - quarter)
 
     def wound(_: float, y: Array) -> float:
-        return float(R * y[0] - WOUND * L)
+        return float(R * (y[0] - quarter) - WOUND * L)
 
-    tangent.terminal = wound.terminal = True  # type: ignore[attr-defined]
+    wound.terminal = True  # type: ignore[attr-defined]
     method = {"method": "DOP853", "rtol": 1e-11} if alpha < STIFF else {"method": "Radau", "rtol": 1e-9}
-    accurate = method | {"atol": 1e-13, "dense_output": True}
-    begin = np.array([start_angle, 0.0, 0.0, 0.0])
-    first = solve_ivp(swinging, (0.0, longest), begin, events=tangent, **accurate)
-    if start_angle >= 0.5 * math.pi:
-        tangent_time, turn = 0.0, begin
-    else:
-        tangent_time = float(first.t[-1]) if first.status == 1 else math.inf
-        turn = first.y[:, -1]
-    end_time, last = math.inf, min(tangent_time, longest)
-    second = None
-    if tangent_time < longest:
-        begin = np.array([0.0, turn[1], turn[2], turn[3]])
-        second = solve_ivp(winding, (tangent_time, longest), begin, events=wound, **accurate)
-        last = float(second.t[-1])
-        end_time = last if second.status == 1 else math.inf
-    time = np.linspace(0.0, last, samples)
-    swings = time < tangent_time
-    swing, wrap = np.full(samples, 0.5 * math.pi), np.zeros(samples)
-    rate, work, drag = np.empty(samples), np.empty(samples), np.empty(samples)
-    if np.any(swings):
-        swing[swings], rate[swings], work[swings], drag[swings] = first.sol(time[swings])
-    if second is not None:
-        wrap[~swings], rate[~swings], work[~swings], drag[~swings] = second.sol(time[~swings])
+    rates, begin = _string_rates(rib, torque, alpha, damped), [start_angle, 0.0, 0.0, 0.0]
+    found = solve_ivp(rates, (0.0, longest), begin, events=[tangent, wound], atol=1e-13, dense_output=True, **method)
+    passed = [0.0] if start_angle >= quarter else [*found.t_events[0], math.inf]
+    time = np.linspace(0.0, float(found.t[-1]), samples)
+    turn, rate, work, drag = found.sol(time)
+    wrap = np.maximum(turn - quarter, 0.0)
     tail = L - R * wrap
     return Winding(
         time=time,
-        swing=swing,
+        swing=np.minimum(turn, quarter),
         wrap=wrap,
         rate=rate,
         tip_speed=tail * rate,
         kinetic=m * tail**3 * rate**2 / 6.0,
         work=work,
         drag=drag,
-        tangent_time=tangent_time,
-        end_time=end_time,
+        tangent_time=float(passed[0]),
+        end_time=float(found.t[-1]) if found.status == 1 else math.inf,
     )
 
 
-def _string_equations(
-    rib: Strip, torque: float, alpha: float, damped: Sequence[tuple[float, float]] | None
-) -> tuple[Rates, Rates]:
-    """Rates of (angle, its rate, work of the field, work of the drag) while a light string swings, and while it winds.
-
-    The equations are those of `string_winding`.
-    """
+def _string_rates(rib: Strip, torque: float, alpha: float, damped: Sequence[tuple[float, float]] | None) -> Rates:
+    """Rates of (swing and wrap, their rate, work of the field, work of the drag); equations of `string_winding`."""
     R, L, m = rib.radius, rib.length, rib.line_density
 
     def decay_of(wound: float) -> float:
@@ -185,22 +163,17 @@ def _string_equations(
         own = sum(max(b - wound, 0.0) ** 3 - max(a - wound, 0.0) ** 3 for a, b in damped)
         return float(alpha * own / (L - wound) ** 3)
 
-    def swinging(_: float, y: Array) -> list[float]:
-        cosine = math.cos(y[0])
-        c = torque / (m * (R * R * L + L**3 / 3.0 + R * L * L * cosine))
-        # power of the field: c (z x r) . v over the rod, v = s th' across it, along which z x r is s + R cos(th)
-        power = c * m * (L**3 / 3.0 + 0.5 * R * L * L * cosine) * y[1]
-        taken = decay_of(0.0) * m * L**3 / 3.0 * y[1] ** 2
-        return [y[1], c * (1.0 + 1.5 * R * cosine / L) - decay_of(0.0) * y[1], power, taken]
-
-    def winding(_: float, y: Array) -> list[float]:
-        tail = L - R * y[0]
-        c = torque / (m * (R * R * L + tail**3 / 3.0))
+    def rates(_: float, y: Array) -> list[float]:
+        cosine, wound = max(math.cos(min(y[0], 0.5 * math.pi)), 0.0), R * max(y[0] - 0.5 * math.pi, 0.0)
+        tail, decay, speed = L - wound, decay_of(wound), y[1]
         inertia = m * tail**3 / 3.0
-        decay = decay_of(R * y[0])
-        return [y[1], 1.5 * R / tail * y[1] ** 2 + c - decay * y[1], c * inertia * y[1], decay * inertia * y[1] ** 2]
+        c = torque / (m * R * R * L + inertia + m * R * L * L * cosine)
+        # power of the field: c (z x r) . v over the tail, v = s th' across it, along which z x r is s + R cos(th)
+        power = c * (inertia + 0.5 * m * R * L * L * cosine) * speed
+        faster = 1.5 * R / tail * speed**2 if y[0] > 0.5 * math.pi else c * 1.5 * R * cosine / L
+        return [speed, c + faster - decay * speed, power, decay * inertia * speed**2]
 
-    return swinging, winding
+    return rates
 
 
 def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * math.pi, at: float = 0.0) -> Array:
@@ -275,20 +248,6 @@ def bending_energy(rib: Strip) -> float:
 def membrane_energy(rib: Strip, torque: float) -> float:
     """Energy of stretching of the rib held by a field torque, J: T^2 L / (6 R^2 EA), small strain."""
     return torque**2 * rib.length / (6.0 * rib.radius**2 * rib.axial_stiffness)
-
-
-def couple_work(couple: float) -> float:
-    """Most work that a couple on the hinge can do, J: its end of the rib turns no further than to the tangent."""
-    return 0.5 * math.pi * couple
-
-
-def least_couple(rib: Strip) -> float:
-    """Couple on the hinge whose work would pay for the bending of the wound rib, N m: EI L / (pi R^2).
-
-    A greater one does not wind it either: all that reaches the rib is the moment of its first bit, whose bending the
-    couple pays for at the hinge, and nothing pulls the tail round.
-    """
-    return bending_energy(rib) / couple_work(1.0)
 
 
 # ------------------------------------------------------------------------------------------------ deployment

@@ -1,14 +1,14 @@
-"""What to show of a run: numbers and figures."""
+"""What to show of a run: numbers, figures and motion."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, variables
 from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import locking
@@ -16,6 +16,8 @@ from evolvent.systems.wrapped_rib.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from evolvent.motion import Motion
 
 #: Share of a run over which contact forces are averaged, since single samples depend on the mesh.
 WINDOW = 0.04
@@ -25,49 +27,52 @@ LIGHT = 0.1
 STORED_SHOWN = 1e-10
 #: Shapes that are drawn of a run.
 SHAPES = 9
+#: Width of thin lines.
+THIN = 1.2
+#: Titles of the phases.
+PHASES = {"wind": "Winding", "hold": "Holding", "deploy": "Deployment"}
 
 
-def case_of(run: xr.Dataset) -> Case:
-    """The case that a run was made from."""
-    loaded: Case = cases.of_run(run.attrs["case"])
-    return loaded
+def _opened(run: xr.DataTree) -> tuple[xr.Dataset, Case]:
+    """The root of a run, and the case that it was made from."""
+    return run.to_dataset(), cases.of_run(run.attrs["case"])
 
 
 # ------------------------------------------------------------------------------------------------ numbers
 
 
-def numbers(run: xr.Dataset) -> list[Number]:
+def numbers(run: xr.DataTree) -> list[Number]:
     """The results that a user wants to see at once; of several ribs, those of the first."""
     from evolvent.results import closing_numbers, statistics_of
 
-    case = case_of(run)
-    time, strip = run.time.values, case.strip
-    found = [Number(label="time reached", value=f"{time[-1]:.6g} s"), _wound(run, strip)]
-    found += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](run, case)
-    force, impulse = run.contact_force.values[:, 0], run.contact_impulse.values[:, 0]
+    root, case = _opened(run)
+    time, force = root.time.values, root.contact_force.values[:, 0]
+    rows = [("time reached", f"{time[-1]:.6g} s"), ("wound at the end", _wound(root, case.strip))]
+    rows += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](root, case)
     if np.any(force > 0.0):
-        found += [
-            Number(label="impulse of the contact", value=f"{impulse[-1]:.4g} N s"),
-            Number(
-                label="largest contact force, one sample", value=f"{_peak(time, force, 'N')} (it depends on the mesh)"
-            ),
-        ]
+        rows.append(("impulse of the contact", f"{root.contact_impulse.values[-1, 0]:.4g} N s"))
+        peak = f"{_peak(time, force, 'N')} (it depends on the mesh)"
+        rows.append(("largest contact force, one sample", peak))
     if case.contact.self:
-        pressed = f"{run.turn_force.values[-1, 0]:.4g} N at {run.turn_points.values[-1, 0]:.0f} contact points"
-        found.append(Number(label="turns on one another at the end", value=pressed))
-    if np.any(run.hub_torque.values):
-        found.append(Number(label="torque on the hub at the end", value=f"{run.hub_torque.values[-1]:.4g} N m"))
+        pressed = f"{root.turn_force.values[-1, 0]:.4g} N at {root.turn_points.values[-1, 0]:.0f} contact points"
+        rows.append(("turns on one another at the end", pressed))
+    if np.any(root.hub_torque.values):
+        rows.append(("torque on the hub at the end", f"{root.hub_torque.values[-1]:.4g} N m"))
     if case.hub.motion != "fixed":
-        turned = math.degrees(float(run.hub_angle.values[-1] - run.hub_angle.values[0]))
-        found.append(Number(label="hub turned by", value=f"{turned:.5g} deg"))
-    found += _energy_numbers(run)
+        turned = math.degrees(float(root.hub_angle.values[-1] - root.hub_angle.values[0]))
+        rows.append(("hub turned by", f"{turned:.5g} deg"))
+    rows += _energy_rows(root)
     if case.hub.motion in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
-        found += _momentum_numbers(run, free=case.hub.motion == "free")
-    found.append(Number(label="bending stiffness of the mesh, over the rib's", value=f"{locking(case)[0]:.4g}"))
+        free = case.hub.motion == "free"
+        drifts = [("angular momentum", "kg m2/s", slice(0 if free else 2, 3)), ("linear momentum", "kg m/s", slice(3))]
+        for label, unit, axes in drifts[: 2 if free else 1]:
+            values = root[label.replace(" ", "_").removeprefix("linear_")].values[:, axes]
+            rows.append((f"drift of {label}", f"{np.abs(values - values[0]).max():.2g} {unit}"))
+    rows.append(("bending stiffness of the mesh, over the rib's", f"{locking(case)[0]:.4g}"))
     penalty = statistics_of(run).get("penalty_stiffness")
     if penalty:
-        found.append(Number(label="roots held by penalties of", value=f"{penalty:.4g} N/m, in place of joints"))
-    return found + closing_numbers(run)
+        rows.append(("roots held by penalties of", f"{penalty:.4g} N/m, in place of joints"))
+    return [Number(label=label, value=value) for label, value in rows] + closing_numbers(run)
 
 
 def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
@@ -75,92 +80,66 @@ def _peak(time: np.ndarray, values: np.ndarray, unit: str) -> str:
     return f"{values[k]:.4g} {unit} at {time[k]:.5g} s"
 
 
-def _wound(run: xr.Dataset, strip: reference.Strip) -> Number:
-    angle = float(run.wrap_angle.values[-1, 0])
+def _wound(root: xr.Dataset, strip: reference.Strip) -> str:
+    angle = float(root.wrap_angle.values[-1, 0])
     turns, share = abs(angle) / (2.0 * math.pi), 100.0 * abs(angle) * strip.radius / strip.length
-    sense = ", the other way round" if angle < 0.0 else ""
-    return Number(label="wound at the end", value=f"{turns:.4g} turns, {share:.4g} % of the rib{sense}")
+    return f"{turns:.4g} turns, {share:.4g} % of the rib" + (", the other way round" if angle < 0.0 else "")
 
 
-def _of_winding(run: xr.Dataset, case: Case) -> list[Number]:
+def _of_winding(root: xr.Dataset, case: Case) -> list[tuple[str, str]]:
     """When the tip is fastest, beside the light string; all wound, its speed grows with the mesh, as l^(-1/2)."""
     string = comparable_string(case)
-    wound = string is not None and string.end_time < run.time.values[-1]
-    if "tip_speed_peak" in run:
-        peak = f"{float(run.tip_speed_peak[0]):.4g} m/s at {float(run.tip_speed_peak_time[0]):.5g} s"
-    else:
-        peak = _peak(run.time.values, run.tip_speed.values[:, 0], "m/s")
-    peak += " (the time converges, the speed does not)" if wound else ""
-    found = [Number(label="largest tip speed", value=peak)]
+    wound = string is not None and string.end_time < root.time.values[-1]
+    peak = _peak(root.time.values, root.tip_speed.values[:, 0], "m/s")
+    if "tip_speed_peak" in root:
+        peak = f"{float(root.tip_speed_peak[0]):.4g} m/s at {float(root.tip_speed_peak_time[0]):.5g} s"
+    found = [("largest tip speed", peak + (" (the time converges, the speed does not)" if wound else ""))]
     if string is not None and math.isfinite(string.end_time):
-        found.append(Number(label="a light string is 98 % wound at", value=f"{string.end_time:.5g} s"))
+        found.append(("a light string is 98 % wound at", f"{string.end_time:.5g} s"))
     elif _bends_the_tail(case) and estimating_string(case) is not None:
-        told = "no comparison, for damping.alpha on chosen elements bends its tail"
-        found.append(Number(label="a light string", value=told))
+        found.append(("a light string", "no comparison, for damping.alpha on chosen elements bends its tail"))
     return found
 
 
-def _of_holding(run: xr.Dataset, case: Case) -> list[Number]:
+def _of_holding(root: xr.Dataset, case: Case) -> list[tuple[str, str]]:
     """The rest on the hub, beside its closed form."""
-    late = run.time.values >= (1.0 - WINDOW) * run.time.values[-1]
-    text = f"{run.contact_force.values[late, 0].mean():.5g} N"
+    late = root.time.values >= (1.0 - WINDOW) * root.time.values[-1]
+    text = f"{root.contact_force.values[late, 0].mean():.5g} N"
     torque = _resting_torque(case)
     if torque is not None:
         closed = "T L / 2 R2 =" if case.strip.taper == 1.0 else "closed form"
         text += f" ({closed} {reference.wound_contact_force(case.strip, torque):.5g})"
-    middle = _middle(run)
-    bent = case.hub.radius * run.curvature.values[-1, 0, middle]
+    arc = root.arc.values
+    inside = (arc > 0.1 * arc[-1]) & (arc < 0.9 * arc[-1])
+    bent = case.hub.radius * root.curvature.values[-1, 0, inside]
     return [
-        Number(label=f"contact force, mean of the last {100.0 * WINDOW:g} %", value=text),
-        Number(label="curvature x R, away from the ends", value=f"{bent.mean():.5g} ± {bent.std():.2g}"),
+        (f"contact force, mean of the last {100.0 * WINDOW:g} %", text),
+        ("curvature x R, away from the ends", f"{bent.mean():.5g} ± {bent.std():.2g}"),
     ]
 
 
-def _of_deployment(run: xr.Dataset, case: Case) -> list[Number]:
-    """The tip's place and speed beside the closed form."""
-    time = run.time.values
-    radius = f"{float(run.tip_radius.values[-1, 0]):.5g} m"
-    late = time >= 0.5 * time[-1]
-    speed = f"{run.tip_speed.values[late, 0].mean():.4g} m/s"
-    if comparable_release(case):
-        radius += f" (closed form {float(reference.deployed_tip_radius(case.strip, time[-1])):.5g})"
-        speed += f" (closed form {reference.deployment_speed(case.strip):.4g})"
-    found = [Number(label="tip radius at the end", value=radius)]
-    found.append(Number(label="tip speed, mean of the second half", value=speed))
-    if comparable_release(case):
-        end = reference.deployment_time(case.strip)
-        found.append(Number(label="closed form unwinds all in", value=f"{end:.5g} s"))
-    return found
+def _of_deployment(root: xr.Dataset, case: Case) -> list[tuple[str, str]]:
+    """The tip's position and speed beside the closed form."""
+    time, strip = root.time.values, case.strip
+    radius = f"{float(root.tip_radius.values[-1, 0]):.5g} m"
+    speed = f"{root.tip_speed.values[time >= 0.5 * time[-1], 0].mean():.4g} m/s"
+    closed = comparable_release(case)
+    if closed:
+        radius += f" (closed form {float(reference.deployed_tip_radius(strip, time[-1])):.5g})"
+        speed += f" (closed form {reference.deployment_speed(strip):.4g})"
+    found = [("tip radius at the end", radius), ("tip speed, mean of the second half", speed)]
+    return found + ([("closed form unwinds all in", f"{reference.deployment_time(strip):.5g} s")] if closed else [])
 
 
-def _energy_numbers(run: xr.Dataset) -> list[Number]:
-    taken = run.energy_dissipated.values[-1]
-    largest = float(np.abs(taken).max())
-    causes = [
-        f"{name} {value:.3g}"
-        for name, value in zip(run.cause.values, taken, strict=True)
-        if abs(value) > 1e-6 * largest > 0.0
-    ]
-    kinds = ", ".join(
-        f"{name} {float(run[f'energy_{name}'].values[-1]):.3g}"
-        for name in ("kinetic", "membrane", "bending", "contact")
-    )
-    found = [Number(label="energy at the end", value=f"{kinds} J")]
+def _energy_rows(root: xr.Dataset) -> list[tuple[str, str]]:
+    kinds = ("kinetic", "membrane", "bending", "contact")
+    found = [("energy at the end", ", ".join(f"{k} {float(root[f'energy_{k}'].values[-1]):.3g}" for k in kinds) + " J")]
+    taken = dict(zip(root.cause.values, root.energy_dissipated.values[-1], strict=True))
+    largest = max(abs(value) for value in taken.values())
+    causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
     if causes:
-        found.append(Number(label="energy taken by", value=f"{', '.join(causes)} J"))
-    balance = float(np.abs(run.energy_balance.values).max())
-    found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
-    return found
-
-
-def _momentum_numbers(run: xr.Dataset, *, free: bool) -> list[Number]:
-    def drift(name: str, unit: str, axes: slice) -> Number:
-        values = run[name].values[:, axes]
-        label = f"drift of {name.replace('_', ' ')}"
-        return Number(label=label, value=f"{np.abs(values - values[0]).max():.2g} {unit}")
-
-    found = [drift("angular_momentum", "kg m2/s", slice(0, 3) if free else slice(2, 3))]
-    return [*found, drift("linear_momentum", "kg m/s", slice(0, 3))] if free else found
+        found.append(("energy taken by", f"{', '.join(causes)} J"))
+    return [*found, ("energy balance", f"{float(np.abs(root.energy_balance.values).max()):.2g} of the largest energy")]
 
 
 def comparable_string(case: Case) -> reference.Winding | None:
@@ -183,15 +162,7 @@ def estimating_string(case: Case) -> reference.Winding | None:
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
         return None
-    if case.hub.motion != "fixed" or drive.ramp > 0.0:
-        return None
-    return reference.string_winding(
-        case.strip,
-        drive.torque,
-        case.damping.alpha,
-        damped=case.damped_arcs,
-        start_angle=case.rib.start_angle,
-    )
+    return None if case.hub.motion != "fixed" or drive.ramp > 0.0 else case.string
 
 
 def comparable_release(case: Case) -> bool:
@@ -209,125 +180,101 @@ def _resting_torque(case: Case) -> float | None:
     return drive.torque
 
 
-def _middle(run: xr.Dataset) -> np.ndarray:
-    """Points away from both ends of a rib: a mask over its points."""
-    arc = run.arc.values
-    inside: np.ndarray = (arc > 0.1 * arc[-1]) & (arc < 0.9 * arc[-1])
-    return inside
-
-
 # ------------------------------------------------------------------------------------------------ figures
 
 
-def figures(run: xr.Dataset) -> list[Figure]:
+def figures(run: xr.DataTree) -> list[Figure]:
     """What to draw of a run; nothing of one with fewer than three samples."""
-    if run.sizes["time"] < 3:
+    root, case = _opened(run)
+    if root.sizes["time"] < 3:
         return []
-    case = case_of(run)
-    found = [_shape_figure(run, case), _tip_figure(run, case)]
-    if np.any(run.contact_force.values > 0.0):
-        found += [_points_figure(run, case), _force_figure(run, case)]
-    found.append(_along_figure(run, case))
-    found.append(_energy_figure(run))
-    if case.hub.motion != "fixed" or np.any(run.hub_torque.values):
-        found.append(_hub_figure(run, case))
+    found = [_shape_figure(run, root, case), _tip_figure(root, case)]
+    if np.any(root.contact_force.values > 0.0):
+        found += [_points_figure(root, case), _force_figure(root, case)]
+    found += [_along_figure(run, root, case), _energy_figure(root)]
+    if case.hub.motion != "fixed" or np.any(root.hub_torque.values):
+        found.append(_hub_figure(root, case))
     return found
 
 
-def _label(run: xr.Dataset, k: int) -> str:
-    return f"rib {k + 1}" if run.sizes["rib"] > 1 else ""
+def _of_ribs(root: xr.Dataset, name: str, *, factor: float = 1.0, named: bool = False, **style: Any) -> list[Line]:
+    """A variable over time, a line a rib; the third colour is for what a run is judged by."""
+    count = root.sizes["rib"]
+    return [
+        Line(
+            x=root.time.values,
+            y=factor * root[name].values[:, b],
+            label=f"rib {b + 1}" if named and count > 1 else "",
+            color=(0, 1, 3, 4, 5, 6)[b % 6],
+            **style,
+        )
+        for b in range(count)
+    ]
 
 
-def _color(b: int) -> int:
-    """Place in the palette of the line of rib b; the third is for what a run is judged by."""
-    return (0, 1, 3, 4, 5, 6)[b % 6]
-
-
-def _moments(run: xr.Dataset, case: Case) -> list[int]:
+def _moments(root: xr.Dataset) -> list[int]:
     """Samples at which shapes are drawn: evenly spread over what the tip does, not over time."""
-    along = np.abs(np.diff(run.wrap_angle.values[:, 0], prepend=run.wrap_angle.values[0, 0])).cumsum()
+    along = np.abs(np.diff(root.wrap_angle.values[:, 0], prepend=root.wrap_angle.values[0, 0])).cumsum()
     along = along / along[-1] if along[-1] > 0.0 else np.zeros_like(along)
-    time = run.time.values
+    time = root.time.values
     mixed = along + 0.5 * (time - time[0]) / (time[-1] - time[0])
     return sorted({int(np.searchsorted(mixed, x)) for x in np.linspace(mixed[0], mixed[-1], SHAPES)})
 
 
-def _dashed(x: np.ndarray, y: np.ndarray, label: str = "") -> Line:
+def _dashed(x: Any, y: Any, label: str = "") -> Line:
     """What a run is to be judged by."""
-    return Line(x=x, y=y, label=label, color=2, style="--", width=1.2)
+    return Line(x=np.asarray(x), y=np.asarray(y), label=label, color=2, style="--", width=THIN)
 
 
-def _circle(case: Case) -> Line:
-    around = np.linspace(0.0, 2.0 * np.pi, 181)
-    R = case.hub.radius
-    return Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)
-
-
-def _shape_figure(run: xr.Dataset, case: Case) -> Figure:
+def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     """Shapes round the hub at several times (Yi, figure 6): the whole, and what is near the hub."""
-    time = run.time.values
-    whole: list[Line] = [_circle(case)]
-    moments = _moments(run, case)
-    hub = run.hub_position.values if "hub_position" in run else np.zeros((time.size, 3))
+    time, R, free = root.time.values, case.hub.radius, case.hub.motion == "free"
+    around = np.linspace(0.0, 2.0 * np.pi, 181)
+    whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)]
+    hub = variables.group_of(run, "hub")["position"].values if free else np.zeros((time.size, 3))
+    moments = _moments(root)
     for count, k in enumerate(moments):
-        color = count / len(moments)
-        for b in range(run.sizes["rib"]):
-            x = run.position.values[k, b] - hub[k]
-            label = f"{time[k]:.4g} s" if b == 0 else ""
-            whole.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=color, width=1.2))
-    title = "along the hub's axis" if "hub_position" not in run else "along the hub's first axis, from its middle"
-    panels = [Panel(x_label="x, m", y_label="y, m", lines=whole, title=title, equal=True)]
-    R = case.hub.radius
-    near = [whole[0]]
+        for b in range(root.sizes["rib"]):
+            x, label = root.position.values[k, b] - hub[k], f"{time[k]:.4g} s" if b == 0 else ""
+            whole.append(Line(x=x[:, 0], y=x[:, 1], label=label, color=count / len(moments), width=THIN))
+    near = whole[:1]
     for line in whole[1:]:
         inside = np.hypot(line.x, line.y) < 2.0 * R
-        near.append(
-            Line(
-                x=np.where(inside, line.x, np.nan),
-                y=np.where(inside, line.y, np.nan),
-                color=line.color,
-                width=1.2,
-                marker=".",
-            )
-        )
-    panels.append(Panel(x_label="x, m", y_label="y, m", lines=near, title="near the hub", equal=True))
+        x, y = (np.where(inside, values, np.nan) for values in (line.x, line.y))
+        near.append(Line(x=x, y=y, color=line.color, width=THIN, marker="."))
+    title = "along the hub's first axis, from its middle" if free else "along the hub's axis"
+    panels = [
+        Panel(x_label="x, m", y_label="y, m", lines=lines, title=text, equal=True)
+        for lines, text in ((whole, title), (near, "near the hub"))
+    ]
     return Figure(name="shape", title="Shape of the rib", panels=panels, columns=2, size=(12.0, 5.2))
 
 
-def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
-    """Speed and place of the tip (Yi, figure 7), beside the light string or the closed form."""
-    time = run.time.values
-    speed = [
-        Line(x=time, y=run.tip_speed.values[:, b], label=_label(run, b), color=_color(b))
-        for b in range(run.sizes["rib"])
-    ]
-    radius = [Line(x=time, y=run.tip_radius.values[:, b], color=_color(b)) for b in range(run.sizes["rib"])]
-    turns = [
-        Line(x=time, y=run.wrap_angle.values[:, b] / (2 * np.pi), color=_color(b)) for b in range(run.sizes["rib"])
-    ]
+def _tip_figure(root: xr.Dataset, case: Case) -> Figure:
+    """Speed and radius of the tip (Yi, figure 7), beside the light string or the closed form."""
+    time, strip, turn = root.time.values, case.strip, 2.0 * np.pi
+    speed = _of_ribs(root, "tip_speed", named=True)
+    radius, turns = _of_ribs(root, "tip_radius"), _of_ribs(root, "wrap_angle", factor=1.0 / turn)
     string = comparable_string(case) if case.phase == "wind" else None
     if string is not None:
         kept = string.time <= time[-1]
-        at = string.time[kept]
-        speed.append(_dashed(x=at, y=string.tip_speed[kept], label="light string"))
-        tail = case.strip.length - case.strip.radius * string.wrap
-        root = case.strip.radius
-        place = np.sqrt(root**2 + tail**2 + 2.0 * root * tail * np.cos(string.swing))
-        radius.append(_dashed(x=at, y=place[kept]))
-        turns.append(_dashed(x=at, y=string.wrap[kept] / (2 * np.pi)))
+        at, wrap, swing = string.time[kept], string.wrap[kept], string.swing[kept]
+        tail, R = strip.length - strip.radius * wrap, strip.radius
+        speed.append(_dashed(at, string.tip_speed[kept], label="light string"))
+        radius.append(_dashed(at, np.sqrt(R**2 + tail**2 + 2.0 * R * tail * np.cos(swing))))
+        turns.append(_dashed(at, wrap / turn))
     if comparable_release(case):
-        strip = case.strip
-        closed = reference.deployed_length(strip, time)
-        end = min(float(time[-1]), reference.deployment_time(strip))
-        v = reference.deployment_speed(strip)
-        speed.append(_dashed(x=np.array([time[0], end]), y=np.array([v, v]), label="closed form"))
-        radius.append(_dashed(x=time, y=reference.deployed_tip_radius(strip, time)))
-        turns.append(_dashed(x=time, y=(strip.length - closed) / (2 * np.pi * strip.radius)))
-    if "tip_speed_peak" in run and float(run.tip_speed_peak[0]) > 1.01 * float(run.tip_speed[:, 0].max()):
-        at, most = run.tip_speed_peak_time.values, run.tip_speed_peak.values
-        for b in range(run.sizes["rib"]):
+        v, end = reference.deployment_speed(strip), min(float(time[-1]), reference.deployment_time(strip))
+        speed.append(_dashed([time[0], end], [v, v], label="closed form"))
+        radius.append(_dashed(time, reference.deployed_tip_radius(strip, time)))
+        wound = strip.length - reference.deployed_length(strip, time)
+        turns.append(_dashed(time, wound / (turn * strip.radius)))
+    if "tip_speed_peak" in root and float(root.tip_speed_peak[0]) > 1.01 * float(root.tip_speed[:, 0].max()):
+        at, most = root.tip_speed_peak_time.values, root.tip_speed_peak.values
+        for b, line in enumerate(speed[: root.sizes["rib"]]):
             label = "largest, between samples" if b == 0 else ""
-            speed.append(Line(x=at[b : b + 1], y=most[b : b + 1], label=label, color=_color(b), style="", marker="o"))
+            one = slice(b, b + 1)
+            speed.append(Line(x=at[one], y=most[one], label=label, color=line.color, style="", marker="o"))
     panels = [
         Panel(x_label="", y_label="tip speed, m/s", lines=speed, y_zero=True),
         Panel(x_label="", y_label="tip from the axis, m", lines=radius, y_zero=True),
@@ -336,15 +283,10 @@ def _tip_figure(run: xr.Dataset, case: Case) -> Figure:
     return Figure(name="tip", title="Motion of the tip", panels=panels, size=(8.0, 8.0))
 
 
-def _points_figure(run: xr.Dataset, case: Case) -> Figure:
+def _points_figure(root: xr.Dataset, case: Case) -> Figure:
     """Number of contact points in contact (Yi, figure 8)."""
-    time = run.time.values
-    lines = [
-        Line(x=time, y=run.contact_points.values[:, b], label=_label(run, b), color=_color(b), width=1.0)
-        for b in range(run.sizes["rib"])
-    ]
-    every = case.rib.elements * case.contact.points
-    title = f"of {every} on each rib"
+    lines = _of_ribs(root, "contact_points", named=True, width=1.0)
+    title = f"of {case.rib.elements * case.contact.points} on each rib"
     panel = Panel(x_label="time, s", y_label="contact points in contact", lines=lines, title=title, y_zero=True)
     return Figure(name="contact_points", title="Contact with the hub", panels=[panel], size=(8.0, 4.0))
 
@@ -356,33 +298,28 @@ def running_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndar
 
 
 def mean_of_integral(time: np.ndarray, total: np.ndarray, window: float) -> np.ndarray:
-    """The same of what has the integral `total`: of a force, its impulse, which knows what lies between samples."""
+    """The same of what has the integral `total`: of a force, its impulse, which has what lies between samples."""
     low, high = np.maximum(time - 0.5 * window, time[0]), np.minimum(time + 0.5 * window, time[-1])
     mean: np.ndarray = (np.interp(high, time, total) - np.interp(low, time, total)) / (high - low)
     return mean
 
 
-def _force_figure(run: xr.Dataset, case: Case) -> Figure:
+def _force_figure(root: xr.Dataset, case: Case) -> Figure:
     """Sum of the normal forces on the hub with a running mean, and its impulse (Yi, figure 9)."""
-    time = run.time.values
+    time = root.time.values
     window = WINDOW * float(time[-1] - time[0])
-    force, impulse = [], []
-    for b in range(run.sizes["rib"]):
-        values = run.contact_force.values[:, b]
-        if run.sizes["rib"] == 1:
-            force.append(Line(x=time, y=values, label="samples", color=6, width=0.7))
-        else:
-            force.append(Line(x=time, y=values, color=_color(b), style=":", width=0.7))
-        mean = mean_of_integral(time, run.contact_impulse.values[:, b], window)
-        label = f"mean of {window:.3g} s {_label(run, b)}".strip()
-        force.append(Line(x=time, y=mean, label=label, color=_color(b)))
-        impulse.append(Line(x=time, y=run.contact_impulse.values[:, b], color=_color(b)))
+    impulse, force = _of_ribs(root, "contact_impulse"), []
+    samples = _of_ribs(root, "contact_force", named=True, width=0.7)
+    for one, total in zip(samples, impulse, strict=True):
+        single = {"label": "samples", "color": 6} if len(samples) == 1 else {"label": "", "style": ":"}
+        force.append(dataclasses.replace(one, **single))
+        mean, label = mean_of_integral(time, total.y, window), f"mean of {window:.3g} s {one.label}".strip()
+        force.append(Line(x=time, y=mean, label=label, color=one.color))
     torque = _resting_torque(case)
     if torque is not None:
         held = reference.wound_contact_force(case.strip, torque)
         label = "at rest, wound: T L / 2 R2" if case.strip.taper == 1.0 else "at rest, wound"
-        ends = np.array([time[0], time[-1]])
-        force.append(Line(x=ends, y=np.array([held, held]), label=label, color=2, style="--", width=1.2))
+        force.append(_dashed([time[0], time[-1]], [held, held], label=label))
     title = "single samples depend on the mesh and on the contact's stiffness; means and impulses do not"
     panels = [
         Panel(x_label="", y_label="contact force, N", lines=force, title=title, y_zero=True),
@@ -391,104 +328,104 @@ def _force_figure(run: xr.Dataset, case: Case) -> Figure:
     return Figure(name="contact_force", title="Force of the contact with the hub", panels=panels, size=(8.0, 7.0))
 
 
-def _along_figure(run: xr.Dataset, case: Case) -> Figure:
+def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     """Curvature, tension and pressure along the first rib at several times; in phase hold, beside the closed form."""
-    time, arc, R = run.time.values, run.arc.values, case.hub.radius
-    curvature, tension, pressure = [], [], []
-    shown = _moments(run, case) if case.phase != "hold" else [run.sizes["time"] - 1]
-    for count, k in enumerate(shown):
-        color: int | float = count / len(shown) if case.phase != "hold" else 0
-        label = f"{time[k]:.4g} s"
-        curvature.append(Line(x=arc, y=R * run.curvature.values[k, 0], label=label, color=color, width=1.2))
-        tension.append(Line(x=arc, y=run.tension.values[k, 0], color=color, width=1.2))
-        at, values = _pressure(run, k)
-        pressure.append(Line(x=at, y=values, color=color, width=1.2))
-    T, strip = _resting_torque(case), case.strip
-    if case.phase == "hold" and T is not None:
-        stretched = 1.0 + reference.wound_tension(strip, T, arc) / reference.axial_stiffness_at(strip, arc)
-        curvature.append(_dashed(x=arc, y=stretched, label="closed form"))
-        tension.append(_dashed(x=arc, y=reference.wound_tension(strip, T, arc)))
-        pressure.append(_dashed(x=arc, y=reference.wound_pressure(strip, T, arc)))
+    time, arc, R, hold = root.time.values, root.arc.values, case.hub.radius, case.phase == "hold"
+    shown = [time.size - 1] if hold else _moments(root)
+    colors = [0] if hold else [count / len(shown) for count in range(len(shown))]
+    curvature = [
+        Line(x=arc, y=R * root.curvature.values[k, 0], label=f"{time[k]:.4g} s", color=color, width=THIN)
+        for k, color in zip(shown, colors, strict=True)
+    ]
+    tension = [
+        Line(x=arc, y=root.tension.values[k, 0], color=color, width=THIN)
+        for k, color in zip(shown, colors, strict=True)
+    ]
     panels = [
         Panel(x_label="", y_label="curvature x R", lines=curvature),
-        Panel(x_label="from the root, m", y_label="tension, N", lines=tension),
+        Panel(x_label="" if hold else "from the root, m", y_label="tension, N", lines=tension),
     ]
-    if case.phase == "hold":
-        label = "pressure on the hub, N/m"
-        panels[-1] = Panel(x_label="", y_label="tension, N", lines=tension)
-        panels.append(Panel(x_label="from the root, m", y_label=label, lines=pressure))
+    if hold:
+        length = case.rib.element_length
+        at = length * (np.arange(case.rib.elements) + 0.5)
+        pressure = (
+            variables.group_of(run, "contact-1")["point_force"].values[-1].reshape(at.size, -1).sum(axis=1) / length
+        )
+        pressures, T, strip = [Line(x=at, y=pressure, color=0, width=THIN)], _resting_torque(case), case.strip
+        if T is not None:
+            pull = reference.wound_tension(strip, T, arc)
+            stretched = 1.0 + pull / reference.axial_stiffness_at(strip, arc)
+            curvature.append(_dashed(arc, stretched, label="closed form"))
+            tension.append(_dashed(arc, pull))
+            pressures.append(_dashed(arc, reference.wound_pressure(strip, T, arc)))
+        panels.append(Panel(x_label="from the root, m", y_label="pressure on the hub, N/m", lines=pressures))
     return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
 
 
-def _pressure(run: xr.Dataset, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the first rib and the force on the hub per length there, N/m; tension times curvature if need be."""
-    if "contact_pressure" in run:
-        values = run.contact_pressure.values[k, 0]
-        length = run.arc.values[-1] / values.size
-        return length * (np.arange(values.size) + 0.5), values
-    return run.arc.values, run.tension.values[k, 0] * run.curvature.values[k, 0]
-
-
-def _energy_figure(run: xr.Dataset) -> Figure:
+def _energy_figure(root: xr.Dataset) -> Figure:
     """Energies, what takes them, and how well the account closes."""
-    time = run.time.values
-    largest = max(float(run.energy_kinetic.max()), float(run.energy_elastic.max()), float(run.work_external.max()))
+    time = root.time.values
+    largest = max(float(root[name].max()) for name in ("energy_kinetic", "energy_elastic", "work_external"))
     scale, unit = (1.0, "J") if largest > 1.0 else (1e3, "mJ") if largest > 1e-3 else (1e6, "µJ")
 
-    def lines(*names: tuple[str, int], log: bool) -> list[Line]:
-        found = []
-        for name, color in names:
-            values = scale * run[f"energy_{name}"].values
-            y = np.where(values > STORED_SHOWN * scale * largest, values, np.nan) if log else values
-            if np.any(values):
-                found.append(Line(x=time, y=y, label=name, color=color, width=1.2))
-        return found
+    def lines(columns: list[tuple[str, np.ndarray, int]], *, least: float = -np.inf) -> list[Line]:
+        return [
+            Line(x=time, y=np.where(y > least, scale * y, np.nan), label=str(label), color=color, width=THIN)
+            for label, y, color in columns
+            if np.any(y)
+        ]
 
-    whole = lines(("kinetic", 1), ("elastic", 6), log=False)
-    whole.append(Line(x=time, y=scale * run.work_external.values, label="work from outside", color=0))
+    def kinds(**colors: int) -> list[tuple[str, np.ndarray, int]]:
+        return [(kind, root[f"energy_{kind}"].values, color) for kind, color in colors.items()]
+
+    whole = lines(kinds(kinetic=1, elastic=6))
+    whole.append(Line(x=time, y=scale * root.work_external.values, label="work from outside", color=0))
     panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=whole)]
-    stored = lines(("membrane", 2), ("bending", 3), ("contact", 4), log=True)
+    stored = lines(kinds(membrane=2, bending=3, contact=4), least=STORED_SHOWN * largest)
     if stored:
         panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
-    taken = []
-    for k, name in enumerate(run.cause.values):
-        values = run.energy_dissipated.values[:, k]
-        if np.any(values):
-            taken.append(Line(x=time, y=scale * values, label=str(name), color=k + 1, width=1.2))
-    balance = np.abs(run.energy_balance.values)
-    defect = [Line(x=time, y=np.where(balance > 0.0, balance, np.nan), width=1.0)]
+    taken = lines([(name, root.energy_dissipated.values[:, k], k + 1) for k, name in enumerate(root.cause.values)])
     if taken:
         panels.append(Panel(x_label="", y_label=f"taken, {unit}", lines=taken))
+    balance = np.abs(root.energy_balance.values)
     if np.any(balance > 0.0):
+        defect = [Line(x=time, y=np.where(balance > 0.0, balance, np.nan), width=1.0)]
         panels.append(Panel(x_label="", y_label="relative defect", lines=defect, title="what it lacks", log=True))
     panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
     return Figure(name="energy", title="Energy account", panels=panels, size=(8.0, 2.9 * len(panels)))
 
 
-def _hub_figure(run: xr.Dataset, case: Case) -> Figure:
+def _hub_figure(root: xr.Dataset, case: Case) -> Figure:
     """Torque of the ribs on the hub about its axis, and how the hub turns."""
-    time = run.time.values
-    lines = [Line(x=time, y=run.hub_torque.values, width=1.0)]
-    panels = [Panel(x_label="time, s", y_label="torque on the hub, N m", lines=lines)]
+    time = root.time.values
+    curves = {"torque on the hub, N m": [Line(x=time, y=root.hub_torque.values, width=1.0)]}
     if case.hub.motion != "fixed":
-        angle = np.degrees(run.hub_angle.values)
-        momentum = [Line(x=time, y=run.angular_momentum.values[:, c], label="xyz"[c], color=c + 1) for c in range(3)]
-        panels.append(Panel(x_label="time, s", y_label="hub turned, deg", lines=[Line(x=time, y=angle)]))
-        panels.append(Panel(x_label="time, s", y_label="angular momentum, kg m2/s", lines=momentum))
+        momentum = root.angular_momentum.values
+        curves["hub turned, deg"] = [Line(x=time, y=np.degrees(root.hub_angle.values))]
+        curves["angular momentum, kg m2/s"] = [
+            Line(x=time, y=momentum[:, c], label="xyz"[c], color=c + 1) for c in range(3)
+        ]
+    panels = [Panel(x_label="time, s", y_label=label, lines=lines) for label, lines in curves.items()]
     return Figure(name="hub", title="Hub", panels=panels, size=(8.0, 3.2 * len(panels)))
 
 
-# ------------------------------------------------------------------------------------------------ forces
+# ------------------------------------------------------------------------------------------------ motion
 
 
-def element_forces(run: xr.Dataset, away: np.ndarray) -> dict[str, np.ndarray]:
-    """Forces on each element, what pushes -> (nt, ribs, ne, 3) N: its pressures times its length, along `away`.
+def motion(run: xr.DataTree) -> Motion | None:
+    """Ribs, the contact forces on them, and the hub; in phase deploy coloured by curvature first."""
+    from evolvent.drawing import motion_of
 
-    Parameters
-    ----------
-    away : (nt, ribs, ne, 3) float, from the hub's axis to the middle of each element
-    """
-    out = away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-300)
-    length = case_of(run).rib.element_length
-    below = {"contact_pressure": "the hub", "turn_pressure": "the turn below"}
-    return {what: length * run[name].values[..., None] * out for name, what in below.items() if name in run}
+    root, case = _opened(run)
+    found = motion_of(run, title=f"{PHASES[case.phase]} of the rib")
+    if found is None:
+        return None
+    numbers = {
+        "tip speed [m/s]": root.tip_speed.values[:, 0],
+        "wound [turns]": root.wrap_angle.values[:, 0] / (2.0 * np.pi),
+        "contact force [N]": root.contact_force.values[:, 0],
+    }
+    lines = found.lines
+    if case.phase != "deploy":
+        lines = [dataclasses.replace(line, values=dict(reversed(list(line.values.items())))) for line in lines]
+    return dataclasses.replace(found, lines=lines, numbers=numbers)

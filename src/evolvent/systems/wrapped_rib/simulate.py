@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, codecache
+from evolvent import analysis, cases, codecache
 from evolvent.errors import InputError, in_keys, naming_keys
-from evolvent.systems._common import refuse_laws, sample_times
-from evolvent.systems.wrapped_rib import advice
+from evolvent.systems._common import refuse_laws
+from evolvent.systems.wrapped_rib import advice, results
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
-from evolvent.systems.wrapped_rib.dataset import dataset_of
-from evolvent.systems.wrapped_rib.kinematics import Motion, motion_of
 from evolvent.systems.wrapped_rib.show import estimating_string
 from evolvent.systems.wrapped_rib.start import start
 from evolvent.systems.wrapped_rib.structure import build
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.builder import Assembly
-    from evolvent.solvers import Solution
+    from evolvent.solvers.solution import Solution
 
 #: Largest number of steps of a fixed length that a run may take.
 MOST_STEPS = 100_000_000
@@ -52,116 +50,91 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
         If laws are given (this system places none), or the case cannot be run.
     """
     refuse_laws(laws, case.system)
-    _check(case)
-    samples = _samples(case)
+    every = case.output.every if case.solver.step == "auto" else max(case.output.every, float(case.solver.step))
+    size = 24 * case.rib.count * (case.rib.elements + 1)
+    with naming_keys({"every": "output.every"}):  # no fixed step is cut short for a sample
+        samples = analysis.sample_times(case.duration, every, values=size)
     begin = start(case)
     assembly = build(case, begin=begin).assemble()
+    _check(case, assembly)
     method, step = case.solver.method, case.solver.step
-    keys = cases.solver_keys(case) | KEYS
-    ready, solver, note = None, IMPLICIT, ""
+    keys, prepared, note = cases.solver_keys(case) | KEYS, None, ""
     if method != IMPLICIT:
-        solver = _compiled(method)
         if step != "auto":
-            with naming_keys(cases.solver_keys(case)):
-                ready = _explicit(case, assembly, samples)
+            with naming_keys(keys):
+                prepared = _prepared(case, assembly, samples)
         length = advice.explicit_step(case)
         note = (
-            f"{method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of "
-            f"{length:.2g} s over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the "
-            f"ribs' joints; {IMPLICIT} takes some thousand"
+            f"{method} takes {'' if step != 'auto' else 'about '}{case.duration / length:.2g} steps of {length:.2g} s "
+            f"over {case.duration:.6g} s, with penalties of {case.penalty[0]:.3g} N/m in place of the ribs' joints; "
+            f"{IMPLICIT} takes some thousand"
         )
+    solver = method if method == IMPLICIT else f"{method} with beams"  # which compiles more than without
 
-    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    def solve(progress: Callable[[float], None] | None) -> tuple[Solution, results.Root]:
         every, kept = _with_whip(case, samples)
         with naming_keys(keys):
-            prepare = _implicit if method == IMPLICIT else _explicit
-            solution = (ready or prepare(case, assembly, every)).run(progress)
+            found = (prepared or _prepared(case, assembly, every)).run(progress)
+        message = found.message
         if method != IMPLICIT:
             codecache.mark_warm(solver)
-            solution.message = solution.message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
-            solution.statistics["penalty_stiffness"] = case.penalty[0]
-        solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
-        solution = solution.or_start(float(samples[0]))
-        peaks = _peaks(case, motion_of(case, begin, solution.assembly, solution), solution.t)
-        return dataset_of(case, begin, solution.assembly, _thinned(solution, kept[: solution.t.size]), peaks)
+            message = message.replace("or `method` dopri5", f"or `method` {IMPLICIT}")
+            found.statistics["penalty_stiffness"] = case.penalty[0]
+        found = dataclasses.replace(found, message=in_keys(message, keys)).or_start(float(samples[0]))
+        peaks, kept = results.peaks_of(case, found), kept[: found.t.size].copy()
+        kept[-1] = True
+        found = found.chosen(kept)
+        return found, results.derived(case, begin, found, peaks)
 
-    return cases.Plan(duration=float(samples[-1]), run=run, solver=solver, note=note)
+    def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        solution, root = solve(progress)
+        tree = analysis.tree(solution, case=cases.to_yaml(case), why="as asked for", system=case.system, root=root)
+        tree.attrs.pop("warning", None)
+        warnings = results.warnings(case, begin, tree)
+        if warnings:
+            tree.attrs["warning"] = "; ".join(warnings)
+        return tree
 
+    def observe(names: Iterable[str]) -> xr.Dataset:
+        solution, root = solve(None)
+        return analysis.observed(solution, names, system=case.system, root=root)
 
-def _compiled(method: str) -> str:
-    """Name under which an explicit method with beams is known as compiled, for it compiles more than without."""
-    return f"{method} with beams"
+    def at_start() -> xr.DataTree:
+        solution = analysis.at_start(assembly, method, float(samples[0]))
+        root = results.derived(case, begin, solution, results.peaks_of(case, solution))
+        return analysis.tree(solution, case="", why="", system=case.system, root=root)
 
-
-def _check(case: Case) -> None:
-    """Refuse what no part does yet."""
-    if case.solver.method != IMPLICIT:
-        _check_explicit(case)
-    step = case.solver.step
-    if step != "auto" and case.duration > MOST_STEPS * float(step):
-        raise InputError(
-            f"solver.step is {float(step):.3g} s; that makes {case.duration / float(step):.2g} steps, more than "
-            f"{MOST_STEPS:.0e}; take a longer one"
-        )
-
-
-def _check_explicit(case: Case) -> None:
-    """Refuse what explicit methods cannot carry, and a run of too many steps."""
-    solver, drive = case.solver, case.drive
-    instead = f"take solver.method: {IMPLICIT}"
-    if drive is not None and drive.kind != "torque":
-        moved = "the hub" if drive.kind == "hub" else "the tip"
-        raise InputError(
-            f"drive.kind is {drive.kind!r}, which moves {moved} by a law that {solver.method} cannot follow; {instead}"
-        )
-    if case.contact.friction > 0.0:
-        raise InputError(
-            f"contact.friction is {case.contact.friction:g}, which is known step by step only, not to {solver.method}; "
-            f"{instead}, or leave it out"
-        )
-    if case.contact.self:
-        raise InputError(f"contact.self is true, which {solver.method} does not know; {instead}, or leave it out")
-    step = advice.explicit_step(case)
-    if case.duration > MOST_STEPS * step:
-        which = "solver.step" if solver.step != "auto" else f"the longest safe step of {solver.method}"
-        raise InputError(
-            f"{which} is about {step:.2g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, "
-            f"more than {MOST_STEPS:.0e}; shorten solver.duration, take cables, fewer rib.elements or a smaller "
-            f"contact.stiffness, or {instead}"
-        )
+    return cases.Plan(float(samples[-1]), run, solver=solver, note=note, start=at_start, observe=observe)
 
 
-def _samples(case: Case) -> np.ndarray:
-    """Times of the samples; no fixed step is cut short for one."""
-    every = case.output.every
-    if case.solver.step != "auto":
-        every = max(every, float(case.solver.step))
-    return sample_times(every, case.duration, values=24 * case.rib.count * (case.rib.elements + 1))
-
-
-def _implicit(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
-    """The run by generalized-alpha, prepared."""
-    from evolvent.solvers.implicit import plan as plan_implicit
-
+def _check(case: Case, assembly: Assembly) -> None:
+    """Refuse what the method does not support, and a run of too many steps."""
     solver = case.solver
-    step = None if solver.step == "auto" else float(solver.step)
-    return plan_implicit(
-        assembly, samples=samples, step=step, tolerance=solver.tolerance, spectral_radius=solver.spectral_radius
-    )
+    analysis.choose_method(assembly, solver.method)
+    if solver.step == "auto" and solver.method == IMPLICIT:
+        return
+    step = advice.explicit_step(case) if solver.step == "auto" else float(solver.step)
+    if case.duration > MOST_STEPS * step:
+        which = "solver.step is" if solver.step != "auto" else f"the longest safe step of {solver.method} is about"
+        raise InputError(
+            f"{which} {step:.3g} s; that makes {case.duration / step:.2g} steps over {case.duration:.6g} s, more than "
+            f"{MOST_STEPS:.0e}; shorten solver.duration or take a longer step; explicit methods take longer ones with "
+            f"cables, fewer rib.elements or a smaller contact.stiffness"
+        )
 
 
-def _explicit(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
-    """The run by an explicit method, prepared; a step of its own choice is a share of the stability limit of rk4."""
+def _prepared(case: Case, assembly: Assembly, samples: np.ndarray) -> Any:
+    """The run, prepared; a step that an explicit method chooses is a share of the stability limit of rk4."""
     from evolvent.solvers.drive import METHODS
-    from evolvent.solvers.drive import plan as plan_explicit
     from evolvent.solvers.stability import stability_limit
 
     solver = case.solver
-    if solver.step != "auto":
-        return plan_explicit(assembly, samples=samples, method=solver.method, step=float(solver.step))
-    found = plan_explicit(assembly, samples=samples, method=solver.method)
-    assert found.mode is not None
-    assert found.step is not None
+    options: dict[str, Any] = {"method": solver.method, "step": None if solver.step == "auto" else float(solver.step)}
+    if solver.method == IMPLICIT:
+        options |= {"tolerance": solver.tolerance, "spectral_radius": solver.spectral_radius}
+    found, _ = analysis.plan(assembly, samples, **options)
+    if solver.method == IMPLICIT or solver.step != "auto":
+        return found
     limit = stability_limit(METHODS["rk4"], found.mode, float(samples[-1]))
     return dataclasses.replace(found, step=min(found.step, advice.SHARE * limit))
 
@@ -174,25 +147,10 @@ def _with_whip(case: Case, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     string = estimating_string(case) if case.solver.step == "auto" else None
     if string is None or not math.isfinite(string.end_time):
         return samples, np.ones(samples.size, dtype=bool)
-    low, high = (share * string.end_time for share in WHIP)
-    between = np.linspace(low, high, WHIP_SAMPLES)
+    between = string.end_time * np.linspace(*WHIP, WHIP_SAMPLES)
     between = between[between < samples[-1]]
-    nearest = np.abs(samples[np.clip(np.searchsorted(samples, between), 1, None) - 1] - between)
-    nearest = np.minimum(nearest, np.abs(samples[np.searchsorted(samples, between)] - between))
+    after = np.clip(np.searchsorted(samples, between), 1, None)
+    nearest = np.minimum(np.abs(samples[after - 1] - between), np.abs(samples[after] - between))
     times = np.concatenate([samples, between[nearest > 1e-9 * samples[-1]]])
     order = np.argsort(times)
     return times[order], order < samples.size
-
-
-def _thinned(solution: Solution, kept: np.ndarray) -> Solution:
-    """The samples that are kept, and the last one."""
-    chosen = kept.copy()
-    chosen[-1] = True
-    return solution.chosen(chosen)
-
-
-def _peaks(case: Case, motion: Motion, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Largest speed of each tip (m/s), and when (s)."""
-    speed = np.linalg.norm(motion.rates[:, :, -1, 0], axis=-1)
-    at = np.argmax(speed, axis=0)
-    return speed[at, np.arange(case.rib.count)], time[at]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Start(NamedTuple):
     hub : HubState
     directions : (ribs,) float, rad, of the roots' hinges at rest, from outwards
     stiffness : float, N/m^n, of the contact
-    told : str, what a user should know of it
+    warning : str, of a run that did not end well; else empty
     """
 
     nodes: np.ndarray
@@ -44,7 +44,7 @@ class Start(NamedTuple):
     hub: HubState
     directions: np.ndarray
     stiffness: float
-    told: str = ""
+    warning: str = ""
 
 
 def at_rest(angle: float = 0.0) -> HubState:
@@ -104,8 +104,10 @@ def _wound(case: Case) -> np.ndarray:
     Notes
     -----
     Chord and slopes of an element are those of least energy when bent by its angle; the angle is such that the check
-    point nearest to the axis lies on the hub. Where turns touch, each lies on the one below (`_stacked`).
+    point nearest to the axis lies on the hub. Where turns touch, each lies on the one below (`_coil`).
     """
+    from scipy.optimize import brentq
+
     rib, R = case.rib, case.hub.radius
 
     def bent(angle: float, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -120,65 +122,53 @@ def _wound(case: Case) -> np.ndarray:
         return np.hypot(x, y + 0.5 * chord / math.tan(half)), sizes
 
     checks = np.arange(1, case.contact.points + 1) / case.contact.points
-    low, high = 0.5 * rib.element_length / R, 1.5 * rib.element_length / R
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bent(middle, checks)[0].min() > R else (low, middle)
-    distance, sizes = bent(low, np.linspace(0.0, 1.0, 41))
+    flat = rib.element_length / R
+    angle = brentq(lambda a: bent(a, checks)[0].min() - R, 0.5 * flat, 1.5 * flat, xtol=1e-15)
+    distance, sizes = bent(angle, np.linspace(0.0, 1.0, 41))
     chord, slope = sizes[0], sizes[1]
-    radius = 0.5 * chord / math.sin(0.5 * low)
+    d_chord, pitch = 0.0, 0.0
     if case.contact.self:
-        d_chord = (chord - bent_element(case, 0.99 * low)[1][0]) / (0.01 * low)
+        d_chord = (chord - bent_element(case, 0.99 * angle)[1][0]) / (0.01 * angle)
         pitch = max(rib.thickness, rib.tip_thickness or 0.0) + float(np.ptp(distance))
-        places, slopes = _stacked(case, radius, pitch, low, lambda angle: chord + d_chord * (angle - low))
-        across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
-        return _vectors(case, places, slope * slopes, across, along)
-    at = low * np.arange(rib.elements + 1)
-    c, s, zero = np.cos(at), np.sin(at), np.zeros(at.size)
-    places = radius * np.stack([c, s, zero], axis=1)
-    slopes = slope * np.stack([-s, c, zero], axis=1)
-    across, along = (sizes[2], sizes[3]) if sizes.size == 4 else (1.0, 1.0)
-    return _vectors(case, places, slopes, across, along)
+    radius = 0.5 * chord / math.sin(0.5 * angle)
+    places, slopes = _coil(case, radius, pitch, angle, lambda turned: chord + d_chord * (turned - angle))
+    return _vectors(case, places, slope * slopes, *sizes[2:])
 
 
-def _stacked(
+def _coil(
     case: Case, radius: float, pitch: float, angle: float, chord: Callable[[float], float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of a coil whose turns lie on one another, and their directions.
+    """Nodes of a coil, and their directions.
 
     Parameters
     ----------
     radius : float, m, of the nodes on the hub
-    pitch : float, m, from turn to turn
+    pitch : float, m, from turn to turn; 0 for a circle
     angle : float, rad, of an element on the hub; chord : its chord (m) as a function of the angle that it turns by
 
     Notes
     -----
-    A spiral: the first turn leaves the hub by a pitch until it meets the root below, its own or the next rib's.
+    With a pitch a spiral: the first turn leaves the hub until it meets the root below, its own or the next rib's.
     """
+    from scipy.optimize import brentq
+
     growth = pitch * case.rib.count / (2.0 * math.pi)
 
-    def coil(phi: float) -> tuple[np.ndarray, float]:
-        """Place at the angle phi, and the direction there."""
+    def coil(phi: Any) -> tuple[np.ndarray, Any]:
+        """Position at the angle phi, and the direction there."""
         r = radius + growth * phi
-        return r * np.array([math.cos(phi), math.sin(phi), 0.0]), phi + 0.5 * math.pi - math.atan2(growth, r)
+        return np.stack([r * np.cos(phi), r * np.sin(phi), 0.0 * phi]), phi + 0.5 * math.pi - np.arctan2(growth, r)
 
-    phi = 0.0
-    place, direction = coil(phi)
-    places, directions = [place], [direction]
+    def excess(phi: float, before: float) -> float:
+        (at, facing), (place, direction) = coil(phi), coil(before)
+        return float(np.linalg.norm(at - place)) - chord(facing - direction)
+
+    angles = [0.0]
     for _ in range(case.rib.elements):
-        low, high = phi + 0.5 * angle, phi + 1.5 * angle
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            at, facing = coil(middle)
-            short = float(np.linalg.norm(at - place)) < chord(facing - direction)
-            low, high = (middle, high) if short else (low, middle)
-        phi = low
-        place, direction = coil(phi)
-        places.append(place)
-        directions.append(direction)
-    faced = np.array(directions)
-    return np.array(places), np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
+        low, high = angles[-1] + 0.5 * angle, angles[-1] + 1.5 * angle
+        angles.append(brentq(excess, low, high, args=(angles[-1],), xtol=1e-15) if growth else angles[-1] + angle)
+    places, faced = coil(np.array(angles))
+    return places.T, np.stack([np.cos(faced), np.sin(faced), 0.0 * faced], axis=1)
 
 
 # ------------------------------------------------------------------------------------------------ saved runs
@@ -187,21 +177,18 @@ def _stacked(
 def _from_run(case: Case) -> Start:
     from evolvent import cases, results
 
-    run = results.open(case.start)
-    if run.attrs["system"] != case.system:
-        raise InputError(f"start is {case.start!r}, a run of {run.attrs['system']}; it must be one of {case.system}")
+    found = results.open(case.start)
+    if found.attrs["system"] != case.system:
+        raise InputError(f"start is {case.start!r}, a run of {found.attrs['system']}; it must be one of {case.system}")
+    run = found.to_dataset()
     for name in ("end_coordinates", "end_velocities", "end_hub", "hinge_rest"):
         if name not in run or not np.all(np.isfinite(run[name].values)):
             raise InputError(f"start is {case.start!r}, a run without {name!r}, from which none can start")
     before = cases.of_run(run.attrs["case"])
     check_follows(before, case)
     shape = (before.rib.count, before.rib.elements + 1, before.rib.vectors, 3)
-    if (
-        run.end_coordinates.shape != shape
-        or run.end_velocities.shape != shape
-        or run.end_hub.shape != (14,)
-        or run.hinge_rest.shape != shape[:1]
-    ):
+    shapes = {"end_coordinates": shape, "end_velocities": shape, "end_hub": (14,), "hinge_rest": shape[:1]}
+    if any(run[name].shape != wanted for name, wanted in shapes.items()):
         raise InputError(f"start is {case.start!r}, whose last state has another shape than its case")
     h = run.end_hub.values
     hub = HubState(position=h[:3], quaternion=h[3:7], velocity=h[7:10], rate=h[10:13], angle=float(h[13]))
@@ -217,10 +204,12 @@ def _from_run(case: Case) -> Start:
     stiffness = case.contact_stiffness
     if case.contact.stiffness == "auto":  # what pressed on the hub before still does
         stiffness = max(stiffness, before.contact_stiffness)
-    told = ""
+    warning = ""
     if run.attrs["status"] != "success":
-        told = f"it starts from {case.start}, a run that ended as {run.attrs['status']} at {float(run.time[-1]):.6g} s"
-    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness, told)
+        warning = (
+            f"it starts from {case.start}, a run that ended as {run.attrs['status']} at {float(run.time[-1]):.6g} s"
+        )
+    return Start(nodes, rates, hub, run.hinge_rest.values, stiffness, warning)
 
 
 def check_follows(before: Case, after: Case) -> None:
@@ -252,6 +241,8 @@ def _check_upright(case: Case, hub: HubState) -> None:
 
 def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and rates of one rib on the case's elements; vectors that its formulation needs and the run lacks."""
+    from evolvent.elements import axis_shape
+
     wanted = case.rib.vectors
     old, new = nodes.shape[0] - 1, case.rib.elements
     length = case.rib.length / old
@@ -260,8 +251,8 @@ def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) ->
     xi = at - cell
     found = []
     for e in (nodes, rates):
-        p, px, q, qx = e[cell, 0], e[cell, 1], e[cell + 1, 0], e[cell + 1, 1]
-        vectors = [hermite(xi, length, p, px, q, qx), hermite(xi, length, p, px, q, qx, order=1)]
+        ends = np.stack([e[cell, 0], e[cell, 1], e[cell + 1, 0], e[cell + 1, 1]])
+        vectors = [np.einsum("jk,jki->ki", axis_shape(length, xi, order=order), ends) for order in (0, 1)]
         if nodes.shape[1] == wanted == 4:
             vectors += [(1.0 - xi)[:, None] * e[cell, i] + xi[:, None] * e[cell + 1, i] for i in (2, 3)]
         found.append(vectors)
@@ -277,12 +268,19 @@ def _refined(case: Case, nodes: np.ndarray, rates: np.ndarray, R: np.ndarray) ->
     return np.stack(found[0], axis=1), np.stack(found[1], axis=1)
 
 
-def hermite(
-    xi: np.ndarray, length: float, p: np.ndarray, px: np.ndarray, q: np.ndarray, qx: np.ndarray, *, order: int = 0
-) -> np.ndarray:
-    """Place (order 0) on elements' axes, or its derivative by arc length, at xi : (k,), of vectors (..., k, 3)."""
+def along(nodes: np.ndarray, length: float, xi: np.ndarray, order: int = 0) -> np.ndarray:
+    """Points on elements' axes, or their derivatives by arc length, at xi : (k,).
+
+    Parameters
+    ----------
+    nodes : (..., n + 1, vectors, 3) float
+
+    Returns
+    -------
+    (..., n, k, 3) float
+    """
     from evolvent.elements import axis_shape
 
-    S = axis_shape(length, xi, order=order)
-    total: np.ndarray = sum(s[:, None] * v for s, v in zip(S, (p, px, q, qx), strict=True))
-    return total
+    ends = np.concatenate([nodes[..., :-1, :2, :], nodes[..., 1:, :2, :]], axis=-2)
+    found: np.ndarray = np.einsum("jk,...ji->...ki", axis_shape(length, xi, order=order), ends)
+    return found

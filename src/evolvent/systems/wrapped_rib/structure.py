@@ -45,69 +45,38 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None, begin: Start | N
 
     refuse_laws(laws, "wrapped-rib")
     begin = start(case) if begin is None else begin
-    system = System()
+    system, rib, drive, hub = System(), case.rib, case.drive, case.hub
     _add_hub(system, case, begin)
     R = rotation_matrices(begin.hub.quaternion)
-    motion, contact, drive = case.hub.motion, case.contact, case.drive
-    for b in range(case.rib.count):
-        k = b + 1
-        turn = 2.0 * np.pi * b / case.rib.count
-        outwards = np.array([math.cos(turn), math.sin(turn), 0.0])
-        root = tuple(R.T @ (begin.nodes[b, 0, 0] - begin.hub.position))
+    axis = tuple(R[:, 2])
+    stiffness, turn_stiffness = (0.0, None) if case.solver.method == IMPLICIT else case.penalty
+    cylinder = {"body": "hub", "radius": hub.radius, "half_length": 0.5 * hub.height, **_law(case, begin)}
+    cylinder["initial_overlap"] = 1e-3 if case.begins in ("straight", "wound") else SUNK
+    for b in range(rib.count):
+        k, root = b + 1, f"rib-{b + 1}.root"
+        turn = 2.0 * math.pi * b / rib.count
+        place = tuple(R.T @ (begin.nodes[b, 0, 0] - begin.hub.position))
         system.add(_beam(case, begin.nodes[b], begin.rates[b]), f"rib-{k}")
-        place, turn_stiffness = (0.0, None) if case.solver.method == IMPLICIT else case.penalty
-        joint = parts.Joint(
-            a=("hub", root),
-            b=f"rib-{k}.root",
-            type="clamp" if case.rib.root == "clamp" else "revolute",
-            axis=tuple(R[:, 2]),
-            stiffness=place,
-            turn_stiffness=turn_stiffness,
-        )
-        system.add(joint, f"root-{k}")
-        if case.rib.root_stiffness > 0.0 or case.rib.root_damping > 0.0:
+        kind = "clamp" if rib.root == "clamp" else "revolute"
+        hold = {"stiffness": stiffness, "turn_stiffness": turn_stiffness}
+        system.add(parts.Joint(a=("hub", place), b=root, type=kind, axis=axis, **hold), f"root-{k}")
+        if rib.root_stiffness > 0.0 or rib.root_damping > 0.0:
             rest = turn + begin.directions[b]
-            system.add(
-                parts.RotationalSpring(
-                    a="hub",
-                    b=f"rib-{k}.root",
-                    axis=tuple(R[:, 2]),
-                    zero=tuple(R @ [math.cos(rest), math.sin(rest), 0.0]),
-                    stiffness=case.rib.root_stiffness,
-                    damping=case.rib.root_damping,
-                ),
-                f"hinge-{k}",
-            )
-        system.add(
-            parts.CylinderContact(
-                body="hub",
-                beams=[f"rib-{k}"],
-                radius=case.hub.radius,
-                half_length=0.5 * case.hub.height,
-                **_law(case, begin),
-                initial_overlap=1e-3 if case.begins in ("straight", "wound") else SUNK,
-            ),
-            f"contact-{k}",
-        )
+            spring = {"zero": tuple(R @ [math.cos(rest), math.sin(rest), 0.0]), "stiffness": rib.root_stiffness}
+            spring["damping"] = rib.root_damping
+            system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
+        system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
             system.add(parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, ramp=ramp), f"drive-{k}")
         if drive is not None and drive.kind == "tip":
-            taut = case.rib.length * (1.0 + drive.stretch)
-            system.add(
-                parts.PrescribedMotion(
-                    at=f"rib-{k}.tip",
-                    feed=_feed(case, taut / case.hub.radius),
-                    radius=case.hub.radius,
-                    zero=tuple(outwards),
-                    length=taut,
-                ),
-                f"drive-{k}",
-            )
-    if contact.self:
-        for k in range(1, case.rib.count + 1):
-            system.add(_layers(case, begin, k), f"layer-{k}")
-    if motion == "driven":
+            taut = rib.length * (1.0 + drive.stretch)
+            path = {"feed": _feed(case, taut / hub.radius), "radius": hub.radius, "length": taut}
+            outwards = (math.cos(turn), math.sin(turn), 0.0)
+            system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", zero=outwards, **path), f"drive-{k}")
+    for k in range(1, rib.count + 1) if case.contact.self else ():
+        system.add(_layers(case, begin, k), f"layer-{k}")
+    if hub.motion == "driven":
         system.add(parts.PrescribedRotation(body="hub", feed=_feed(case, None)), "turn")
     return system
 
@@ -118,6 +87,7 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
 
     hub, at = case.hub, begin.hub
     given: dict[str, Any] = {"motion": "driven", "rate": 0.0, "orientation": tuple(at.quaternion)}
+    given["shape"] = parts.Cylinder(radius=hub.radius, length=hub.height)
     if hub.motion == "free":
         given |= {"motion": "free", "mass": hub.mass, "inertia": hub.inertia, "position": tuple(at.position)}
         given |= {"velocity": tuple(at.velocity), "angular_velocity": tuple(at.rate)}
@@ -131,15 +101,12 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
 
 def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
     """One rib."""
-    from evolvent import elements, parts
+    from evolvent import parts
 
     rib, damping = case.rib, case.damping
-    section: Any = elements.Rectangle(thickness=rib.thickness, width=rib.width)
-    if rib.tip_thickness is not None:
-        section = elements.Taper(root=section, tip=elements.Rectangle(thickness=rib.tip_thickness, width=rib.width))
     return parts.Beam(
         length=rib.length,
-        section=section,
+        section=rib.profile,
         material=rib.material,
         elements=rib.elements,
         formulation=rib.formulation,

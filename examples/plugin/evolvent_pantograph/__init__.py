@@ -1,0 +1,1 @@
+"""A system and a part for evolvent: the pantograph mast, and the tension cable."""

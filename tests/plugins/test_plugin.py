@@ -1,0 +1,231 @@
+"""The example of a package from outside: installed, it is found by the command; its physics has closed forms."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.integrate import solve_ivp
+
+import evolvent
+from evolvent import InputError, parts, studies
+
+EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "plugin"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """A folder with the package as pip installs it; no network is needed."""
+    folder = tmp_path_factory.mktemp("plugin")
+    shutil.copytree(EXAMPLE, folder / "source")
+    options = ["--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--disable-pip-version-check"]
+    command = [sys.executable, "-m", "pip", "install", *options, "--target", str(folder / "site"), "./source"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "site"
+
+
+@pytest.fixture
+def command(installed, tmp_path):
+    """Run `evolvent` with the package installed; returns exit code, output and errors."""
+    source = str(pathlib.Path(evolvent.__file__).parents[1])
+    before = os.environ.get("PYTHONPATH", "")
+    env = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [source, str(installed), before]))}
+
+    def run(*words: str) -> tuple[int, str, str]:
+        line = [sys.executable, "-m", "evolvent", *words]
+        done = subprocess.run(line, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    return run
+
+
+@pytest.fixture
+def mast(monkeypatch):
+    """The module of the system, without entry points."""
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    return importlib.import_module("evolvent_pantograph.mast")
+
+
+@pytest.fixture
+def cable(monkeypatch):
+    """The module of the part, without entry points."""
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    return importlib.import_module("evolvent_pantograph.cable")
+
+
+def test_the_command_finds_the_system(command, tmp_path):
+    code, out, err = command("list")
+    assert (code, err) == (0, "")
+    assert "pantograph " in out
+    assert "A mast of four scissor cells springs open" in out
+    code, out, _ = command("show", "pantograph")
+    assert code == 0
+    assert out.startswith("# A mast of four scissor cells")
+    code, out, _ = command("schema", "pantograph")
+    assert code == 0
+    assert json.loads(out)["properties"]["cells"]["description"] == "number of cells"
+    code, out, err = command("run", "pantograph", "--set", "cells=2", "-o", "mast.nc", "--figures", "figures")
+    assert code == 0, err
+    assert "energy balance" in out
+    assert len(list((tmp_path / "figures").glob("*.png"))) > 2
+    code, out, err = command("info", "mast.nc")
+    assert code == 0, err
+    assert out.startswith("evolvent run of pantograph")
+    assert re.search(r"mast_length +m +\(time\) +length of the mast", out)
+
+
+def test_its_bad_input_is_one_sentence(command):
+    for assignment, sentence in {
+        "cells=0": "cells is 0; it must be a whole number from 1 to 100",
+        "spring.stifness=1": "unknown key 'spring.stifness'; did you mean 'spring.stiffness'?",
+        "half_angle=2 rad": "half_angle is 2 rad; it must be between 0 and pi/2 rad",
+    }.items():
+        code, out, err = command("run", "pantograph", "--no-figures", "--set", assignment)
+        assert (code, out) == (2, "")
+        assert err == f"evolvent: {sentence}\n"
+    code, _, err = command("run", "pantograf")
+    assert code == 2
+    assert "did you mean 'pantograph'?" in err
+
+
+def test_a_study_of_the_system(command, tmp_path):
+    shutil.copy(EXAMPLE / "stiffness.study.yaml", tmp_path)
+    code, out, err = command("sweep", "./stiffness.study.yaml", "-o", "out", "--workers", "1", "--figures", "figures")
+    assert code == 0, err
+    assert "4 cases, 4 computed now" in out
+    found = studies.open(tmp_path / "out")
+    assert json.loads(found.attrs["versions"])["evolvent-pantograph"] == "0.1.0"
+    assert (found.status == "success").all()
+    # the lock gives way the more the faster it is reached
+    assert (np.diff(found.mast_length_max) > 0.0).all()
+    assert found.bar_1a_rate_z_min.attrs == {
+        "units": "rad s-1",
+        "long_name": "bar 1a.rate.z: angular velocity, body axes, least",
+    }
+    # the same angle is passed at rates that go as the root of the stiffness
+    rates = found.bar_1a_rate_z_min.values / np.sqrt(found["spring.stiffness"].values)
+    assert rates == pytest.approx(np.full(4, rates[0]), rel=2e-2)  # of samples a millisecond apart
+    assert {p.name for p in (tmp_path / "figures").iterdir()} >= {"mast_length_max.png", "bar_1a_rate_z_min.png"}
+
+
+def test_a_structure_with_the_part(command, tmp_path):
+    shutil.copy(EXAMPLE / "guyed-mass.yaml", tmp_path)
+    code, _, err = command("run", "guyed-mass.yaml", "-o", "mass.nc", "--no-figures")
+    assert code == 0, err
+    found = xr.open_datatree(tmp_path / "mass.nc", engine="h5netcdf").load()  # evolvent.open asks for the package
+    mass, k, g, v = 2.0, 2000.0, 9.81, 1.0
+    time, z = found["time"].values, found["mass"]["position"].values[:, 2]
+    back = 2.0 * v / g  # it falls freely until the cable is tight again
+    free = time < back
+    assert z[free] == pytest.approx(-1.0 + v * time[free] - 0.5 * g * time[free] ** 2, abs=1e-6)
+    # then it swings about the extension at rest
+    static, w = mass * g / k, math.sqrt(k / mass)
+    deepest = -1.0 - static - math.hypot(static, v / w)
+    assert z.min() == pytest.approx(deepest, abs=2e-5)
+    assert np.abs(found["energy_defect"].values).max() < 1e-5
+    code, out, _ = command("schema", "structure")
+    assert code == 0
+    assert "tension-cable" in out
+    for change, sentence in {
+        "parts.cable.kind=tension-cabel": "parts.cable.kind is 'tension-cabel'; did you mean 'tension-cable'?",
+        "parts.cable.stiffness=0": "parts.cable.stiffness is 0; it must be a stiffness",
+        "parts.cable.places=[mass]": "parts.cable.places is ['mass']; it must be a list of two places",
+    }.items():
+        code, _, err = command("run", "guyed-mass.yaml", "--no-figures", "--set", change)
+        assert code == 2
+        assert sentence in err
+
+
+def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, installed):
+    broken = installed / "broken-0.1.dist-info"
+    broken.mkdir()
+    (broken / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 0.1\n")
+    (broken / "entry_points.txt").write_text("[evolvent.systems]\nbroken = no_such_module:System\n")
+    try:
+        code, out, err = command("list")
+        assert code == 0
+        assert "pantograph" in out
+        assert "the system 'broken' of 'no_such_module:System' cannot be loaded: ModuleNotFoundError" in err
+        (tmp_path / "case.yaml").write_text("system: broken\n")
+        code, _, err = command("run", "case.yaml")
+        assert code == 2
+        assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
+    finally:
+        shutil.rmtree(broken)
+
+
+@pytest.mark.parametrize(("cells", "until"), [(1, 0.12), (3, 0.25)])
+def test_the_mast_opens_as_its_one_degree_of_freedom_does(mast, cells, until):
+    """The angle against an integration of Lagrange's equation, and the energy by the closed form."""
+    case = mast.PantographCase(
+        cells=cells, spring={"latch": None}, simulate={"until": until, "every": 0.002, "tolerance": 1e-7}
+    )
+    run = mast.Pantograph().plan(case).run(None)
+    assert run.attrs["status"] == "success"
+    m, L, k, n = case.bar.mass, case.bar.length, case.spring.stiffness, cells
+    inertia = m * (L**2 + case.bar.width**2) / 12.0
+    c = m * L**2 * n * (n**2 - 1) / 12.0
+
+    def equation(t, y):
+        # T = (c cos^2 + n I) w^2, V = n k (2 a - rest)^2 / 2
+        a, w = y
+        half_mass = c * math.cos(a) ** 2 + n * inertia
+        force = -2.0 * n * k * (2.0 * a - case.spring.rest) + 2.0 * c * math.cos(a) * math.sin(a) * w**2
+        return [w, force / (2.0 * half_mass)]
+
+    time = run["time"].values
+    exact = solve_ivp(equation, (0.0, time[-1]), [case.half_angle, 0.0], t_eval=time, rtol=1e-10, atol=1e-12)
+    assert exact.y[0, -1] > math.radians(40.0)
+    assert run["half_angle"].values == pytest.approx(exact.y[0], abs=2e-5)
+    assert run["mast_length"].values == pytest.approx(n * L * np.sin(exact.y[0]), abs=5e-5)
+    kinetic = (c * np.cos(exact.y[0]) ** 2 + n * inertia) * exact.y[1] ** 2
+    assert run["energy_kinetic"].values == pytest.approx(kinetic, abs=1e-4 * kinetic.max())
+    assert np.abs(run["momentum"].values).max() < 1e-8
+    assert np.abs(run["angular_momentum"].values).max() < 1e-8
+
+
+def test_the_mast_locks(mast):
+    case = mast.PantographCase(cells=2, spring={"latch_damping": 1.0}, simulate={"until": 0.6, "tolerance": 1e-6})
+    run = mast.Pantograph().plan(case).run(None)
+    assert run.attrs["status"] == "success"
+    assert 2.0 * float(run["half_angle"][-1]) == pytest.approx(math.radians(150.0), abs=2e-2)
+    assert np.abs(run["energy_defect"].values).max() < 1e-3 * np.abs(run["energy"].values).max()
+
+
+def test_the_cable_is_a_spring_that_never_pushes(cable):
+    """Against a spring while it is tight; no force while it is slack."""
+    found = {}
+    for name, tie in {
+        "cable": cable.TensionCable(places=["left", "right"], stiffness=50.0, damping=0.3, length=1.0),
+        "spring": parts.Spring(a="left", b="right", stiffness=50.0, damping=0.3, length=1.0),
+    }.items():
+        system = evolvent.System()
+        system.add(parts.Point(mass=1.0), "left")
+        system.add(parts.Point(mass=2.0, position=(1.2, 0.0, 0.0), velocity=(0.0, 0.5, 0.0)), "right")
+        system.add(tie, "tie")
+        found[name] = system.simulate(until=1.0, every=0.02, method="dopri5", tolerance=1e-10)
+    length = found["spring"]["tie"]["length"].values
+    tight = int(np.argmax(length < 1.0))
+    assert 5 < tight < 40
+    apart = np.linalg.norm(
+        found["cable"]["right"]["position"].values - found["cable"]["left"]["position"].values, axis=1
+    )
+    assert apart[:tight] == pytest.approx(length[:tight], abs=1e-8)
+    speed = found["cable"]["left"]["velocity"].values
+    slack = np.flatnonzero(apart < 0.99)
+    assert slack.size > 3
+    run = slack[: np.argmax(np.diff(slack) > 1) + 1] if np.any(np.diff(slack) > 1) else slack
+    assert speed[run] == pytest.approx(np.broadcast_to(speed[run[0]], (run.size, 3)), abs=1e-8)
+    with pytest.raises(InputError, match=r"TensionCable\.places is .*it must be a list of two places"):
+        cable.TensionCable(places=["left"], stiffness=50.0)
