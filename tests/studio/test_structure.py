@@ -95,6 +95,9 @@ def test_what_is_wrong_stands_beside_its_key():
     shown = form.describe(kinds()["beam"], skip=("kind",), flat=True)
     assert form.nearest_field(shown, "section.rod.radius") == "section"
     assert form.nearest_field(shown, "lenght") == ""
+    shown = form.describe(cases.system("heliogyro").Case)
+    assert form.nearest_field(shown, "blade") == "blade"
+    assert form.nearest_field(shown, "blade.tip_mas") == "", "no field of the section shows it"
 
 
 def test_sentences_of_the_assembly_stand_beside_their_key():

@@ -85,7 +85,7 @@ class CasePanel:
 
         self._form = FormView(
             kind, content, self._changed, skip=("system", key) if key else ("system",), complete=complete,
-            middle=draw_parts,
+            middle=draw_parts, elsewhere=(key,) if key else (),
         )  # fmt: skip
         self._changed(self.draft.content, self._wrong)
 

@@ -438,8 +438,10 @@ def _drop(content: dict[str, Any], key: str) -> None:
 
 def nearest_field(form: Group, key: str) -> str:
     """The field or section that shows a dotted key: itself, or the field that holds it; '' for none."""
-    known = {field.key for field in form.fields()} | {group.key for group in form.groups()} - {""}
-    while key and key not in known:
+    fields = {field.key for field in form.fields()}
+    if key in {group.key for group in form.groups()}:
+        return key
+    while key and key not in fields:
         key = key.rpartition(".")[0]
     return key
 

@@ -29,6 +29,7 @@ class FormView:
     flat : bool, whether inner sections are single fields, written as YAML mappings
     words : returns what a field may be that refers to other parts
     middle : draws what stands between the fields and the sections
+    elsewhere : keys among those of `skip` whose errors are shown elsewhere
     """
 
     def __init__(
@@ -43,9 +44,10 @@ class FormView:
         flat: bool = False,
         words: Callable[[], Sequence[str]] = tuple,
         middle: Callable[[], None] = lambda: None,
+        elsewhere: tuple[str, ...] = (),
     ) -> None:
         self.kind, self._complete, self._changed = kind, complete, changed
-        self._skip, self._before, self._words = skip, before, words
+        self._elsewhere, self._before, self._words = elsewhere, before, words
         self.form = form.describe(kind, skip=skip, flat=flat)
         self.texts = form.texts(self.form, content)
         self.given = form.given(self.form, content)
@@ -210,7 +212,7 @@ class FormView:
         found = {
             key: sentence
             for key, sentence in form.problems(content, wrong, self.kind).items()
-            if not any(key == own or key.startswith(f"{own}.") for own in self._skip)
+            if not any(key == own or key.startswith(f"{own}.") for own in self._elsewhere)
         }
         self._show(found)
         self._changed(content, found)
