@@ -30,7 +30,7 @@ SHEET = 1_048_576
 _CELL = 19
 
 
-def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write tables of a run into a folder; returns what was written.
 
     Notes
