@@ -39,7 +39,7 @@ def study(cases: int) -> dict[str, Any]:
             "spool.rate": {"from": "3 rad/s", "to": "4 rad/s", "points": max(1, cases // 4)},
             "blade.nodes": [20, 21, 22, 23],
         },
-        "keep": ["body_rate.last", "lag_angle.last", "steps"],
+        "keep": ["body_rate.last", "tip_lag.last", "steps"],
     }
 
 

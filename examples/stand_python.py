@@ -30,7 +30,7 @@ for component in run.component.values:
 # adds is the business of `evolvent identify`, whose certificate names the share of each.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.5), layout="constrained", width_ratios=(2, 1))
-seen = run.sel(sensor=1)
+seen = run.to_dataset().sel(sensor=1)
 (1e3 * seen.sensor_displacement).plot(ax=left, linewidth=0.8)
 left.set(ylabel="displacement, mm", title="sensor 1", xlim=(0.0, 4.0))
 residual = 1e3 * (seen.sensor_displacement - seen.sensor_fitted)

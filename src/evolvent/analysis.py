@@ -283,6 +283,7 @@ def observed(
         own, family = getattr(part, "observe", None), OBSERVERS.get(view.assembly.names[name][0])
         found = own(view, name) if own is not None else family(view, name) if family is not None else None
         for key, v in found.variables.items() if found is not None else ():
+            assert found is not None
             full = f"{name}.{key}"
             if any(one == full or one.startswith((f"{full}.", f"{name}[")) for one in wanted):
                 dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)

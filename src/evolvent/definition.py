@@ -194,7 +194,7 @@ class SystemDefinition:
                 found[name] = settings[name]
         return found
 
-    def _given(self, laws: Mapping[str, Any] | None) -> dict[str, Any]:
+    def _given(self, laws: Any) -> dict[str, Any]:
         """The laws in Python that a run was given, by name; refuses those that `build` does not take."""
         asked: Any = laws
         if not isinstance(asked, Mapping | None):

@@ -71,8 +71,9 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                 elif kind == "line":
                     line = _line(part, group, own)
                     copies = _copies(run, own, line.points)
-                    none = [None] * len(copies)
-                    across = none if line.across is None else _copies(run, own, line.across, places=False)
+                    across: list[Any] = [None] * len(copies)
+                    if line.across is not None:
+                        across = _copies(run, own, line.across, places=False)
                     for k, (x, y) in enumerate(zip(copies, across, strict=True)):
                         name = f"{part} copy {k + 1}" if k else part
                         lines.append(dataclasses.replace(line, name=name, points=x, across=y))

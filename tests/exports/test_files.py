@@ -167,7 +167,7 @@ def test_tables_hold_the_run(runs, tmp_path, name):
     assert np.array_equal(series["energy_kinetic [J]"], run.energy_kinetic.values)
     for heading, values in {
         "heliogyro": {"deployed_length blade 2 [m]": lambda: run.deployed_length.values[:, 1]},
-        "stand": {"spring_force spring 3 [N]": lambda: run.spring_force.values[:, 2]},
+        "stand": {"spring-3.force [N]": lambda: run["spring-3"].force.values},
         "rib": {
             "energy_dissipated mass damping [J]": lambda: run.energy_dissipated.values[:, 0],
             "linear_momentum y [kg m s-1]": lambda: run.linear_momentum.values[:, 1],

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _LIMIT = 2_000_000_000
 
 
-def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write a run as MATLAB 5 file; returns what was written.
 
     Notes

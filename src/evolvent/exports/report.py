@@ -194,9 +194,10 @@ def _balances(run: Any) -> str:
         if variable.dims[:1] != ("time",) or variable.dtype.kind != "f" or np.isnan(variable.values).all():
             continue
         values = variable.values.reshape(time.size, -1)
-        if str(name).endswith("_balance") and values.shape[1] == 1:
+        if str(name).endswith(("_balance", "_defect")) and values.shape[1] == 1:
             k = int(np.nanargmax(np.abs(values[:, 0])))
-            long_name = variable.attrs.get("long_name", str(name))
+            unit = variable.attrs.get("units", "1")
+            long_name = variable.attrs.get("long_name", str(name)) + ("" if unit == "1" else f", {unit}")
             defects.append((long_name, f"{values[k, 0]:.2e}", f"{time[k]:.5g} s", f"{values[-1, 0]:.2e}"))
         elif variable.attrs.get("units") in _ACCOUNTS and values.shape[1] <= 12:
             kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))

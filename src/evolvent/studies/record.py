@@ -71,7 +71,8 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
     numbers = _numbers(run)
     if not keep:
-        timeless = {str(name): values for name, values in run.data_vars.items() if "time" not in values.dims}
+        root = run.to_dataset() if isinstance(run, xr.DataTree) else run
+        timeless = {str(name): values for name, values in root.data_vars.items() if "time" not in values.dims}
         own = {name: _number(name, value) for name, value in numbers.items()}
         return Outcome(index=index, status=status, variables=own | timeless)
     found, missing = {}, []
@@ -97,8 +98,8 @@ def _variable(run: xr.Dataset | xr.DataTree, name: str) -> xr.DataArray | None:
     if found.dims == ("time",) and name == "time":
         return None
     part = variables.owner(name)
-    own = {dim: str(dim).removeprefix(f"{part}.") for dim in found.dims if dim not in variables.SHARED}
-    found = found.rename({dim: stored_name(f"{part}.{bare}") for dim, bare in own.items()})
+    bare_names = {dim: str(dim).removeprefix(f"{part}.") for dim in found.dims if dim not in variables.SHARED}
+    found = found.rename({dim: stored_name(f"{part}.{bare}") for dim, bare in bare_names.items()})
     text = found.attrs.get("long_name", "")
     found.attrs = {**found.attrs, "long_name": f"{name}: {text}" if text else name}
     return found

@@ -87,11 +87,11 @@ class Heliogyro(SystemDefinition):
     figures = staticmethod(show.figures)
     motion = staticmethod(show.motion)
 
-    def settings(self, case: Case) -> dict[str, Any]:
+    def settings(self, case: Any) -> dict[str, Any]:
         """How a case is run."""
         return self.prepared_settings(case, build(case).assemble(), {})
 
-    def prepared_settings(self, case: Case, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
+    def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
         """As `settings`, of parts that are assembled."""
         return settings_of(case, assembly, by_law="feed" in laws)
 

@@ -13,31 +13,29 @@ from evolvent.figures import Figure, Line, Number, Panel, spline
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from evolvent.motion import Motion
 
 _WORK = ("work_loads", "work_drives", "work_spools")
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
 
 
-def case_of(run: xr.DataTree) -> Case:
+def case_of(run: Any) -> Case:
     """The case that a run was made from."""
     loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
 
 
-def _blade(run: xr.DataTree, b: int) -> xr.DataTree:
+def _blade(run: Any, b: int) -> Any:
     """Results of a blade, or of the one that stands for all."""
     return run.children.get(f"blade-{b + 1}", run.children["blade-1"])
 
 
-def _separated(run: xr.DataTree) -> np.ndarray:
+def _separated(run: Any) -> np.ndarray:
     """Whether each blade has left its spool: (nt, blades)."""
     return np.stack([_blade(run, b).separated.values > 0.0 for b in range(run.sizes["blade"])], axis=1)
 
 
-def motion(run: xr.DataTree) -> Motion | None:
+def motion(run: Any) -> Motion | None:
     """Blades from tip to spool, their pull on the body, and the body with its spools."""
     found = show.motion(run)
     if found is None:
@@ -50,7 +48,7 @@ def motion(run: xr.DataTree) -> Motion | None:
     return dataclasses.replace(found, title="Deployment of the heliogyro's blades", numbers=numbers)
 
 
-def numbers(run: xr.DataTree) -> list[Number]:
+def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
     time, rate = run.time.values, run.body_rate.values
     found = [
@@ -89,12 +87,12 @@ def numbers(run: xr.DataTree) -> list[Number]:
     return found + results.closing_numbers(run)
 
 
-def _tip_lag(run: xr.DataTree) -> np.ndarray:
+def _tip_lag(run: Any) -> np.ndarray:
     """Lag of the tips in the plane of the spin, deg, (nt, blades); negative ahead of the spool, NaN once let go."""
     return np.where(_separated(run), np.nan, np.degrees(run.tip_lag.values))
 
 
-def _hub_numbers(run: xr.DataTree) -> list[Number]:
+def _hub_numbers(run: Any) -> list[Number]:
     """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
     time, hub = run.time.values, run.hub_tension.values.max(axis=1)
     k = int(np.argmax(hub))
@@ -111,7 +109,7 @@ def _hub_numbers(run: xr.DataTree) -> list[Number]:
     return [Number(label=f"largest hub tension, mean of {time[count - 1]:.2g} s", value=text), found]
 
 
-def _window(run: xr.DataTree) -> int:
+def _window(run: Any) -> int:
     """Samples that a mean over the ringing of springs is taken of; 0 if there are too few."""
     count = max(20, run.sizes["time"] // 50)
     return count if run.sizes["time"] >= 3 * count else 0
@@ -136,7 +134,7 @@ def _unlike(values: np.ndarray) -> list[int]:
     return [0] if alike else list(range(values.shape[1]))
 
 
-def figures(run: xr.DataTree) -> list[Figure]:
+def figures(run: Any) -> list[Figure]:
     """What to draw of a run; nothing of one with a single sample."""
     if run.sizes["time"] < 2:
         return []
@@ -147,7 +145,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
     return found
 
 
-def _rate_figure(run: xr.DataTree) -> Figure:
+def _rate_figure(run: Any) -> Figure:
     """Body rate beside both formulas."""
     time, rate = run.time.values, run.body_rate.values
     lines, gaps = [Line(x=time, y=rate, label="computed")], []
@@ -166,7 +164,7 @@ def _rate_figure(run: xr.DataTree) -> Figure:
     return Figure(name="body_rate", title="Rate of the body", panels=panels, size=size)
 
 
-def _lag_figure(run: xr.DataTree) -> Figure:
+def _lag_figure(run: Any) -> Figure:
     """Tip lag, whole and at the start."""
     time, lag = run.time.values, _tip_lag(run)
     shown = _unlike(lag)
@@ -195,18 +193,20 @@ def _smooth(x: np.ndarray, y: np.ndarray, color: int) -> Line:
     return Line(x=fine, y=spline(x, y, fine), color=color, width=1.0)
 
 
-def _moments(run: xr.DataTree, count: int) -> list[int]:
+def _moments(run: Any, count: int) -> list[int]:
     """Samples evenly spread over a run, or over what of it comes before a blade is let go, without the first."""
     held = np.flatnonzero(~_separated(run).any(axis=1))
     last = int(held[-1]) if held.size else 0
     return sorted({int(k) for k in np.linspace(0, last, count + 1)[1:]})
 
 
-def _shape_figure(run: xr.DataTree) -> Figure:
+def _shape_figure(run: Any) -> Figure:
     """Shape at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
     case, time, first = case_of(run), run.time.values, _blade(run, 0)
     moments, gone = np.array(_moments(run, 7)), _separated(run)
-    seen = show.motion(run).at(moments).in_body()  # type: ignore[union-attr]
+    drawn = show.motion(run)
+    assert drawn is not None
+    seen = drawn.at(moments).in_body()
     top, side, lag, height, reach = [], [], [], 0.0, 0.0
     for j, k in reversed(list(enumerate(moments))):
         color, label = float(time[k] / time[-1]), f"{time[k]:.4g} s"
@@ -234,7 +234,7 @@ def _shape_figure(run: xr.DataTree) -> Figure:
     return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
 
 
-def _tension_figure(run: xr.DataTree) -> Figure:
+def _tension_figure(run: Any) -> Figure:
     """Tension at the hub over time, and along the thread at several times."""
     case, time = case_of(run), run.time.values
     hub = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values)
@@ -268,7 +268,7 @@ def _tension_figure(run: xr.DataTree) -> Figure:
     return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
 
 
-def _momentum_figure(run: xr.DataTree) -> Figure:
+def _momentum_figure(run: Any) -> Figure:
     """Angular momentum about Z, what releases bring in, and what the balance lacks."""
     time, start = run.time.values, run.angular_momentum.values[0, 2]
     total = np.abs(run.angular_momentum.values[:, 2]).max()
@@ -296,7 +296,7 @@ def _momentum_figure(run: xr.DataTree) -> Figure:
     return Figure(name="momentum", title="Angular momentum", panels=panels, size=(8.0, 7.5))
 
 
-def _body_figure(run: xr.DataTree) -> Figure:
+def _body_figure(run: Any) -> Figure:
     """Motion of a free body: its centre and the tilt of its axis."""
     time, q, x = run.time.values, run["body"].attitude.values, 1e3 * run["body"].position.values
     tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2), -1.0, 1.0)))

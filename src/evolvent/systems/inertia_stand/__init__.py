@@ -25,12 +25,19 @@ Where the paper is in error, or silent:
   shows what it gives.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 from evolvent.definition import SystemDefinition
+from evolvent.system import System
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
-from evolvent.systems.inertia_stand.places import motion
-from evolvent.systems.inertia_stand.show import figures, layout, numbers
+from evolvent.systems.inertia_stand.prepare import prepare
+from evolvent.systems.inertia_stand.show import figures, layout, motion, numbers
 from evolvent.systems.inertia_stand.simulate import plan, run_batch
+from evolvent.systems.inertia_stand.structure import system_of
 
 
 class InertiaStand(SystemDefinition):
@@ -47,16 +54,18 @@ class InertiaStand(SystemDefinition):
     plan = staticmethod(plan)
     run_batch = staticmethod(run_batch)
 
+    def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
+        """Body, springs and guides, let go from where the excitation has brought the body."""
+        self._given(laws)
+        return system_of(prepare(case))
+
+    def settings(self, case: Any) -> dict[str, Any]:
+        """How `System.simulate` runs the parts; the methods of batches are those of `evolvent.run` alone."""
+        every = 1.0 / case.sensors.rate
+        found = {"until": (case.sensors.samples - 1) * every, "every": every, "method": "dopri5"}
+        return found | {"tolerance": case.solver.rtol, "absolute_tolerance": case.solver.atol}
+
 
 SYSTEM = InertiaStand()
 
-__all__ = [
-    "Case",
-    "figures",
-    "layout",
-    "motion",
-    "numbers",
-    "plan",
-    "run_batch",
-    "study_figures",
-]
+__all__ = ["Case", "figures", "layout", "motion", "numbers", "plan", "run_batch", "study_figures"]

@@ -1,20 +1,24 @@
-"""What to show of a run: numbers and figures."""
+"""What to show of a run: numbers, figures, motion."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import dataclasses
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, show
 from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from evolvent.motion import Motion
+
+#: Largest displacement in pictures, of the stand's half length; the true one would not be seen.
+SHOWN = 0.12
 
 
-def case_of(run: xr.Dataset) -> Case:
+def case_of(run: Any) -> Case:
     """The case that a run was made from."""
     loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
@@ -26,9 +30,10 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     time: dict[str, int | None] = {"time": None}
     mode: dict[str, int | None] = {"mode": None}
     linear: dict[str, int | None] = {"linear_mode": 3 if case.stand.support == "guided" else 6}
-    found = dict.fromkeys(("energy_kinetic", "energy_elastic", "energy_dissipated", "energy_balance"), time)
-    found |= dict.fromkeys(("position", "velocity", "angular_velocity"), time | {"axis": 3})
-    found |= {"attitude": time | {"quaternion": 4}, "spring_force": time | {"spring": n}}
+    found = show.layout(case) | {"energy_potential": time}
+    found |= {"displacement": time | {"axis": 3}, "rotation": time | {"quaternion": 4}}
+    found |= {"body.position": time | {"axis": 3}, "body.attitude": time | {"quaternion": 4}}
+    found |= {f"spring-{k + 1}.force": time for k in range(n)}
     found |= dict.fromkeys(("sensor_displacement", "sensor_true"), time | {"sensor": c})
     names = [f"mode_{name}" for name in ("frequency", "decay_rate", "energy")]
     found |= dict.fromkeys([*names, *(f"{name}_std" for name in names), "mode_frequency_linear"], mode)
@@ -40,7 +45,7 @@ def layout(case: Case) -> dict[str, dict[str, int | None]]:
     return found
 
 
-def numbers(run: xr.Dataset) -> list[Number]:
+def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
     from evolvent.results import closing_numbers
 
@@ -90,19 +95,24 @@ def numbers(run: xr.Dataset) -> list[Number]:
             label = f"{name.replace('_', ' ')} identified"
             found.append(Number(label=label, value=f"{value:.7g} {unit}; true {true:.7g}"))
     found.append(Number(label="tilt at rest", value=f"{np.degrees(float(run.static_tilt)):.4g} deg"))
-    balance = float(np.abs(run.energy_balance.values).max())
+    balance = float(np.abs(run.energy_defect.values).max()) / _largest(run)
     found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
     return found + closing_numbers(run)
 
 
-def figures(run: xr.Dataset) -> list[Figure]:
+def _largest(run: Any) -> float:
+    """Largest kinetic energy, or potential energy above that at rest, J."""
+    return max(float(run.energy_kinetic.max()), float(run.energy_potential.max()), 1e-300)
+
+
+def figures(run: Any) -> list[Figure]:
     """What to draw of a run; nothing of one with a single sample."""
     if run.sizes["time"] < 3:
         return []
     return [_signals(run), _spectrum(run), _shapes(run), _inertia(run), _motion(run), _balance(run)]
 
 
-def _signals(run: xr.Dataset) -> Figure:
+def _signals(run: Any) -> Figure:
     """Signals of up to four sensors, and what the identified modes leave of them."""
     time = run.time.values
     shown = range(min(run.sizes["sensor"], 4))
@@ -121,7 +131,7 @@ def _signals(run: xr.Dataset) -> Figure:
     return Figure(name="signals", title="Signals and identified modes", panels=panels, columns=columns, size=size)
 
 
-def _spectrum(run: xr.Dataset) -> Figure:
+def _spectrum(run: Any) -> Figure:
     """Amplitude spectra with the identified frequencies."""
     x = run.sensor_displacement.values
     window = np.hanning(len(x))[:, None]
@@ -145,7 +155,7 @@ def _spectrum(run: xr.Dataset) -> Figure:
     return Figure(name="spectrum", title="Spectra of the signals (Hann window)", panels=[panel], size=(8.0, 4.5))
 
 
-def _shapes(run: xr.Dataset) -> Figure:
+def _shapes(run: Any) -> Figure:
     """Amplitude of each mode at each sensor, identified and of the linear model."""
     sensor = run.sensor.values.astype(float)
     panels = []
@@ -172,7 +182,7 @@ def _shapes(run: xr.Dataset) -> Figure:
     )
 
 
-def _inertia(run: xr.Dataset) -> Figure:
+def _inertia(run: Any) -> Figure:
     """Error of the identified moments with their standard deviations."""
     true, value, std = (run[name].values for name in ("inertia_true", "inertia_identified", "inertia_std"))
     names = [str(c) for c in run.component.values]
@@ -196,16 +206,16 @@ def _inertia(run: xr.Dataset) -> Figure:
     return Figure(name="inertia", title="Identified moments of inertia", panels=[panel], size=(8.0, 4.0))
 
 
-def _motion(run: xr.Dataset) -> Figure:
+def _motion(run: Any) -> Figure:
     """Motion of the centre of mass, small rotations, forces of the springs."""
     time = run.time.values
-    turned = 2e3 * run.attitude.values[:, 1:]
+    turned = 2e3 * run["rotation"].values[:, 1:]
     names = ("x", "y", "z")
     panels = [
         Panel(
             x_label="time, s",
             y_label="displacement, mm",
-            lines=[Line(x=time, y=1e3 * run.position.values[:, k], label=n, color=k) for k, n in enumerate(names)],
+            lines=[Line(x=time, y=1e3 * run.displacement.values[:, k], label=n, color=k) for k, n in enumerate(names)],
             title="centre of mass, from its rest",
         ),
         Panel(
@@ -217,7 +227,7 @@ def _motion(run: xr.Dataset) -> Figure:
             x_label="time, s",
             y_label="force, kN",
             lines=[
-                Line(x=time, y=1e-3 * run.spring_force.values[:, k], label=f"spring {k + 1}", color=k)
+                Line(x=time, y=1e-3 * run[f"spring-{k + 1}"].force.values, label=f"spring {k + 1}", color=k)
                 for k in range(min(run.sizes["spring"], 6))
             ],
         ),
@@ -225,12 +235,12 @@ def _motion(run: xr.Dataset) -> Figure:
     return Figure(name="motion", title="Motion of the body", panels=panels, size=(8.0, 8.0))
 
 
-def _balance(run: xr.Dataset) -> Figure:
+def _balance(run: Any) -> Figure:
     """Energies and their balance."""
     time = run.time.values
     names = [
         ("energy_kinetic", "kinetic"),
-        ("energy_elastic", "springs and gravity"),
+        ("energy_potential", "springs and gravity"),
         ("energy_dissipated", "dissipated"),
     ]
     lines = [Line(x=time, y=run[name].values, label=label, color=k) for k, (name, label) in enumerate(names)]
@@ -239,7 +249,39 @@ def _balance(run: xr.Dataset) -> Figure:
         Panel(
             x_label="time, s",
             y_label="balance, of the largest energy",
-            lines=[Line(x=time, y=run.energy_balance.values)],
+            lines=[Line(x=time, y=run.energy_defect.values / _largest(run))],
         ),
     ]
     return Figure(name="balance", title="Energy account", panels=panels, size=(8.0, 6.0))
+
+
+def motion(run: Any) -> Motion:
+    """Springs from ground to body, their forces on it, and the body as a box that reaches to them; y up."""
+    from evolvent.motion import Forces, Marks
+    from evolvent.solids import Solid
+
+    case, found = case_of(run), show.motion(run)
+    assert found is not None
+    ground, ends = (np.stack([line.points[:, k] for line in found.lines], axis=1) for k in (0, 1))
+    along = (ground - ends) / np.linalg.norm(ground - ends, axis=-1, keepdims=True)
+    tension = np.stack([run[line.name].force.values for line in found.lines], axis=1)
+    pulls = Forces(name="force of the springs on the body", points=ends, vectors=tension[..., None] * along)
+    springs = np.array(case.stand.springs)
+    reach = float(np.abs(springs).max())
+    margin = np.array([0.0, 0.12 * reach, 0.0])
+    low, high = springs.min(axis=0) - margin, springs.max(axis=0) + margin
+    box = Solid.box(high - low, centre=0.5 * (low + high) - np.array(case.body.centre))
+    moved = float(np.abs(ends - ends.mean(axis=0)).max())
+    return dataclasses.replace(
+        found,
+        title="Inertia stand",
+        forces=[pulls],
+        marks=[Marks(name="fixed end", points=ground)],
+        frames=[dataclasses.replace(found.frames[0], solids=[box])],
+        numbers={
+            "kinetic energy [J]": run.energy_kinetic.values,
+            "height above rest [mm]": 1e3 * run.displacement.values[:, 1],
+        },
+        up="y",
+        magnification=float(f"{max(1.0, SHOWN * reach / moved):.1g}") if moved > 0.0 else 1.0,
+    )

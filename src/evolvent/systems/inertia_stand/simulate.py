@@ -1,18 +1,23 @@
-"""From a case to the motion, the sensors' signals and a data set."""
+"""From a case to the motion, the sensors' signals and a tree of results."""
 
 from __future__ import annotations
 
+import dataclasses
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import batch, cases
+from evolvent import analysis, batch, cases
+from evolvent import model as mdl
 from evolvent.batch.rates import DISSIPATED, Q, V, W, X
-from evolvent.errors import InputError
+from evolvent.errors import InputError, RunFailed, in_keys, naming_keys
 from evolvent.inertia import NormalModes, energy
 from evolvent.motion import quaternions, rotation_matrices
+from evolvent.observe import View
+from evolvent.observe.lumped import observe_spring
+from evolvent.solvers.solution import Solution
 from evolvent.systems._common import refuse_laws
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.prepare import (
@@ -23,6 +28,7 @@ from evolvent.systems.inertia_stand.prepare import (
     least_energies,
     prepare,
 )
+from evolvent.systems.inertia_stand.structure import system_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,19 +43,6 @@ STRETCH = 1.0
 KINDS = ("sway along x", "heave", "sway along z", "roll", "yaw", "pitch")
 
 
-class Outcome(NamedTuple):
-    """How a motion ended, as `evolvent.results.label` wants it."""
-
-    status: str
-    message: str
-    statistics: dict[str, float]
-    wall_time: float
-    compile_time: float
-
-
-# ------------------------------------------------------------------------------------------------ runs
-
-
 def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
     """Check and prepare a case: motion, sensors, identification.
 
@@ -61,14 +54,14 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
     refuse_laws(laws, case.system)
     item = prepare(case)
 
-    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
-        return _finish(item, *_move([item], progress)[0])
+    def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        return _finish(item, _move([item], progress)[0])
 
     solver = "dopri5" if item.steps == 0 else batch.NAME
     return cases.Plan(duration=(case.sensors.samples - 1) / case.sensors.rate, run=run, solver=solver)
 
 
-def run_batch(batch: Sequence[Case]) -> list[xr.Dataset | Exception]:
+def run_batch(batch: Sequence[Case]) -> list[xr.DataTree | Exception]:
     """Runs of many cases, integrated together in compiled batches; a case gives the same bits as alone.
 
     Returns
@@ -83,25 +76,34 @@ def run_batch(batch: Sequence[Case]) -> list[xr.Dataset | Exception]:
         except InputError as error:
             found.append(error)
     ready = [k for k, item in enumerate(found) if isinstance(item, Prepared)]
-    for k, moved in zip(ready, _move([found[k] for k in ready], None), strict=True):
+    for k, solution in zip(ready, _move([found[k] for k in ready], None), strict=True):
         try:
-            found[k] = _finish(found[k], *moved)
+            found[k] = _finish(found[k], solution)
         except InputError as error:
             found[k] = error
     return found
 
 
-def _move(
-    prepared: Sequence[Prepared], progress: Callable[[float], None] | None
-) -> list[tuple[np.ndarray, dict[str, float], float, float]]:
-    """States (samples, 14) of each, statistics, and the times of the solve and of compilation, s."""
+def _adaptive(item: Prepared, progress: Callable[[float], None] | None) -> Solution:
+    """The motion by the general engine."""
+    case, keys = item.case, cases.solver_keys(item.case)
+    samples = np.arange(case.sensors.samples) / case.sensors.rate
+    options = {"tolerance": case.solver.rtol, "absolute_tolerance": case.solver.atol}
+    with naming_keys(keys):
+        prepared, _ = analysis.plan(system_of(item).assemble(), samples, method="dopri5", **options)
+        solution: Solution = prepared.run(progress)
+    if not solution.success:
+        raise RunFailed(in_keys(solution.message, keys), None)
+    return solution
+
+
+def _move(prepared: Sequence[Prepared], progress: Callable[[float], None] | None) -> list[Solution]:
+    """The motion of each."""
     moved: list[Any] = [None] * len(prepared)
     groups: dict[tuple[Any, ...], list[int]] = {}
     for k, item in enumerate(prepared):
         if item.steps == 0:
-            from evolvent.systems.inertia_stand.adaptive import integrate
-
-            moved[k] = integrate(item, progress)
+            moved[k] = _adaptive(item, progress)
             continue
         sensors = item.case.sensors
         key = (item.steps, sensors.rate, sensors.samples, item.case.solver.method, len(item.stand.stiffness))
@@ -127,73 +129,79 @@ def _move(
                 "step": 1.0 / rate / steps,
                 "stability_limit": batch.stability_limit(method) / highest,
             }
-            moved[k] = (states[row], statistics, each, compiled - began)
+            moved[k] = solution_of(prepared[k], states[row], statistics, each, compiled - began)
     return moved
 
 
-def _finish(
+def solution_of(
     item: Prepared, states: np.ndarray, statistics: dict[str, float], wall: float, compiling: float
-) -> xr.Dataset:
-    """The run as a Dataset."""
-    import xarray as xr
-
-    from evolvent.results import label, variable
-    from evolvent.systems.inertia_stand.identify import identified
-
-    case, stand = item.case, item.stand
+) -> Solution:
+    """States (samples, 14) of a batch as a solution of the same case composed of parts, up to the last finite one."""
     finite = np.all(np.isfinite(states), axis=1)
     kept = int(np.argmin(finite)) if not np.all(finite) else len(states)
-    states = states[:kept]
-    t = np.arange(kept) / case.sensors.rate
-    position, velocity, rate = states[:, X : X + 3], states[:, V : V + 3], states[:, W : W + 3]
-    rotation = rotation_matrices(states[:, Q : Q + 4])
-    account, outcome = _account(item, states, rotation, statistics, wall, compiling, complete=bool(np.all(finite)))
-    true = _displacement(item, position, rotation)
+    states, assembly = states[:kept], system_of(item).assemble()
+    at = int(assembly.model.info.nq + assembly.model.info.nv)
+    y = np.zeros((kept, assembly.y.size))
+    y[:, : V + 3] = states[:, : V + 3]
+    y[:, W : W + 3] = np.einsum("tij,ti->tj", rotation_matrices(states[:, Q : Q + 4]), states[:, W : W + 3])
+    fallen = states[:, X : X + 3] - states[:1, X : X + 3]
+    y[:, at + mdl.LOAD] = item.suspended.mass * (fallen @ item.suspended.gravity)
+    y[:, at + mdl.DISSIPATED] = states[:, DISSIPATED]
+    status, message, method = "success", "the run reached its end", item.case.solver.method
+    if kept < len(finite):
+        end, status = (kept - 1) / item.case.sensors.rate, "failed"
+        message = f"the state stopped being finite after t = {end:.6g} s with {method}; {_advice(item, statistics)}"
+    return Solution(
+        assembly=assembly, method=method, t=np.arange(kept) / item.case.sensors.rate, y=y,
+        s=np.zeros((kept, assembly.s.size), dtype=assembly.s.dtype), status=status, message=message,
+        statistics=statistics, event_times=np.zeros(0), event_kinds=np.zeros(0, dtype=int), wall_time=wall,
+        compile_time=compiling,
+    )  # fmt: skip
+
+
+def _advice(item: Prepared, statistics: dict[str, float]) -> str:
+    return f"take a smaller step than {statistics.get('step', 0.0):.3g} s" if item.steps else "tighten solver.rtol"
+
+
+def _finish(item: Prepared, solution: Solution) -> xr.DataTree:
+    """The run as a tree."""
+    from evolvent.results import variable
+    from evolvent.systems.inertia_stand.identify import identified
+
+    case, stand, view = item.case, item.stand, View(solution)
+    body = view.pose(view.index("body"))
+    solution, potential, told = _checked(item, solution, body.x, body.R)
+    true = _displacement(item, body.x, body.R)
     measured = _measured(case, true)
-    time, axis, sensor = ("time",), ("time", "axis"), ("time", "sensor")
-    relative = position - item.model.pose.position
-    turned = np.einsum("tij,kj->tik", rotation, item.model.pose.rotation)
+    axis, sensor = ("time", "axis"), ("time", "sensor")
+    turned = np.einsum("tij,kj->tik", body.R, item.model.pose.rotation)
+    n, c = len(stand.stiffness), true.shape[1]
+    text = "energy of the springs and of the weight above that at rest"
     data = {
-        "position": variable(axis, relative, "m", "displacement of the centre of mass from its rest, level axes"),
-        "attitude": variable(
+        "component": variable(("component",), list(COMPONENTS), "1", "component of the inertia tensor"),
+        "linear_kind": variable(("linear_mode",), kinds(item.modes), "1", "what the mode mostly is"),
+        "spring": variable(("spring",), np.arange(1, n + 1), "1", "spring"),
+        "sensor": variable(("sensor",), np.arange(1, c + 1), "1", "sensor"),
+        "displacement": variable(
+            axis, body.x - item.model.pose.position, "m", "displacement of the centre of mass from its rest, level axes"
+        ),
+        "rotation": variable(
             ("time", "quaternion"), quaternions(turned), "1", "rotation from the rest, level axes, scalar first"
         ),
-        "velocity": variable(axis, velocity, "m s-1", "velocity of the centre of mass, level axes"),
-        "angular_velocity": variable(axis, rate, "rad s-1", "angular velocity, level axes"),
-        "spring_force": variable(
-            ("time", "spring"), _pulls(item, position, rotation), "N", "force along the spring, positive where it pulls"
-        ),
+        "energy_potential": variable(("time",), potential, "J", text),
         "sensor_displacement": variable(sensor, measured, "m", "displacement from the rest as the sensor reads it"),
         "sensor_true": variable(sensor, true, "m", "displacement from the rest along the sensor"),
-        **account,
         **_linear(item),
+        **identified(item, measured, true),
     }
-    data["spring_force"].attrs["warning"] = _overdone(item, data["spring_force"].values)
-    data |= identified(item, measured, true)
-    n, c = len(stand.stiffness), true.shape[1]
-    dataset = xr.Dataset(
-        data,
-        {
-            "time": variable(time, t, "s", "time"),
-            "axis": ("axis", ["x", "y", "z"]),
-            "component": ("component", list(COMPONENTS)),
-            "spring": variable(("spring",), np.arange(1, n + 1), "1", "spring"),
-            "linear_kind": ("linear_mode", kinds(item.modes)),
-            "sensor": variable(("sensor",), np.arange(1, c + 1), "1", "sensor"),
-        },
-    )
-    label(
-        dataset,
-        system="inertia-stand",
-        case=cases.to_yaml(case),
-        method=case.solver.method,
-        solution=outcome,
-        laws={},
-    )
-    warnings = [w for v in dataset.data_vars.values() if (w := v.attrs.pop("warning", ""))]
-    if warnings:
-        dataset.attrs["warning"] = "; ".join(warnings)
-    return dataset
+    warnings = [told, _overdone(item, view)] + [v.attrs.get("warning", "") for v in data.values()]
+    root: dict[str, Any] = {
+        name: (v.dims, v.values, v.attrs["units"], v.attrs["long_name"]) for name, v in data.items()
+    }
+    return analysis.tree(
+        solution, case=cases.to_yaml(case), why="as asked for", system=case.system, root=root,
+        warning="; ".join(text for text in warnings if text),
+    )  # fmt: skip
 
 
 def _displacement(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -212,24 +220,19 @@ def _measured(case: Case, true: np.ndarray) -> np.ndarray:
     return step * np.round(read / step) if step > 0.0 else read
 
 
-def _pulls(item: Prepared, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """(nt, n) N, elastic force along each spring."""
-    stand = item.stand
-    ends = position[:, None] + np.einsum("tij,nj->tni", rotation, stand.points - item.body.centre)
-    length = np.linalg.norm(ends - stand.ground_points, axis=-1)
-    return np.asarray(stand.stiffness * (length - stand.length))
-
-
-def _overdone(item: Prepared, force: np.ndarray) -> str:
+def _overdone(item: Prepared, view: View) -> str:
     """A sentence where springs reach their natural length, at which a real one goes slack, or stretch beyond reason."""
     stand, pose = item.stand, item.model.pose
-    at_rest = _pulls(item, pose.position[None], pose.rotation[None])[0]
-    numbers = np.arange(1, at_rest.size + 1)
+    numbers = np.arange(1, len(stand.stiffness) + 1)
+    every = [observe_spring(view, f"spring-{k}").variables["extension"].values for k in numbers]
+    extension = np.stack(every, axis=1)
+    ends = pose.position + (stand.points - item.body.centre) @ pose.rotation.T
+    at_rest = np.linalg.norm(ends - stand.ground_points, axis=-1) - stand.length
     said = []
-    passed = numbers[np.any(force * np.sign(at_rest) < 0.0, axis=0)]
+    passed = numbers[np.any(extension * np.sign(at_rest) < 0.0, axis=0)]
     if passed.size:
         said.append(f"{_listed(passed)} through the natural length, where a real one hangs loose; swing less")
-    stretch = np.abs(force).max(axis=0) / (stand.stiffness * stand.length)
+    stretch = np.abs(extension).max(axis=0) / stand.length
     far = numbers[stretch > STRETCH]
     if far.size:
         said.append(
@@ -242,62 +245,37 @@ def _listed(springs: np.ndarray) -> str:
     return f"spring {springs[0]} goes" if springs.size == 1 else f"springs {', '.join(map(str, springs))} go"
 
 
-def _account(
-    item: Prepared,
-    states: np.ndarray,
-    rotation: np.ndarray,
-    statistics: dict[str, float],
-    wall: float,
-    compiling: float,
-    *,
-    complete: bool,
-) -> tuple[dict[str, xr.Variable], Outcome]:
-    """Energies, their balance, and how the run ended."""
-    from evolvent.results import variable
-
+def _checked(
+    item: Prepared, solution: Solution, position: np.ndarray, rotation: np.ndarray
+) -> tuple[Solution, np.ndarray, str]:
+    """The solution, failed where its energy balance is off; potential energy above the rest, J; a warning."""
     body, pose = item.body, item.model.pose
-    velocity, rate = states[:, V : V + 3], states[:, W : W + 3]
-    own = np.einsum("tji,tj->ti", rotation, rate)
-    kinetic = 0.5 * body.mass * np.sum(velocity**2, axis=1) + 0.5 * np.einsum("ti,ij,tj->t", own, body.inertia, own)
     rest = energy(item.stand, body, pose.position, pose.rotation)
-    potential = energy(item.stand, body, states[:, X : X + 3], rotation) - rest
-    dissipated = states[:, DISSIPATED]
-    total = kinetic + potential + dissipated
-    largest = max(float(kinetic.max()), float(potential.max()), 1e-300)
+    potential = energy(item.stand, body, position, rotation) - rest
+    largest = max(float(solution.balance.kinetic.max()), float(potential.max()), 1e-300)
     fall = float(body.mass * item.stand.gravity) * (np.abs(pose.position).max() + float(item.stand.length.max()))
     rounding = ROUNDING * max(abs(float(rest)), fall)
-    balance = (total - total[0]) / largest
-    worst = float(np.abs(balance).max())
-    time = ("time",)
-    data = {
-        "energy_kinetic": variable(time, kinetic, "J", "kinetic energy"),
-        "energy_elastic": variable(time, potential, "J", "energy of the springs and of gravity above that at rest"),
-        "energy_dissipated": variable(time, dissipated, "J", "energy dissipated so far"),
-        "energy_balance": variable(time, balance, "1", "what the energy balance lacks, over the largest energy"),
-    }
-    t = (len(states) - 1) / item.case.sensors.rate
-    method = item.case.solver.method
-    status, message = "success", "the run reached its end"
-    advice = f"take a smaller step than {statistics.get('step', 0.0):.3g} s" if item.steps else "tighten solver.rtol"
-    if not complete:
-        status = "failed"
-        message = f"the state stopped being finite after t = {t:.6g} s with {method}; {advice}"
-    elif worst > ENERGY_LIMIT and largest < rounding:
-        status = "failed"
-        message = (
-            f"the motion holds {largest:.2g} J at most, which rounding hides beside the potential energy at rest; "
-            "set the body in stronger motion"
-        )
-    elif worst > ENERGY_LIMIT:
-        status = "failed"
+    balance = solution.energy_defect / largest
+    worst, t = float(np.abs(balance).max()), float(solution.t[-1])
+    method, advice = solution.method, _advice(item, solution.statistics)
+    found = dataclasses.replace(solution, statistics={**solution.statistics, "energy_defect": worst})
+    if not found.success:
+        return found, potential, ""
+    if worst > ENERGY_LIMIT:
         message = f"the energy balance is off by {worst:.2g} of the motion's energy by t = {t:.6g} s; {advice}"
-    elif worst > ENERGY_TOLD:
+        if largest < rounding:
+            message = (
+                f"the motion holds {largest:.2g} J at most, which rounding hides beside the potential energy at rest; "
+                "set the body in stronger motion"
+            )
+        return dataclasses.replace(found, status="failed", message=message), potential, ""
+    told = ""
+    if worst > ENERGY_TOLD:
         what = "takes" if balance[-1] < 0.0 else "adds"
-        data["energy_balance"].attrs["warning"] = (
+        told = (
             f"{method} itself {what} {100.0 * worst:.2g} % of the energy at this step, which decay rates show; {advice}"
         )
-    statistics = {**statistics, "energy_defect": worst}
-    return data, Outcome(status, message, statistics, wall, compiling)
+    return found, potential, told
 
 
 def _linear(item: Prepared) -> dict[str, xr.Variable]:
