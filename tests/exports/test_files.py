@@ -170,7 +170,7 @@ def test_tables_hold_the_run(runs, tmp_path, name):
         "stand": {"spring_force spring 3 [N]": lambda: run.spring_force.values[:, 2]},
         "rib": {
             "energy_dissipated mass damping [J]": lambda: run.energy_dissipated.values[:, 0],
-            "linear_momentum y [kg m s-1]": lambda: run.linear_momentum.values[:, 1],
+            "momentum y [kg m s-1]": lambda: run.momentum.values[:, 1],
         },
     }[name].items():
         assert np.array_equal(series[heading], values())
