@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from evolvent import show, variables
+from evolvent import cases, show, variables
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Number
 
@@ -27,6 +27,11 @@ class RunAccessor:
     def __init__(self, run: xr.DataTree) -> None:
         self._run = run
 
+    @property
+    def _system(self) -> Any:
+        """Definition of the system that was run."""
+        return cases.system(self._run.attrs["system"])
+
     def names(self) -> list[str]:
         """Full names of all variables over time."""
         return variables.names(self._run)
@@ -37,7 +42,8 @@ class RunAccessor:
 
     def table(self) -> list[Number]:
         """The rows of the table on the screen."""
-        return show.numbers(self._run)
+        found: list[Number] = self._system.numbers(self._run)
+        return found
 
     def plot(self, *names: str, path: str | os.PathLike[str] | None = None) -> Any:
         """Plot variables over time; without names, the default figures.
@@ -53,7 +59,7 @@ class RunAccessor:
         """
         from evolvent import plots
 
-        drawn: list[Figure] = [show.figure(self._run, names)] if names else show.figures(self._run)
+        drawn: list[Figure] = [show.figure(self._run, names)] if names else self._system.figures(self._run)
         if path is None:
             sheets = [plots.sheet(figure) for figure in drawn]
             return sheets[0] if names else sheets
@@ -62,8 +68,9 @@ class RunAccessor:
         return plots.draw(drawn, path)
 
     def motion(self) -> Motion | None:
-        """Bodies, lines, forces and marks at every sample; None of a run with a single one."""
-        return show.motion(self._run)
+        """Bodies, lines, forces and marks at every sample; None where there is nothing to draw."""
+        found: Motion | None = self._system.motion(self._run)
+        return found
 
     def animate(self, path: str | os.PathLike[str]) -> str:
         """Write the animation as one HTML page; returns its path.
@@ -75,8 +82,8 @@ class RunAccessor:
         """
         from evolvent import animation
 
-        found = self.motion()
-        if found is None:
+        found = animation.of_run(self._run)
+        if found is None or found.time.size < 2:
             raise InputError("the run holds a single sample or nothing to draw, which makes no animation")
         return animation.write(found, path)
 

@@ -115,8 +115,14 @@ def plan(
     step: float | None = None,
     tolerance: float | None = None,
     spectral_radius: float | None = None,
+    absolute_tolerance: float | None = None,
 ) -> tuple[Any, str]:
     """A prepared run, and why its method is taken.
+
+    Parameters
+    ----------
+    method, step, tolerance, spectral_radius : as of `evolvent.System.simulate`
+    absolute_tolerance : float, of dopri5; a hundredth of `tolerance` if left out
 
     Raises
     ------
@@ -124,6 +130,11 @@ def plan(
         As of `choose_method` and of the solvers; also for an option that the method does not have.
     """
     method, why = choose_method(assembly, method)
+    if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
+        raise InputError(
+            f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
+            f"beside `tolerance`"
+        )
     if method == implicit.NAME:
         options: dict[str, Any] = {"step": step}
         options["tolerance"] = TOLERANCE if tolerance is None else tolerance
@@ -138,7 +149,8 @@ def plan(
         if step is not None:
             raise InputError(f"step is {step!r} s, but the method is dopri5, which chooses its steps; give `tolerance`")
         if tolerance is not None:
-            options |= {"rtol": tolerance, "atol": 1e-2 * tolerance}
+            absolute = 1e-2 * tolerance if absolute_tolerance is None else absolute_tolerance
+            options |= {"rtol": tolerance, "atol": absolute}
     else:
         if tolerance is not None:
             raise InputError(
@@ -201,6 +213,7 @@ def tree(
     system: str = "structure",
     title: str = "",
     root: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] | None = None,
+    warning: str | None = None,
 ) -> xr.DataTree:
     """A solution as a labelled tree.
 
@@ -211,6 +224,7 @@ def tree(
     system : str, its name
     title : str, what it is; after the system's name if left out
     root : more variables of the root: name -> (dimensions, values, units, long name)
+    warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
     """
     from evolvent import accessor  # noqa: F401  (it registers run.ev)
     from evolvent.tree import tree_of
@@ -219,7 +233,7 @@ def tree(
     attrs["method_reason"] = why
     if title:
         attrs["title"] = title
-    warning = warning_of(solution)
+    warning = warning_of(solution) if warning is None else warning
     if warning:
         attrs["warning"] = warning
     return tree_of(solution, attrs, root)

@@ -23,7 +23,7 @@ from evolvent.results import unfinished, writing
 from evolvent.solids import SECTORS, Solid
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 #: Size that a page may reach, bytes; frames are left out until it fits.
 LARGEST = 2_000_000
@@ -45,7 +45,7 @@ VIEWER = tuple(_HERE / "viewer" / f"{name}.js" for name in ("motion", "picture",
 _SMALL, _MANY = 0.02, 24
 
 
-def of_run(run: xr.Dataset) -> Motion | None:
+def of_run(run: Any) -> Motion | None:
     """The motion of a run, labelled if the run did not end as it should; None if it holds too little to move."""
     motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
     return None if motion is None or motion.time.size < 2 else motion.labelled(unfinished(run))

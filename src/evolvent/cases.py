@@ -283,7 +283,10 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
 
 def solver_keys(case: Section) -> dict[str, str]:
     """Keys of a case that say what arguments of the solvers do: argument -> key (see `evolvent.errors.in_keys`)."""
-    fields = type(case.solver).model_fields  # type: ignore[attr-defined]
+    solver = getattr(case, "solver", None)
+    if solver is None:
+        return dict(system(case.system).keys)  # type: ignore[attr-defined]
+    fields = type(solver).model_fields
     return {"tolerance": "solver.rtol"} | {name: f"solver.{name}" for name in fields}
 
 

@@ -9,18 +9,20 @@ the package is named by an entry point of the group ``evolvent.systems``::
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from evolvent.cases import Plan
-from evolvent.errors import InputError, in_keys, naming_keys
+from evolvent.errors import InputError, in_keys, naming_keys, nearest
 from evolvent.schema import Section
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.builder import Assembly
     from evolvent.figures import Figure, Number
     from evolvent.motion import Motion
     from evolvent.solvers.solution import Solution
@@ -38,6 +40,8 @@ class SystemDefinition:
     cases : mapping, name -> YAML text of the built-in cases (of a system outside the package)
     seed_key : str, key that a study gives each case its own seed by; '' for none
     start_key : str, key of a case that takes the run from whose end it starts; '' for none
+    laws : names of the laws in Python that `build` takes
+    keys : mapping, argument of `System.simulate` -> key of the case that gives it, for messages
     run_batch : function of a list of cases to their runs, for sweeps; None where cases run one by one
     """
 
@@ -45,6 +49,11 @@ class SystemDefinition:
     cases: ClassVar[Mapping[str, str]] = {}
     seed_key: ClassVar[str] = ""
     start_key: ClassVar[str] = ""
+    laws: ClassVar[tuple[str, ...]] = ()
+    keys: ClassVar[Mapping[str, str]] = {
+        name: f"simulate.{name}"
+        for name in ("until", "every", "method", "step", "tolerance", "absolute_tolerance", "spectral_radius")
+    }
     run_batch: Callable[[Sequence[Any]], Sequence[Any]] | None = None
     #: Whether `build` and `settings` let the system be stepped from outside (`evolvent.Stepper`).
     steps: ClassVar[bool] = True
@@ -63,6 +72,10 @@ class SystemDefinition:
         found = case.simulate.settings()
         return dict(found)
 
+    def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
+        """`settings` of a case whose parts are assembled; refuses what only these show."""
+        return self.settings(case)
+
     # ---------------------------------------------------------------------------------- what follows from it
 
     def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
@@ -74,30 +87,40 @@ class SystemDefinition:
             For whatever can be found before the run.
         """
         from evolvent import analysis, cases
+        from evolvent.solvers import drive
+        from evolvent.solvers.laws import refusing_laws
 
-        settings = self.settings(case)
-        if "until" not in settings:
-            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
-        keys = {
-            name: f"simulate.{name}" for name in ("until", "every", "method", "step", "tolerance", "spectral_radius")
-        }
+        given = self._given(laws)
+        keys = self.keys
         with naming_keys(keys):
-            assembly = self.build(case, laws=laws).assemble()
+            assembly = self.build(case, laws=given).assemble()
+            with refusing_laws(assembly):
+                settings = self.prepared_settings(case, assembly, given)
+            if "until" not in settings:
+                raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
             times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
             method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+            checked = None
+            if settings.get("step") is not None and method in drive.METHODS:  # quick, and refuses an unstable step
+                checked = analysis.plan(assembly, times, **settings)
 
         def solve(progress: Callable[[float], None] | None) -> tuple[Solution, str]:
             with naming_keys(keys):
-                prepared, why = analysis.plan(assembly, times, **settings)
+                prepared, why = checked or analysis.plan(assembly, times, **settings)
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
             return solution, why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
             solution, why = solve(progress)
-            root = self.derived(case, solution)
-            text, title = cases.to_yaml(case), getattr(case, "title", "")
-            return analysis.tree(solution, case=text, why=why, system=case.system, title=title, root=root)
+            found = analysis.tree(
+                solution, case=cases.to_yaml(case), why=why, system=case.system, root=self.derived(case, solution),
+                title=getattr(case, "title", ""),
+                warning=self.warning(case, solution),
+            )  # fmt: skip
+            if given:
+                found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in given.items()})
+            return found
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, _ = solve(None)
@@ -113,8 +136,14 @@ class SystemDefinition:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
         return {}
 
+    def warning(self, case: Any, solution: Solution) -> str:
+        """What is to be warned of, in a sentence; '' for nothing."""
+        from evolvent import analysis
+
+        return analysis.warning_of(solution)
+
     def layout(self, case: Any) -> dict[str, dict[str, int | None]]:
-        """Numeric variables of the root that tables and figures read: name -> {dimension: size or None for any}."""
+        """Numeric variables that tables and figures read: full name -> {dimension: size or None for any}."""
         from evolvent import show
 
         return show.layout(case)
@@ -156,10 +185,32 @@ class SystemDefinition:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
         from evolvent import analysis
 
-        settings = self.settings(case)
-        method, _ = analysis.choose_method(self.build(case).assemble(), settings.get("method", "auto"))
+        assembly = self.build(case).assemble()
+        settings = self.prepared_settings(case, assembly, {})
+        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
         found = {"method": method, "step": settings.get("step")}
         for name in ("tolerance", "spectral_radius"):
             if settings.get(name) is not None:
                 found[name] = settings[name]
         return found
+
+    def _given(self, laws: Mapping[str, Any] | None) -> dict[str, Any]:
+        """The laws in Python that a run was given, by name; refuses those that `build` does not take."""
+        asked: Any = laws
+        if not isinstance(asked, Mapping | None):
+            names = ", ".join(self.laws)
+            raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({names}) to laws")
+        given = {name: law for name, law in (laws or {}).items() if law is not None}
+        if given and not self.laws:
+            names = ", ".join(map(str, given))
+            raise InputError(f"laws are given ({names}), but {self.Case.model_fields['system'].default} takes none")
+        for name in given:
+            if name not in self.laws:
+                raise InputError(f"no law is called {name!r}; {nearest(str(name), self.laws)}")
+        return given
+
+
+def _law_name(law: Any) -> str:
+    """Name of a law, or of the first of (law, parameters)."""
+    law = law[0] if isinstance(law, tuple) and law else law
+    return str(getattr(law, "__name__", law))

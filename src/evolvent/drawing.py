@@ -6,22 +6,27 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     Axes of a body: `origin` and `attitude` (variables), `solids` (list of ``{box: {edges, centre}}`` or
     ``{revolution: {profile, centre, axis}}``).
 ``line``
-    `points` (a variable), `kind` ("line", "rod" or "spring"), `values` (variables of the colour), `width` (m), `across`
-    (a variable, or a vector), and of beams `slope` (a variable) and `length` (m), by which the line is made smooth.
-    Values at other points than those of the line have a coordinate `arc` (m), the length at which they are.
+    `points` (a variable), `kind` ("line", "rod" or "spring"), `values` (variables of the colour, or a mapping of labels
+    to them), `width` (m), `across` (a variable), `tip` (the point whose trail is shown), and of beams `slope` (a
+    variable) and `length` (m), by which the line is made smooth. Values at other points than those of the line have a
+    coordinate `arc` (m), the length at which they are.
 ``pushes``
     Forces on beams away from the axis of a body (a part): `size`, `arc` and `beam` (variables over contact points),
     `centre` and `axis` (body axes).
 ``marks``
     `points` (list of variables).
 ``forces``
-    `points`, `vectors` (variables), `unit` ("N" or "N m").
+    `points`, `vectors` (variables), `unit` ("N" or "N m"), `name`.
 ``spool``
-    `body` (a part), `centre`, `axis` (body axes), `radius`, and `angle` (a variable).
+    `body` (a part), `centre`, `axis` (body axes), `radius`, `width` (m), and `angle` (a variable).
+
+Lines, forces and spools of a part that stands for several have `copies` {count, body, axis}: they are evenly spaced
+about an axis through the origin of the body, body axes.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from typing import Any
 
@@ -31,6 +36,7 @@ import xarray as xr
 from evolvent import variables
 from evolvent.elements import axis_shape
 from evolvent.motion import Forces, Frame, Line, Marks, Motion, turned
+from evolvent.observe.view import about
 from evolvent.results import unfinished
 from evolvent.solids import Solid
 
@@ -43,17 +49,14 @@ _MOST_ARROWS = 100
 _NUMBERS = 4
 
 
-def motion_of(run: xr.DataTree, *, title: str = "", least: int = 2) -> Motion | None:
-    """Lines, bodies, forces and marks of a run; None where it has too few samples or nothing to draw.
+def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
+    """Lines, bodies, forces and marks of a run; None where it has nothing to draw.
 
     Parameters
     ----------
     run : xarray.DataTree
     title : str, of the picture
-    least : int, samples that it must have; 1 for a picture of the start
     """
-    if run.sizes.get("time", 1) < least:
-        return None
     frames: dict[str, Frame] = {}
     lines: list[Line] = []
     forces: list[Forces] = []
@@ -66,14 +69,22 @@ def motion_of(run: xr.DataTree, *, title: str = "", least: int = 2) -> Motion | 
                 if kind == "frame":
                     frames[part] = _frame(part, group, own)
                 elif kind == "line":
-                    lines.append(_line(part, group, own))
+                    line = _line(part, group, own)
+                    copies = _copies(run, own, line.points)
+                    none = [None] * len(copies)
+                    across = none if line.across is None else _copies(run, own, line.across, places=False)
+                    for k, (x, y) in enumerate(zip(copies, across, strict=True)):
+                        name = f"{part} copy {k + 1}" if k else part
+                        lines.append(dataclasses.replace(line, name=name, points=x, across=y))
                 elif kind == "marks":
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
                     marks.append(Marks(name=part, points=points))
                 elif kind == "forces":
                     at, vectors = group[own["points"]].values, group[own["vectors"]].values
-                    unit = own.get("unit", "N")
-                    forces.append(Forces(name=part, points=at[:, None], vectors=vectors[:, None], unit=unit))
+                    points = np.concatenate(_copies(run, own, at[:, None]), axis=1)
+                    vectors = np.concatenate(_copies(run, own, vectors[:, None], places=False), axis=1)
+                    name = own.get("name", part)
+                    forces.append(Forces(name=name, points=points, vectors=vectors, unit=own.get("unit", "N")))
                 elif kind == "pushes":
                     forces += _pushes(run, part, group, own)
                 elif kind == "spool":
@@ -111,26 +122,39 @@ def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[
     frame = frames.get(own["body"])
     if frame is None:
         return
-    radius = own["radius"]
-    solid = Solid.cylinder(
-        radius,
-        own.get("width", radius),
-        centre=own["centre"],
-        axis=own["axis"],
-        turned=variables.group_of(run, part)[own["angle"]].values,
-    )
-    frames[own["body"]] = Frame(
-        name=frame.name, origin=frame.origin, attitude=frame.attitude, outline=frame.outline,
-        solids=[*frame.solids, solid],
-    )  # fmt: skip
+    radius, angle = own["radius"], variables.group_of(run, part)[own["angle"]].values
+    copies = own.get("copies", {"count": 1, "axis": [0.0, 0.0, 1.0]})
+    solids = []
+    for k in range(copies["count"]):
+        R = about(np.array(copies["axis"]), np.array([2.0 * np.pi * k / copies["count"]]))[0]
+        centre, axis = R @ own["centre"], R @ own["axis"]
+        solids.append(Solid.cylinder(radius, own.get("width", radius), centre=centre, axis=axis, turned=angle))
+    frames[own["body"]] = dataclasses.replace(frame, solids=[*frame.solids, *solids])
+
+
+def _copies(run: xr.DataTree, own: dict[str, Any], x: Array, *, places: bool = True) -> list[Array]:
+    """Places, or vectors, (nt, n, 3) of a part, and those of its copies about an axis of their body."""
+    copies = own.get("copies")
+    if copies is None:
+        return [x]
+    group = variables.group_of(run, copies["body"])
+    attitude = group["attitude"].values
+    axes = turned(attitude, np.broadcast_to(np.array(copies["axis"]), (len(attitude), 1, 3)))[:, 0]
+    origin = group["position"].values[:, None] if places else np.zeros(3)
+    found = [x]
+    for k in range(1, copies["count"]):
+        half = np.pi * k / copies["count"]
+        turn = np.concatenate([np.full((len(axes), 1), np.cos(half)), np.sin(half) * axes], axis=1)
+        found.append(origin + turned(turn, x - origin))
+    return found
 
 
 def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
     points = group[own["points"]].values
-    values = {}
-    for name in own.get("values", []):
+    values, named = {}, own.get("values", [])
+    for label, name in named.items() if isinstance(named, dict) else [(n.replace("_", " "), n) for n in named]:
         found = group[name]
-        label = f"{name.replace('_', ' ')} [{found.attrs.get('units', '1')}]"
+        label = f"{label} [{found.attrs.get('units', '1')}]"
         values[label] = _at_points(found, own, points.shape[1])
     across = own.get("across")
     if isinstance(across, str):

@@ -80,3 +80,41 @@ class Number:
 
     label: str
     value: str
+
+
+def spline(x: Array, y: Array, at: Array) -> Array:
+    """The cubic spline through points, with "not-a-knot" ends, as SciPy's, which takes 0.3 s to load.
+
+    Parameters
+    ----------
+    x, y : (n,) float, n >= 4, `x` increasing
+    at : (k,) float, within `x`
+
+    Notes
+    -----
+    Its second derivatives M follow from h[i-1] M[i-1] + 2 (h[i-1] + h[i]) M[i] + h[i] M[i+1] = 6 (s[i] - s[i-1]), with
+    h the widths and s the slopes of the pieces. M at the ends is eliminated first: the third derivative is continuous
+    at x[1] and x[-2].
+    """
+    h = np.diff(x)
+    slope = np.diff(y) / h
+    below, diagonal, above = h[:-1].copy(), 2.0 * (h[:-1] + h[1:]), h[1:].copy()
+    right = 6.0 * np.diff(slope)
+    diagonal[0] += h[0] * (h[0] + h[1]) / h[1]
+    above[0] -= h[0] ** 2 / h[1]
+    diagonal[-1] += h[-1] * (h[-1] + h[-2]) / h[-2]
+    below[-1] -= h[-1] ** 2 / h[-2]
+    for i in range(1, right.size):
+        share = below[i] / diagonal[i - 1]
+        diagonal[i] -= share * above[i - 1]
+        right[i] -= share * right[i - 1]
+    M = np.empty(x.size)
+    M[-2] = right[-1] / diagonal[-1]
+    for i in range(right.size - 2, -1, -1):
+        M[i + 1] = (right[i] - above[i] * M[i + 2]) / diagonal[i]
+    M[0] = M[1] - (M[2] - M[1]) * h[0] / h[1]
+    M[-1] = M[-2] + (M[-2] - M[-3]) * h[-1] / h[-2]
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, h.size - 1)
+    u, w = at - x[k], h[k]
+    first, third = slope[k] - w * (2.0 * M[k] + M[k + 1]) / 6.0, (M[k + 1] - M[k]) / (6.0 * w)
+    return y[k] + u * (first + u * (0.5 * M[k] + u * third))

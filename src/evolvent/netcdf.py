@@ -19,45 +19,79 @@ _KINDS = "biufU"
 _IDLE = {"source", "original_shape", "dtype", "_FillValue", "contiguous"}
 
 
-def is_plain(dataset: xr.Dataset) -> bool:
-    """Whether `write` can write a data set: plain values, nothing empty, no encoding of the user's."""
-    if dataset.encoding.get("unlimited_dims") or any(size == 0 for size in dataset.sizes.values()):
+def is_plain(run: xr.DataTree | xr.Dataset) -> bool:
+    """Whether `write` can write a run: plain values, nothing empty, no encoding of the user's, no groups in groups."""
+    if isinstance(run, xr.DataTree):
+        if any(node.children for node in run.children.values()):
+            return False
+        return all(map(is_plain, _datasets(run).values()))
+    if run.encoding.get("unlimited_dims") or any(size == 0 for size in run.sizes.values()):
         return False
-    for name, variable in dataset.variables.items():
+    for name, variable in run.variables.items():
         asked = {key for key, value in variable.encoding.items() if value not in (None, False, 0)}
-        clash = variable.ndim != 1 and name in dataset.dims
+        clash = variable.ndim != 1 and name in run.dims
         if variable.dtype.kind not in _KINDS or asked - _IDLE or clash:
             return False
     return True
 
 
-def write(dataset: xr.Dataset, path: str) -> None:
-    """Write a data set for which `is_plain` holds."""
+def _datasets(run: xr.DataTree | xr.Dataset) -> dict[str, xr.Dataset]:
+    """Data sets of the root ('') and of all groups, without what they inherit."""
+    if not isinstance(run, xr.DataTree):
+        return {"": run}
+    return {"": run.to_dataset()} | {name: node.to_dataset(inherit=False) for name, node in run.children.items()}
+
+
+def write(run: xr.DataTree | xr.Dataset, path: str) -> None:
+    """Write a run for which `is_plain` holds."""
     import h5py
 
-    variables, attributes = conventions.cf_encoder(*conventions.encode_dataset_coordinates(dataset))
-    numbers = {dimension: k for k, dimension in enumerate(dataset.sizes)}
     with h5py.File(path, "w", track_order=True) as file:
-        made = {str(name): _dataset(file, str(name), variable) for name, variable in variables.items()}
-        for dimension, size in dataset.sizes.items():
-            scale, title = made.get(str(dimension)), str(dimension)
-            if scale is None:
-                scale = file.create_dataset(title, shape=(size,), dtype=">f4", track_order=True)
-                title = f"This is a netCDF dimension but not a netCDF variable.{size:10}"
-            scale.make_scale(title)
-            scale.attrs["_Netcdf4Dimid"] = np.int32(numbers[dimension])
-        for name, variable in variables.items():
-            target = made[str(name)]
-            if name not in numbers:
-                for k, dimension in enumerate(variable.dims):
-                    target.dims[k].attach_scale(file[str(dimension)])
-            if variable.dims:
-                target.attrs["_Netcdf4Coordinates"] = np.array([numbers[d] for d in variable.dims], dtype=np.int32)
-                target.attrs["_Netcdf4Dimid"] = np.int32(numbers[variable.dims[0]])
-            _add_attributes(target, variable.attrs, {"_FillValue": target.dtype})
-        _add_attributes(file, attributes, {})
+        scales: dict[str, Any] = {}
+        count = 0
+        for name, dataset in _datasets(run).items():
+            group = file.create_group(name, track_order=True) if name else file
+            count = _write(group, dataset, scales, first=count)
         made_with = f"version=2,h5py={h5py.__version__},hdf5={h5py.version.hdf5_version}".encode("ascii")
         file.attrs["_NCProperties"] = np.array(made_with, dtype=h5py.string_dtype("ascii", len(made_with)))
+
+
+def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: int) -> int:
+    """Write a data set into a file or group; returns the number of dimensions so far.
+
+    Parameters
+    ----------
+    inherited : scales of the root, which the root itself adds
+    first : number of the next dimension
+    """
+    variables, attributes = conventions.cf_encoder(*conventions.encode_dataset_coordinates(dataset))
+    made = {str(name): _dataset(file, str(name), variable) for name, variable in variables.items()}
+    scales = dict(inherited)
+    own = [str(d) for d in dataset.sizes if str(d) not in inherited]
+    for k, dimension in enumerate(own):
+        size = dataset.sizes[dimension]
+        scale, title = made.get(dimension), dimension
+        if scale is None:
+            scale = file.create_dataset(title, shape=(size,), dtype=">f4", track_order=True)
+            title = f"This is a netCDF dimension but not a netCDF variable.{size:10}"
+        scale.make_scale(title)
+        scale.attrs["_Netcdf4Dimid"] = np.int32(first + k)
+        scales[dimension] = scale
+    numbers = {name: scale.attrs["_Netcdf4Dimid"] for name, scale in scales.items()}
+    for name, variable in variables.items():
+        target = made[str(name)]
+        if name not in own:
+            for k, dimension in enumerate(variable.dims):
+                target.dims[k].attach_scale(scales[str(dimension)])
+        if variable.dims:
+            ids = [numbers[str(d)] for d in variable.dims]
+            target.attrs["_Netcdf4Coordinates"] = np.array(ids, dtype=np.int32)
+            target.attrs["_Netcdf4Dimid"] = np.int32(ids[0])
+        _add_attributes(target, variable.attrs, {"_FillValue": target.dtype})
+    _add_attributes(file, attributes, {})
+    if file.name == "/":
+        inherited |= scales
+    return first + len(own)
 
 
 def _dataset(file: Any, name: str, variable: xr.Variable) -> Any:

@@ -189,9 +189,10 @@ def _check(run: Any) -> None:
             raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
     _check_groups(run)
     for name, sizes in cases.system(attrs["system"]).layout(case).items():
-        if name not in run.variables:
+        variable = _variable(run, name)
+        if variable is None:
             raise InputError(f"the variable {name!r} is missing")
-        found = dict(run.variables[name].sizes)
+        found = dict(variable.sizes)
         if list(found) != list(sizes):
             raise InputError(f"the variable {name!r} is over {tuple(found)}; it must be over {tuple(sizes)}")
         for dimension, size in sizes.items():
@@ -200,12 +201,20 @@ def _check(run: Any) -> None:
                 raise InputError(
                     f"the variable {name!r} has {found[dimension]} of {dimension!r}; it must have {wanted}"
                 )
-        if run.variables[name].dtype.kind not in "biuf":
+        if variable.dtype.kind not in "biuf":
             raise InputError(f"the variable {name!r} holds no numbers")
-        if name in run.dims and not np.all(np.isfinite(run.variables[name].values)):
+        if name in run.dims and not np.all(np.isfinite(variable.values)):
             raise InputError(f"the variable {name!r} is not finite")
-        if name == "time" and not np.all(np.diff(run.variables[name].values) > 0.0):
+        if name == "time" and not np.all(np.diff(variable.values) > 0.0):
             raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def _variable(run: Any, name: str) -> xr.Variable | None:
+    """A variable of the root, or of a part by its full name; None for none."""
+    part, _, own = name.rpartition(".")
+    held = run if not part else getattr(run, "children", {}).get(part)
+    found: xr.Variable | None = None if held is None else dict(held.variables).get(own)
+    return found
 
 
 def _check_groups(run: Any) -> None:
@@ -235,9 +244,7 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     """
     with writing(path) as temporary:
         try:
-            if isinstance(dataset, xr.DataTree):
-                dataset.to_netcdf(temporary, engine=_ENGINE)
-            elif netcdf.is_plain(dataset):
+            if netcdf.is_plain(dataset):
                 netcdf.write(dataset, temporary)
             else:
                 dataset.to_netcdf(temporary, engine=_ENGINE)

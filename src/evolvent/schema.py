@@ -59,6 +59,11 @@ class Section(BaseModel):
             raise
 
     @classmethod
+    def model_parametrized_name(cls, params: tuple[type[Any], ...]) -> str:
+        """Name of a section of other units: that of the section."""
+        return cls.__name__
+
+    @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """The keys, each described by the class's docstring where its field has no description of its own."""
         found = handler(schema)

@@ -132,7 +132,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
-    return [_kind_figure(run, kind, own) for kind, own in kinds.items()] + [_balance_figure(run)]
+    return [_kind_figure(run, kind, own) for kind, own in kinds.items()] + [balance_figure(run)]
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
@@ -195,7 +195,7 @@ def _coloured(lines: list[Line]) -> list[Line]:
     ]
 
 
-def _balance_figure(run: xr.DataTree) -> Figure:
+def balance_figure(run: xr.DataTree) -> Figure:
     """Energies, work and losses, and how well they balance."""
     root = _root(run)
     time = root["time"].values

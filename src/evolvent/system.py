@@ -141,7 +141,10 @@ class System:
 
         given = {"until": until, "every": every, "method": method, "step": step, "tolerance": tolerance}
         given["spectral_radius"] = spectral_radius
-        settings = self.settings | {name: value for name, value in given.items() if value is not None}
+        own = self.settings
+        if method is not None and method != own.get("method", method):  # step and tolerances are of another method
+            own = {name: value for name, value in own.items() if name in ("until", "every")}
+        settings = own | {name: value for name, value in given.items() if value is not None}
         if "until" not in settings:
             raise InputError("until is missing; give the end of the run, such as until='20 s'")
         for name in ("until", "every", "step"):

@@ -23,7 +23,7 @@ _ENERGIES = {
     "work_loads": ("loads", "work of loads and weight since the start"),
     "work_drives": ("drives", "work of drives since the start"),
     "work_spools": ("spools", "work of spools since the start"),
-    "energy_released": ("released", "energy that nodes brought in at their release"),
+    "energy_released": ("released", "energy that nodes brought in at their release since the start"),
 }
 
 
@@ -79,6 +79,7 @@ def _balances(solution: Solution) -> dict[str, xr.Variable]:
         return xr.Variable(time, np.asarray(values, dtype=float), {"units": "J", "long_name": text})
 
     data = {name: energy(balance[field], text) for name, (field, text) in _ENERGIES.items()}
+    data["energy_released"] -= balance["released"][0]
     data["energy_elastic"] = energy(balance["elastic"] + balance["coupled"], "elastic energy")
     data["energy"] = energy(eb.energy(balance), "kinetic and elastic energy")
     data["energy_dissipated"] = energy(eb.dissipated(balance), "energy dissipated since the start")

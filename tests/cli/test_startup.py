@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import startup, units
-from evolvent.systems.heliogyro.show import spline
+from evolvent.figures import spline
 
 #: Runs the command line, then prints what was loaded.
 PROGRAM = """

@@ -159,3 +159,12 @@ def test_refused_where_it_is_written(case: str) -> None:
 def test_path_in_neither_unit() -> None:
     with pytest.raises(InputError, match=r"Holder\.path\.constant\.rate is '1 kg'; it must be an angular rate or"):
         Holder(path={"constant": {"rate": "1 kg"}})
+
+
+def test_schema() -> None:
+    """The JSON schema knows the keys of every kind."""
+    schema = Holder.model_json_schema()
+    keys = schema["properties"]["drive"]["anyOf"][0]["properties"]
+    assert set(keys) == {"constant", "ramp", "table", "free", "expression", "constants"}
+    rate = schema["$defs"][keys["constant"]["anyOf"][0]["$ref"].rpartition("/")[2]]["properties"]["rate"]
+    assert "rad/s" in rate["description"]

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from evolvent import animation, plots
 from evolvent.results import unfinished
 
 if TYPE_CHECKING:
-    import xarray as xr
 
     from evolvent.figures import Figure
     from evolvent.motion import Motion
 
 
 def write(
-    run: xr.Dataset, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]
+    run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str]
 ) -> list[str]:
     """Write figures and animation (`animation.of_run`) of a run into a folder; returns the files' paths.
 

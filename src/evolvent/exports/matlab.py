@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import variables
 from evolvent.errors import InputError
 from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.results import writing
@@ -18,12 +20,13 @@ if TYPE_CHECKING:
 _LIMIT = 2_000_000_000
 
 
-def write(run: xr.Dataset, path: str, request: Request) -> str:
+def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
     """Write a run as MATLAB 5 file; returns what was written.
 
     Notes
     -----
-    ``run.data.NAME`` the values, ``run.units.NAME``, ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
+    ``run.data.NAME`` the values (of a part's variable, PART_NAME), ``run.units.NAME``, ``run.meaning.NAME``,
+    ``run.dims.NAME`` (dimensions, in order);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
     ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
     ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);
@@ -38,8 +41,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
 
     count = run.sizes["time"]
     samples = request.samples(count)
-    some = run.isel(time=samples)
     motion = motion_of(run).at(samples)
+    some = variables.flat(run).isel(time=samples)
     size = some.nbytes + sum(x.points.nbytes + sum(v.nbytes for v in x.values.values()) for x in motion.lines)
     size += sum(2 * force.points.nbytes for force in motion.forces)
     request.allow(size, f"{samples.size} samples")
@@ -53,10 +56,10 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
         values = {_field(name): v for name, v in line.values.items()}
         lines[k] = (line.name, line.points, values)
     content = {
-        "data": {name: _values(some[name]) for name in names},
-        "units": {name: some[name].attrs.get("units", "") for name in names},
-        "meaning": {name: some[name].attrs.get("long_name", "") for name in names},
-        "dims": {name: np.array([str(d) for d in some[name].dims], dtype=object) for name in names},
+        "data": {_field(name): _values(some[name]) for name in names},
+        "units": {_field(name): some[name].attrs.get("units", "") for name in names},
+        "meaning": {_field(name): some[name].attrs.get("long_name", "") for name in names},
+        "dims": {_field(name): np.array([str(d) for d in some[name].dims], dtype=object) for name in names},
         "lines": lines,
         "bodies": _structs(motion.frames, {"name": "name", "position": "origin", "quaternion": "attitude"}),
         "forces": _structs(motion.forces, {name: name for name in ("name", "unit", "points", "vectors")}),
@@ -79,7 +82,7 @@ def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:
 def _field(name: str) -> str:
     """A name that a struct can have; the unit in brackets is part of it."""
     words = name.replace("[", "").replace("]", "").replace("1/m", "per_m")
-    return "_".join(words.replace("/", " per ").split())
+    return "_".join(re.sub(r"[^\w\s]", "_", words.replace("/", " per ")).split())
 
 
 def _values(variable: xr.DataArray) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import unfinished, writing
 
 if TYPE_CHECKING:
-    import xarray as xr
 
     from evolvent.motion import Motion
 
@@ -34,7 +33,7 @@ _GIF = _Kind((800, 600), 20.0, 50.0, 1e5)
 _MP4 = _Kind((1280, 720), 30.0, 120.0, 4e4)
 
 
-def gif(run: xr.Dataset, path: str, request: Request) -> str:
+def gif(run: Any, path: str, request: Request) -> str:
     """Write the animation as GIF; returns what was written.
 
     Raises
@@ -87,7 +86,7 @@ def _swatches(width: int, height: int) -> np.ndarray:
     return found
 
 
-def mp4(run: xr.Dataset, path: str, request: Request) -> str:
+def mp4(run: Any, path: str, request: Request) -> str:
     """Write the animation as MP4 (H.264); returns what was written.
 
     Raises
@@ -164,7 +163,7 @@ def _times(motion: Motion, request: Request, kind: _Kind) -> tuple[np.ndarray, f
 
 
 def _drawn(
-    run: xr.Dataset, motion: Motion, time: np.ndarray, size: tuple[int, int], request: Request
+    run: Any, motion: Motion, time: np.ndarray, size: tuple[int, int], request: Request
 ) -> Iterator[np.ndarray]:
     return pictures(motion, time, size=size, inertial=request.axes != "body", label=unfinished(run))
 

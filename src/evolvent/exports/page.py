@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import pathlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from evolvent import animation
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import writing
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
-def write(run: xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write the animation; returns what was written.
 
     Raises

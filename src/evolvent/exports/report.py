@@ -20,7 +20,6 @@ from evolvent.exports.request import counted
 from evolvent.results import WELL, made_with, statistics_of, unfinished, writing
 
 if TYPE_CHECKING:
-    import xarray as xr
 
     from evolvent.figures import Figure
 
@@ -33,7 +32,7 @@ _ACCOUNTS = {"J": "Energy", "kg m2 s-1": "Angular momentum", "kg m s-1": "Linear
 _STYLE = pathlib.Path(__file__).with_name("report.css")
 
 
-def write(run: xr.Dataset, path: str, *, date: datetime.datetime | None = None) -> int:
+def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
     """Write the report of a run; returns its size, bytes.
 
     Parameters
@@ -53,7 +52,7 @@ def write(run: xr.Dataset, path: str, *, date: datetime.datetime | None = None) 
     return len(page)
 
 
-def _page(run: xr.Dataset, date: datetime.datetime) -> str:
+def _page(run: Any, date: datetime.datetime) -> str:
     module = cases.system(run.attrs["system"])
     figures = module.figures(run)
     title = _title(run)
@@ -93,7 +92,7 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: in
     return f"<table>{f'<thead><tr>{top}</tr></thead>' if head else ''}<tbody>{body}</tbody></table>"
 
 
-def _title(run: xr.Dataset) -> str:
+def _title(run: Any) -> str:
     motion = cases.system(run.attrs["system"]).motion(run)
     system: str = run.attrs["system"].replace("-", " ").capitalize()
     if motion is None or motion.title.startswith(system):
@@ -101,7 +100,7 @@ def _title(run: xr.Dataset) -> str:
     return f"{system}: {motion.title[:1].lower()}{motion.title[1:]}"
 
 
-def _head(run: xr.Dataset, title: str) -> str:
+def _head(run: Any, title: str) -> str:
     attrs = run.attrs
     good = attrs["status"] in WELL
     end = float(run.time.values[-1])
@@ -123,7 +122,7 @@ def _day(date: str) -> str:
         return date
 
 
-def _notes(run: xr.Dataset) -> str:
+def _notes(run: Any) -> str:
     """What a reader must know first: that the run is not whole, and its warnings."""
     attrs, parts = run.attrs, []
     if unfinished(run):
@@ -145,7 +144,7 @@ def _notes(run: xr.Dataset) -> str:
     return "".join(parts)
 
 
-def _results(run: xr.Dataset, module: Any) -> str:
+def _results(run: Any, module: Any) -> str:
     rows = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
     return _table(rows, words=2).replace("<table>", '<table class="results">')
 
@@ -163,7 +162,7 @@ def _figure(figure: Figure) -> str:
     return f"<figure><h3>{_text(figure.title)}</h3>{_image(content, kind, figure.title)}</figure>"
 
 
-def _animation(run: xr.Dataset) -> str:
+def _animation(run: Any) -> str:
     """The page of the animation in a frame; on paper, stills."""
     motion = animation.of_run(run)
     if motion is None:
@@ -187,7 +186,7 @@ def _animation(run: xr.Dataset) -> str:
     return f'{moving}<div class="stills">{"".join(stills)}</div>'
 
 
-def _balances(run: xr.Dataset) -> str:
+def _balances(run: Any) -> str:
     """How well the accounts close, and what they hold."""
     time = run.time.values
     defects: list[tuple[str, ...]] = []
@@ -212,7 +211,7 @@ def _balances(run: xr.Dataset) -> str:
     return "".join(parts)
 
 
-def _account(run: xr.Dataset, name: str) -> list[tuple[str, ...]]:
+def _account(run: Any, name: str) -> list[tuple[str, ...]]:
     """Rows of one variable: what it is, first, least, largest, last; none for what is zero throughout."""
     variable = run[name]
     values = variable.values.reshape(variable.sizes["time"], -1)
@@ -230,7 +229,7 @@ def _account(run: xr.Dataset, name: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def _case(run: xr.Dataset) -> str:
+def _case(run: Any) -> str:
     said = "Kept in a file, this case can be run again: <code>evolvent run case.yaml</code>."
     return f"<p>{said}</p><pre>{_text(run.attrs['case'])}</pre>"
 
@@ -240,7 +239,7 @@ def _count(value: float) -> str:
     return f"{int(value):,}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.6g}"
 
 
-def _provenance(run: xr.Dataset, date: datetime.datetime) -> str:
+def _provenance(run: Any, date: datetime.datetime) -> str:
     attrs = run.attrs
     statistics = {k: v for k, v in statistics_of(run).items() if v is not None}
     account = ", ".join(f"{name.replace('_', ' ')} {_count(value)}" for name, value in statistics.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from evolvent import animation, cases
 from evolvent.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
 
     from evolvent.motion import Motion
 
@@ -89,7 +88,7 @@ def counted(count: int, what: str) -> str:
     return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
-def animation_of(run: xr.Dataset) -> Motion:
+def animation_of(run: Any) -> Motion:
     """The motion of a run, labelled if the run did not end as it should.
 
     Raises
@@ -103,7 +102,7 @@ def animation_of(run: xr.Dataset) -> Motion:
     return motion
 
 
-def motion_of(run: xr.Dataset) -> Motion:
+def motion_of(run: Any) -> Motion:
     """The motion of a run, if only at one sample.
 
     Raises
@@ -117,7 +116,7 @@ def motion_of(run: xr.Dataset) -> Motion:
     return motion
 
 
-def about(run: xr.Dataset) -> list[tuple[str, str]]:
+def about(run: Any) -> list[tuple[str, str]]:
     """Where a run comes from and how it ended, as (what, text)."""
     attrs = run.attrs
     rows = [("title", attrs["title"]), ("status", attrs["status"]), ("message", attrs["message"])]

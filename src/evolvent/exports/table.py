@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, variables
 from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.figures import Number
     from evolvent.motion import Motion
 
 #: Columns of one variable above which it has a table of its own.
@@ -29,7 +30,7 @@ SHEET = 1_048_576
 _CELL = 19
 
 
-def write(run: xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write tables of a run into a folder; returns what was written.
 
     Notes
@@ -56,6 +57,8 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     rows = request.samples(count)
     moments = request.samples(count, most=MOST_SHAPES)
     motion = motion_of(run).at(moments)
+    numbers = cases.system(run.attrs["system"]).numbers(run)
+    run = variables.flat(run)
     held = _held(run, motion)
     narrow, wide = [], []
     for name, variable in run.variables.items():
@@ -76,7 +79,7 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     tables["shapes.csv"] = _shapes(motion)
     tables |= {"bodies.csv": _bodies(motion)} if motion.frames else {}
     tables |= {f"{name}.csv": _series(run, [name], rows, label) for name in wide}
-    tables["results.csv"] = _results(run)
+    tables["results.csv"] = _results(run, numbers)
     tables["columns.csv"] = _columns(run, [*narrow, *wide], motion)
     tables["about.csv"] = [("what", "text"), *about(run), ("case", run.attrs["case"])]
     for name, content in tables.items():
@@ -92,10 +95,15 @@ def write(run: xr.Dataset, path: str, request: Request) -> str:
     return f"{said}, {shown_size(size_of(path))}"
 
 
-def _held(run: xr.Dataset, motion: Motion) -> set[str]:
+def _held(run: Any, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
-    names = {value.partition(" [")[0] for s in motion.lines for value in s.values}
-    return {"position"} | {str(n) for n in run.variables if n in names or f"{n}".removeprefix("signed_") in names}
+    names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values} | {"position"}
+    held = set()
+    for full in map(str, run.variables):
+        own = full.rpartition(".")[2]
+        if {own, own.removeprefix("signed_"), own.removeprefix("line_")} & names or own == "line":
+            held.add(full)
+    return held
 
 
 def unit_of(variable: xr.Variable | xr.DataArray) -> str:
@@ -104,7 +112,7 @@ def unit_of(variable: xr.Variable | xr.DataArray) -> str:
     return "" if unit in ("", "1") else f" [{unit}]"
 
 
-def _headings(run: xr.Dataset, name: str) -> list[str]:
+def _headings(run: Any, name: str) -> list[str]:
     """Headings of a variable's columns: its name, what the column belongs to, its unit."""
     variable = run[name]
     places = []
@@ -118,7 +126,7 @@ def _headings(run: xr.Dataset, name: str) -> list[str]:
     return [f"{' '.join((name, *place))}{unit_of(variable)}" for place in itertools.product(*places)]
 
 
-def _series(run: xr.Dataset, names: list[str], rows: np.ndarray, label: str) -> Iterator[Iterable[Any]]:
+def _series(run: Any, names: list[str], rows: np.ndarray, label: str) -> Iterator[Iterable[Any]]:
     head = ["time [s]", *(heading for name in names for heading in _headings(run, name))]
     yield [*head, "run status"] if label else head
     blocks = [run[name].values[rows].reshape(rows.size, -1) for name in names]
@@ -154,9 +162,9 @@ def _number(x: Any) -> Any:
     return repr(float(x)) if np.isfinite(x) else ""
 
 
-def _results(run: xr.Dataset) -> Iterator[Iterable[Any]]:
+def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
     yield ["name", "value", "unit", "meaning"]
-    for number in cases.system(run.attrs["system"]).numbers(run):
+    for number in numbers:
         yield [number.label, number.value, "", "as evolvent info prints it"]
     for name, variable in run.data_vars.items():
         if "time" in variable.dims or variable.dtype.kind not in "biuf":
@@ -168,12 +176,12 @@ def _results(run: xr.Dataset) -> Iterator[Iterable[Any]]:
             yield [heading.removesuffix(unit_of(variable)), _number(value), unit, attrs.get("long_name", "")]
 
 
-def _places(run: xr.Dataset, name: str) -> list[str]:
+def _places(run: Any, name: str) -> list[str]:
     """Headings of a variable without time."""
     return _headings(run.assign({name: run[name].expand_dims("once")}), name)
 
 
-def _columns(run: xr.Dataset, names: list[str], motion: Motion) -> Iterator[Iterable[Any]]:
+def _columns(run: Any, names: list[str], motion: Motion) -> Iterator[Iterable[Any]]:
     yield ["name", "unit", "columns", "meaning"]
     yield ["time", "s", 1, "time"]
     for name in names:

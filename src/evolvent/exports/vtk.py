@@ -20,7 +20,6 @@ from evolvent.motion import turned
 from evolvent.results import make_folder, unfinished, writing
 
 if TYPE_CHECKING:
-    import xarray as xr
 
     from evolvent.motion import Motion
 
@@ -54,7 +53,7 @@ Open the .pvd files in ParaView; they refer to those in {folder}/. Lengths in m,
 _VECTORS = {"N": "force [N]", "N m": "moment [N m]"}
 
 
-def write(run: xr.Dataset, path: str, request: Request) -> str:
+def write(run: Any, path: str, request: Request) -> str:
     """Write the motion of a run into a folder; returns what was written.
 
     Raises

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.observe.variables import Observed, dot, norm, turned
+from evolvent.observe.variables import Observed, cross, dot, norm, turned
 from evolvent.observe.view import View
 from evolvent.solvers.sampled import angular_momentum as sums_about_origin
 
@@ -27,8 +29,6 @@ def observe_thread(view: View, name: str) -> Observed:
     x, v = seen.position[:, first : first + n], seen.velocity[:, first : first + n]
     released = view.s[:, index, None] > np.arange(n)
     gone = view.s[:, view.model.threads.size + index] > 0
-    pose = view.pose(int(row["body"]))
-    Q = pose.x + turned(pose.R, row["departure"])
     tension = np.where(released, seen.tension[:, first : first + n], np.nan)
     last = np.maximum(view.s[:, index] - 1, 0)
     at, sums = np.arange(view.t.size), seen.thread_inventory[:, index]
@@ -58,13 +58,69 @@ def observe_thread(view: View, name: str) -> Observed:
     text = f"angular momentum about the inertial origin {what}"
     found.vector("angular_momentum", sums_about_origin(sums), "kg m2 s-1", text)
     found.coordinate("node", "node", np.arange(n), "1", "node, 0 at the tip")
+    _draw(view, name, found)
+    found.plots = ["tip_lag", "hub_tension", "deployed_length"]
+    return found
+
+
+def _draw(view: View, name: str, found: Observed) -> None:
+    """Add the line from the tip to the spool, with its values, and the pull on the body."""
+    x, released, tension, hub, gone, signed = (
+        found.variables[key].values
+        for key in ("position", "released", "tension", "hub_tension", "separated", "signed_lag")
+    )
+    released, gone = released > 0.0, gone > 0.0
+    row, width = view.model.threads[view.index(name)], view.part(name).width
+    pose = view.pose(int(row["body"]))
+    Q = pose.x + turned(pose.R, row["departure"])
     line = np.concatenate([np.where(released[..., None], x, Q[:, None]), Q[:, None]], axis=1)
     line[gone, -1] = line[gone, -2]
     found.along("line", "point", line, "m", "points of the thread from the tip to the spool, inertial axes")
-    pull = np.concatenate([tension, hub[:, None]], axis=1)
-    found.along("line_tension", "point", pull, "N", "tension at the points of the thread")
-    found.drawn = [{"line": {"points": "line", "values": ["line_tension"]}}]
-    found.plots = ["tip_lag", "hub_tension", "deployed_length"]
+    held = ~gone & released.any(axis=1)
+    at_hub = np.where(held, hub, np.nan)[:, None]
+    values = {
+        "tension": ("N", "tension", np.concatenate([tension, at_hub], axis=1)),
+        "lag": ("rad", "signed lag", np.concatenate([signed, np.full_like(at_hub, np.nan)], axis=1)),
+        "curvature": ("m-1", "curvature", curvature(line)),
+    }
+    for key, (unit, what, along) in values.items():
+        found.along(f"line_{key}", "point", along, unit, f"{what} at the points of the thread")
+    # the last node that has left the spool is where the thread goes to
+    last = np.maximum(released.sum(axis=1) - 1, 0)
+    away = line[np.arange(view.t.size), last] - Q
+    length = norm(away)
+    pull = (hub / np.where(length > 0.0, length, 1.0))[:, None] * away
+    found.vector("hub_position", Q, "m", "where the thread leaves the spool, inertial axes")
+    found.vector("hub_force", pull, "N", "pull of the thread where it leaves the spool, inertial axes")
+    own: dict[str, Any] = {"copies": _copies(view, row)} if row["copies"] > 1 else {}
+    drawn = {"points": "line", "values": {key: f"line_{key}" for key in values}, "tip": 0, **own}
+    if width is not None:
+        chord = np.broadcast_to(turned(pose.R, row["chord"])[:, None], line.shape)
+        found.along("chord", "point", chord, "1", "direction of the width, along the spool's axis, inertial axes")
+        drawn |= {"width": width, "across": "chord"}
+    force = {"name": f"pull of {name}", "points": "hub_position", "vectors": "hub_force", **own}
+    found.drawn = [{"line": drawn}, {"forces": force}]
+
+
+def _copies(view: View, row: np.record) -> dict[str, Any]:
+    """How the copies of a thread stand about their body, for `evolvent.drawing`."""
+    names = {index: name for name, (family, index) in view.assembly.names.items() if family == "bodies"}
+    axis = view.model.bodies[int(row["body"])]["axis"]
+    return {"count": int(row["copies"]), "body": names[int(row["body"])], "axis": [float(c) for c in axis]}
+
+
+def curvature(x: Array) -> Array:
+    """Curvature of a line at its points (nt, n, 3), 1/m; NaN at its ends and where two points coincide.
+
+    Notes
+    -----
+    2 |a x b| / (|a| |b| |a + b|) of two pieces a and b on end, the circle's through three points.
+    """
+    a, b = x[:, 1:-1] - x[:, :-2], x[:, 2:] - x[:, 1:-1]
+    found = np.full(x.shape[:2], np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found[:, 1:-1] = 2.0 * norm(cross(a, b)) / (norm(a) * norm(b) * norm(a + b))
+    found[~np.isfinite(found)] = np.nan
     return found
 
 
@@ -109,6 +165,8 @@ def observe_reel(view: View, name: str) -> Observed:
                 "angle": "angle",
                 "centre": [float(c) for c in row["departure"] - float(row["radius"]) * row["normal"]],
                 "axis": [float(c) for c in row["chord"]],
+                "width": view.part(threads[0]).width or float(row["radius"]),
+                **({"copies": _copies(view, row)} if row["copies"] > 1 else {}),
             }
         }
     ]

@@ -63,6 +63,8 @@ class Event(Part):
         variables = self.variables or {}
         if variables and callable(self.law):
             raise InputError(f"{name}.variables are those of an expression; a Python law takes the state y")
+        if "t" in variables:
+            raise InputError(f"{name}.variables.t has the name of the time; give it another one")
         places = [_place(builder, f"{name}.variables.{key}", text) for key, text in variables.items()]
         fields = write_law(
             builder, name, self.law, "event", self.parameters, self.constants,

@@ -50,6 +50,8 @@ class Thread(Part):
         Number of identical threads, evenly spaced about the spin axis, that this one stands for.
     capture : float
         Fraction of a segment at which a node that is reeled in goes back onto the spool.
+    width : float, m, optional
+        Of a tape, along the axis of its spool: it is drawn as a strip.
 
     Notes
     -----
@@ -74,6 +76,7 @@ class Thread(Part):
     lets_go: bool = False
     copies: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
     capture: units.PositiveNumber = 1e-3
+    width: units.Length | None = None
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the thread into the families `threads` and `nodes`."""

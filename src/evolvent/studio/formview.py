@@ -113,8 +113,10 @@ class FormView:
         for field in first:
             self._row(field)
         if rest:
-            more = ui.element("button").classes("ev-more").props(
-                f'type=button data-testid="more-{self._before}{group.key}"'
+            more = (
+                ui.element("button")
+                .classes("ev-more")
+                .props(f'type=button data-testid="more-{self._before}{group.key}"')
             )
             with more:
                 word = ui.label(f"{len(rest)} more, left as they are")

@@ -118,9 +118,7 @@ def problems(parts: Any, key: str = "parts") -> dict[str, str]:
         return {key: f"{key} must be a mapping of names to parts"}
     found: dict[str, str] = {}
     for name, content in parts.items():
-        found |= {
-            f"{key}.{name}.{own}".rstrip("."): text for own, text in part_problems(name, content, key).items()
-        }
+        found |= {f"{key}.{name}.{own}".rstrip("."): text for own, text in part_problems(name, content, key).items()}
     return found
 
 

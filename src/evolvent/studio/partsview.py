@@ -209,7 +209,9 @@ class _Card:
         kind = parts.kind_of(content)
         with self._body:
             if kind is None or "" in self.wrong:
-                ui.label(self.wrong.get("", "")).classes("ev-banner bad").props(f'data-testid="{self._mark}.form-error"')
+                ui.label(self.wrong.get("", "")).classes("ev-banner bad").props(
+                    f'data-testid="{self._mark}.form-error"'
+                )
                 return
             ui.label(form.describe(kind, flat=True).help).classes("ev-what")
             self._form = FormView(

@@ -35,7 +35,7 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
         assembly = cases.system(case.system).build(case).assemble()
         # the method says nothing about the start, and is not chosen: that may fail while a case is being written
         solution = analysis.at_start(assembly, "auto")
-        motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False), least=1)
+        motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False))
     if motion is None:
         raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
     return animation.pack(motion)

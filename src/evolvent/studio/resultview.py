@@ -206,7 +206,7 @@ class ResultView:
             ui.label("They have no figure in common.").classes("ev-dim")
 
 
-def _messages(attrs: dict[str, Any], *, name: str = "") -> None:
+def _messages(attrs: Any, *, name: str = "") -> None:
     """Why a run did not end as it should, and its warnings."""
     before = f"{name}: " if name else ""
     if attrs["status"] == "failed":

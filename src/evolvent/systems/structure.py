@@ -26,6 +26,9 @@ class Simulate(Section):
     )
     step: units.Duration | None = Field(None, description="of a method with fixed steps; chosen if left out")
     tolerance: units.Tolerance | None = Field(None, description="of an adaptive method")
+    absolute_tolerance: units.Tolerance | None = Field(
+        None, description="of dopri5, beside tolerance; a hundredth of it if left out"
+    )
     spectral_radius: units.Fraction | None = Field(None, description="of generalized-alpha, at infinite frequency")
 
     def settings(self) -> dict[str, Any]:

@@ -49,28 +49,51 @@ tridiagonal solve at every stage. In steady feed the hub's lag is sin(delta) = 2
 Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from evolvent.builder import Assembly
 from evolvent.definition import SystemDefinition
+from evolvent.systems.heliogyro import derived as fields
+from evolvent.systems.heliogyro import show
 from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.dataset import layout
-from evolvent.systems.heliogyro.places import motion
-from evolvent.systems.heliogyro.show import figures, numbers
-from evolvent.systems.heliogyro.simulate import plan, stepping
+from evolvent.systems.heliogyro.settings import settings_of
 from evolvent.systems.heliogyro.structure import build
 
 
 class Heliogyro(SystemDefinition):
-    """The system `heliogyro`."""
+    """The system `heliogyro`.
+
+    Notes
+    -----
+    Laws in Python: "feed", ``@evolvent.feed_law`` of every spool, in place of rate and table; "force",
+    ``@evolvent.force_law``, force per length on every blade, N/m, inertial axes; "event", ``@evolvent.event_law`` that
+    ends the run where it rises through zero.
+    """
 
     Case = Case
-    layout = staticmethod(layout)
-    motion = staticmethod(motion)
-    figures = staticmethod(figures)
-    numbers = staticmethod(numbers)
-    plan = staticmethod(plan)
-    stepping = staticmethod(stepping)
+    laws = ("event", "feed", "force")
+    keys = {
+        "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
+        "absolute_tolerance": "solver.atol",
+    } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
+    layout = staticmethod(fields.layout)
+    derived = staticmethod(fields.derived)
+    warning = staticmethod(fields.warning)
+    numbers = staticmethod(show.numbers)
+    figures = staticmethod(show.figures)
+    motion = staticmethod(show.motion)
+
+    def settings(self, case: Case) -> dict[str, Any]:
+        """How a case is run."""
+        return self.prepared_settings(case, build(case).assemble(), {})
+
+    def prepared_settings(self, case: Case, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
+        """As `settings`, of parts that are assembled."""
+        return settings_of(case, assembly, by_law="feed" in laws)
 
 
 SYSTEM = Heliogyro()
-
-__all__ = ["Case", "build", "figures", "layout", "motion", "numbers", "plan", "stepping"]

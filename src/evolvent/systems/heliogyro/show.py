@@ -1,34 +1,57 @@
-"""What to show of a run: numbers and figures."""
+"""What to show of a run: numbers, figures, motion."""
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, results, show
+from evolvent.figures import Figure, Line, Number, Panel, spline
 from evolvent.systems.heliogyro.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.figures import Figure, Line, Number
+    from evolvent.motion import Motion
 
+_WORK = ("work_loads", "work_drives", "work_spools")
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
 
 
-def case_of(run: xr.Dataset) -> Case:
+def case_of(run: xr.DataTree) -> Case:
     """The case that a run was made from."""
     loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
 
 
-def numbers(run: xr.Dataset) -> list[Number]:
-    """The results that a user wants to see at once."""
-    from evolvent.figures import Number
-    from evolvent.results import closing_numbers
+def _blade(run: xr.DataTree, b: int) -> xr.DataTree:
+    """Results of a blade, or of the one that stands for all."""
+    return run.children.get(f"blade-{b + 1}", run.children["blade-1"])
 
+
+def _separated(run: xr.DataTree) -> np.ndarray:
+    """Whether each blade has left its spool: (nt, blades)."""
+    return np.stack([_blade(run, b).separated.values > 0.0 for b in range(run.sizes["blade"])], axis=1)
+
+
+def motion(run: xr.DataTree) -> Motion | None:
+    """Blades from tip to spool, their pull on the body, and the body with its spools."""
+    found = show.motion(run)
+    if found is None:
+        return None
+    numbers = {
+        "body rate [rad/s]": run.body_rate.values,
+        "deployed [m]": run.deployed_length.values[:, 0],
+        "tip lag [deg]": np.degrees(run.tip_lag.values[:, 0]),
+    }
+    return dataclasses.replace(found, title="Deployment of the heliogyro's blades", numbers=numbers)
+
+
+def numbers(run: xr.DataTree) -> list[Number]:
+    """The results that a user wants to see at once."""
     time, rate = run.time.values, run.body_rate.values
     found = [
         Number(label="time reached", value=f"{time[-1]:.6g} s"),
@@ -53,27 +76,26 @@ def numbers(run: xr.Dataset) -> list[Number]:
             found.append(Number(label=label, value=" / ".join(means) + " deg"))
     if np.any(run.hub_tension.values):
         found += _hub_numbers(run)
-    found.append(
-        Number(label="energy balance", value=f"{np.abs(run.energy_balance.values).max():.2g} of the largest energy")
-    )
+    work = [run[name].values for name in ("energy", "energy_dissipated", "energy_released", *_WORK)]
+    largest = max(float(np.abs(values).max()) for values in work) or 1.0
+    defect = np.abs(run.energy_defect.values).max() / largest
+    found.append(Number(label="energy balance", value=f"{defect:.2g} of the largest energy"))
     if "momentum_balance" in run:
         text = f"{run.momentum_balance.values.max():.2g} of the start"
         found.append(Number(label="angular momentum balance", value=text))
-    if "linear_momentum" in run:
-        drift = np.abs(run.linear_momentum.values - run.linear_momentum.values[0]).max()
+    if "position" in show.plots_of(run, "body"):
+        drift = np.abs(run.momentum.values - run.momentum.values[0]).max()
         found.append(Number(label="drift of linear momentum", value=f"{drift:.2g} kg m/s"))
-    return found + closing_numbers(run)
+    return found + results.closing_numbers(run)
 
 
-def _tip_lag(run: xr.Dataset) -> np.ndarray:
+def _tip_lag(run: xr.DataTree) -> np.ndarray:
     """Lag of the tips in the plane of the spin, deg, (nt, blades); negative ahead of the spool, NaN once let go."""
-    return np.where(run.let_go.values, np.nan, np.degrees(run.signed_lag.values[:, :, 0]))
+    return np.where(_separated(run), np.nan, np.degrees(run.tip_lag.values))
 
 
-def _hub_numbers(run: xr.Dataset) -> list[Number]:
+def _hub_numbers(run: xr.DataTree) -> list[Number]:
     """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
-    from evolvent.figures import Number
-
     time, hub = run.time.values, run.hub_tension.values.max(axis=1)
     k = int(np.argmax(hub))
     text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
@@ -89,7 +111,7 @@ def _hub_numbers(run: xr.Dataset) -> list[Number]:
     return [Number(label=f"largest hub tension, mean of {time[count - 1]:.2g} s", value=text), found]
 
 
-def _window(run: xr.Dataset) -> int:
+def _window(run: xr.DataTree) -> int:
     """Samples that a mean over the ringing of springs is taken of; 0 if there are too few."""
     count = max(20, run.sizes["time"] // 50)
     return count if run.sizes["time"] >= 3 * count else 0
@@ -114,20 +136,19 @@ def _unlike(values: np.ndarray) -> list[int]:
     return [0] if alike else list(range(values.shape[1]))
 
 
-def figures(run: xr.Dataset) -> list[Figure]:
+def figures(run: xr.DataTree) -> list[Figure]:
     """What to draw of a run; nothing of one with a single sample."""
     if run.sizes["time"] < 2:
         return []
-    found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _balance_figure(run)]
-    if "body_position" in run:
+    found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _momentum_figure(run)]
+    found.append(show.balance_figure(run))
+    if "position" in show.plots_of(run, "body"):
         found.append(_body_figure(run))
     return found
 
 
-def _rate_figure(run: xr.Dataset) -> Figure:
+def _rate_figure(run: xr.DataTree) -> Figure:
     """Body rate beside both formulas."""
-    from evolvent.figures import Figure, Line, Panel
-
     time, rate = run.time.values, run.body_rate.values
     lines, gaps = [Line(x=time, y=rate, label="computed")], []
     for name, label, color in (
@@ -145,10 +166,8 @@ def _rate_figure(run: xr.Dataset) -> Figure:
     return Figure(name="body_rate", title="Rate of the body", panels=panels, size=size)
 
 
-def _lag_figure(run: xr.Dataset) -> Figure:
+def _lag_figure(run: xr.DataTree) -> Figure:
     """Tip lag, whole and at the start."""
-    from evolvent.figures import Figure, Line, Panel
-
     time, lag = run.time.values, _tip_lag(run)
     shown = _unlike(lag)
     first = min(5.0, float(time[-1]))
@@ -172,88 +191,36 @@ def _lag_figure(run: xr.Dataset) -> Figure:
 
 def _smooth(x: np.ndarray, y: np.ndarray, color: int) -> Line:
     """A cubic spline through samples."""
-    from evolvent.figures import Line
-
     fine = np.linspace(x[0], x[-1], 1001)
     return Line(x=fine, y=spline(x, y, fine), color=color, width=1.0)
 
 
-def spline(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The cubic spline through points, with "not-a-knot" ends, as SciPy's, which takes 0.3 s to load.
-
-    Parameters
-    ----------
-    x, y : (n,) float, n >= 4, `x` increasing
-    at : (k,) float, within `x`
-
-    Notes
-    -----
-    Its second derivatives M follow from h[i-1] M[i-1] + 2 (h[i-1] + h[i]) M[i] + h[i] M[i+1] = 6 (s[i] - s[i-1]), with
-    h the widths and s the slopes of the pieces. M at the ends is eliminated first: the third derivative is continuous
-    at x[1] and x[-2].
-    """
-    h = np.diff(x)
-    slope = np.diff(y) / h
-    below, diagonal, above = h[:-1].copy(), 2.0 * (h[:-1] + h[1:]), h[1:].copy()
-    right = 6.0 * np.diff(slope)
-    diagonal[0] += h[0] * (h[0] + h[1]) / h[1]
-    above[0] -= h[0] ** 2 / h[1]
-    diagonal[-1] += h[-1] * (h[-1] + h[-2]) / h[-2]
-    below[-1] -= h[-1] ** 2 / h[-2]
-    for i in range(1, right.size):
-        share = below[i] / diagonal[i - 1]
-        diagonal[i] -= share * above[i - 1]
-        right[i] -= share * right[i - 1]
-    M = np.empty(x.size)
-    M[-2] = right[-1] / diagonal[-1]
-    for i in range(right.size - 2, -1, -1):
-        M[i + 1] = (right[i] - above[i] * M[i + 2]) / diagonal[i]
-    M[0] = M[1] - (M[2] - M[1]) * h[0] / h[1]
-    M[-1] = M[-2] + (M[-2] - M[-3]) * h[-1] / h[-2]
-    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, h.size - 1)
-    u, w = at - x[k], h[k]
-    first, third = slope[k] - w * (2.0 * M[k] + M[k + 1]) / 6.0, (M[k + 1] - M[k]) / (6.0 * w)
-    return y[k] + u * (first + u * (0.5 * M[k] + u * third))
-
-
-def _moments(run: xr.Dataset, count: int) -> list[int]:
+def _moments(run: xr.DataTree, count: int) -> list[int]:
     """Samples evenly spread over a run, or over what of it comes before a blade is let go, without the first."""
-    held = np.flatnonzero(~run.let_go.values.any(axis=1))
+    held = np.flatnonzero(~_separated(run).any(axis=1))
     last = int(held[-1]) if held.size else 0
     return sorted({int(k) for k in np.linspace(0, last, count + 1)[1:]})
 
 
-def _blade_points(run: xr.Dataset, k: int, blade: int) -> np.ndarray:
-    """Points of a blade at sample k from the tip to the spool, (n + 1, 3), m, body axes; wound nodes at the spool."""
-    case = case_of(run)
-    turn = 2.0 * np.pi * blade / case.body.blades
-    L0 = case.body.spool_offset
-    Q = np.array([L0 * np.cos(turn), L0 * np.sin(turn), case.spool.radius])
-    x = run.position.values[k, blade][run.released.values[k, blade]]
-    return x if run.let_go.values[k, blade] else np.vstack([x, Q])
-
-
-def _shape_figure(run: xr.Dataset) -> Figure:
+def _shape_figure(run: xr.DataTree) -> Figure:
     """Shape at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
-    from evolvent.figures import Figure, Line, Panel
-
-    case, time, blades = case_of(run), run.time.values, run.sizes["blade"]
+    case, time, first = case_of(run), run.time.values, _blade(run, 0)
+    moments, gone = np.array(_moments(run, 7)), _separated(run)
+    seen = show.motion(run).at(moments).in_body()  # type: ignore[union-attr]
     top, side, lag, height, reach = [], [], [], 0.0, 0.0
-    for k in reversed(_moments(run, 7)):
-        color = float(time[k] / time[-1])
-        for b in range(blades):
-            x = _blade_points(run, k, b)
-            label = f"{time[k]:.4g} s" if b == 0 else ""
-            distance = np.hypot(x[:, 0], x[:, 1])
-            top.append(
-                Line(x=x[:, 0], y=x[:, 1], label=label, color=color, marker=".", width=1.0 + 3.0 * (1.0 - color))
-            )
-            side.append(Line(x=distance, y=x[:, 2], label=label, color=color, marker="."))
+    for j, k in reversed(list(enumerate(moments))):
+        color, label = float(time[k] / time[-1]), f"{time[k]:.4g} s"
+        for b, line in enumerate(seen.lines):
+            count = int(np.sum(_blade(run, b).released.values[k] > 0.0))
+            x = line.points[j][np.append(np.arange(line.points.shape[1] - 1) < count, not gone[k, b])]
+            own, distance = label if b == 0 else "", np.hypot(x[:, 0], x[:, 1])
+            thick = 1.0 + 3.0 * (1.0 - color)
+            top.append(Line(x=x[:, 0], y=x[:, 1], label=own, color=color, marker=".", width=thick))
+            side.append(Line(x=distance, y=x[:, 2], label=own, color=color, marker="."))
             height, reach = max(height, float(np.ptp(x[:, 2]))), max(reach, float(distance.max()))
-        out = run.released.values[k, 0]
-        length = run.deployed_length.values[k, 0] - case.blade.length / case.blade.nodes * np.arange(out.sum())
-        angle = np.degrees(run.signed_lag.values[k, 0, out])
-        lag.append(Line(x=length, y=angle, label=f"{time[k]:.4g} s", color=color, marker="."))
+        out = first.released.values[k] > 0.0
+        length = first.deployed_length.values[k] - case.blade.length / case.blade.nodes * np.arange(out.sum())
+        lag.append(Line(x=length, y=np.degrees(first.signed_lag.values[k, out]), label=label, color=color, marker="."))
     panels = [
         Panel(x_label="x, m", y_label="y, m", lines=top, title="from above, axes of the body", equal=True),
         Panel(x_label="length from the spool, m", y_label="lag, deg", lines=lag, title="nodes of blade 1"),
@@ -262,17 +229,15 @@ def _shape_figure(run: xr.Dataset) -> Figure:
         panels.append(
             Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side")
         )
-    heights = [2.2 if blades > 2 else 1.0] + [1.0] * (len(panels) - 1)
+    heights = [2.2 if len(seen.lines) > 2 else 1.0] + [1.0] * (len(panels) - 1)
     size = (8.0, 3.5 * sum(heights))
     return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
 
 
-def _tension_figure(run: xr.Dataset) -> Figure:
+def _tension_figure(run: xr.DataTree) -> Figure:
     """Tension at the hub over time, and along the thread at several times."""
-    from evolvent.figures import Figure, Line, Panel
-
     case, time = case_of(run), run.time.values
-    hub = np.where(run.let_go.values, np.nan, 1e3 * run.hub_tension.values)
+    hub = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values)
     shown = _unlike(hub)
     count = _window(run) if case.blade.segments == "springs" else 0
     lines, title = [], ""
@@ -290,8 +255,8 @@ def _tension_figure(run: xr.Dataset) -> Figure:
     along = []
     segment = case.blade.length / case.blade.nodes
     for k in _moments(run, 7):
-        tension = run.tension.values[k, 0]
-        count = int(np.sum(run.released.values[k, 0]))
+        tension = _blade(run, 0).tension.values[k]
+        count = int(np.sum(_blade(run, 0).released.values[k] > 0.0))
         from_tip = segment * (np.arange(count) + 0.5)
         color = float(time[k] / time[-1])
         along.append(Line(x=from_tip, y=1e3 * tension[:count], label=f"{time[k]:.4g} s", color=color, marker="."))
@@ -303,63 +268,39 @@ def _tension_figure(run: xr.Dataset) -> Figure:
     return Figure(name="tension", title="Tension of the thread", panels=panels, size=(8.0, 7.0))
 
 
-def _balance_figure(run: xr.Dataset) -> Figure:
-    """Energy, momentum, what releases bring in, and how well both accounts close."""
-    from evolvent.figures import Figure, Line, Panel
-
-    time = run.time.values
-
-    def parts(names: list[tuple[str, str, float]]) -> list[Line]:
-        lines = []
-        for color, (name, label, sign) in enumerate(names):
-            seen = name in run and np.abs(run[name].values).max() > 1e-4 * np.abs(run[names[0][0]].values).max()
-            if seen or color < 2:
-                lines.append(Line(x=time, y=1e3 * sign * run[name].values, label=label, color=color))
-        return lines
-
-    energy = [
-        ("energy_kinetic", "kinetic", 1.0),
-        ("spool_work", "taken by the spools", -1.0),
-        ("energy_elastic", "elastic", 1.0),
-        ("energy_dissipated", "dissipated", 1.0),
-        ("load_work", "from loads", 1.0),
-        ("drive_work", "from the drive", 1.0),
-    ]
-    momentum = [
-        ("angular_momentum", "all that the model moves", 1.0),
-        ("angular_momentum_body", "body", 1.0),
-        ("angular_momentum_released", "released thread", 1.0),
-        ("angular_momentum_wound", "wound thread", 1.0),
-    ]
+def _momentum_figure(run: xr.DataTree) -> Figure:
+    """Angular momentum about Z, what releases bring in, and what the balance lacks."""
+    time, start = run.time.values, run.angular_momentum.values[0, 2]
+    total = np.abs(run.angular_momentum.values[:, 2]).max()
+    lines = [Line(x=time, y=1e3 * run.angular_momentum.values[:, 2], label="all that the model moves", color=0)]
+    for color, label in enumerate(("body", "released", "wound"), start=1):
+        values = run[f"angular_momentum_{label}"].values
+        if color == 1 or np.abs(values).max() > 1e-4 * total:
+            lines.append(Line(x=time, y=1e3 * values, label=f"{label} thread" if color > 1 else label, color=color))
     releases, defects = [], []
-    for color, kind, name, start in (
-        (1, "energy", "energy_released", run.energy_kinetic.values[0] + run.energy_elastic.values[0]),
-        (2, "angular momentum", "angular_momentum_jumps", run.angular_momentum.values[0]),
+    for color, kind, name, before in (
+        (1, "energy", "energy_released", run.energy.values[0]),
+        (2, "angular momentum", "angular_momentum_jumps", start),
     ):
-        if start != 0.0:
-            releases.append(Line(x=time, y=100.0 * run[name].values / start, label=kind, color=color))
-    for color, kind, name in ((1, "energy", "energy_balance"), (2, "angular momentum", "momentum_balance")):
-        if name in run:
-            values = np.abs(run[name].values)
-            defects.append(Line(x=time, y=np.where(values > 0.0, values, np.nan), label=kind, color=color, width=1.0))
+        if before != 0.0:
+            releases.append(Line(x=time, y=100.0 * run[name].values / before, label=kind, color=color))
+    if "momentum_balance" in run:
+        lacks = run.momentum_balance.values
+        defects.append(Line(x=time, y=np.where(lacks > 0.0, lacks, np.nan), color=2, width=1.0))
     panels = [
-        Panel(x_label="", y_label="energy, mJ", lines=parts(energy)),
-        Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=parts(momentum)),
+        Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=lines),
         Panel(x_label="", y_label="% of the start", lines=releases, title="brought in by nodes at their release"),
-        Panel(x_label="time, s", y_label="relative defect", lines=defects, title="what the accounts lack", log=True),
+        Panel(x_label="time, s", y_label="relative defect", lines=defects, title="what the balance lacks", log=True),
     ]
-    return Figure(name="balances", title="Energy and angular momentum", panels=panels, size=(8.0, 10.0))
+    panels = panels if defects else panels[:2]
+    return Figure(name="momentum", title="Angular momentum", panels=panels, size=(8.0, 7.5))
 
 
-def _body_figure(run: xr.Dataset) -> Figure:
+def _body_figure(run: xr.DataTree) -> Figure:
     """Motion of a free body: its centre and the tilt of its axis."""
-    from evolvent.figures import Figure, Line, Panel
-
-    time, q = run.time.values, run.body_quaternion.values
+    time, q, x = run.time.values, run["body"].attitude.values, 1e3 * run["body"].position.values
     tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2), -1.0, 1.0)))
-    centre = [
-        Line(x=time, y=1e3 * run.body_position.values[:, c], label=axis, color=c + 1) for c, axis in enumerate("xyz")
-    ]
+    centre = [Line(x=time, y=x[:, c], label=axis, color=c + 1) for c, axis in enumerate("xyz")]
     panels = [
         Panel(x_label="time, s", y_label="centre of the body, mm", lines=centre, title="inertial axes"),
         Panel(x_label="time, s", y_label="tilt of the body's axis, deg", lines=[Line(x=time, y=tilt)]),

@@ -36,7 +36,8 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         own: dict[str, Any] = {"mass": body.mass, "angular_velocity": (0.0, 0.0, body.rate)}
     else:
         own = {"rate": body.rate}
-    system.add(parts.RigidBody(motion=body.motion, inertia=body.inertia, **own), "body")
+    shape = parts.Cylinder(radius=0.7 * body.spool_offset, length=2.0 * spool.radius)
+    system.add(parts.RigidBody(motion=body.motion, inertia=body.inertia, shape=shape, **own), "body")
     symmetric = _symmetric(case, laws)
     for k in range(1 if symmetric else body.blades):
         turn = 2.0 * np.pi * k / body.blades
@@ -70,6 +71,7 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
                 wound_mass="carried" if case.carried else "ignored",
                 lets_go=blade.lets_go,
                 copies=body.blades if symmetric else 1,
+                width=blade.width,
             ),
             name,
         )

@@ -1,107 +1,45 @@
-"""Runs of a case: what is refused before one, its samples, its solver."""
+"""How a case is run: the end of the run, method and steps, and what is refused before it."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
-from evolvent.errors import InputError, in_keys, naming_keys, nearest
-from evolvent.systems._common import sample_times
+from evolvent.errors import InputError
 from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.dataset import dataset_of
-from evolvent.systems.heliogyro.structure import build
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from evolvent.builder import Assembly
 
-
-#: Laws of the user's that `run` knows how to place.
-LAWS = ("event", "feed", "force")
-#: Step of generalized-alpha where none is given, s.
-IMPLICIT_STEP = 2.5e-3
+#: Step of generalized-alpha where none is given, s, and its tolerance and spectral radius.
+IMPLICIT_STEP, IMPLICIT = 2.5e-3, {"tolerance": 1e-4, "spectral_radius": 0.3}
 #: Largest number of steps that a run may take: some minutes to an hour.
 MOST_STEPS = 100_000_000
 
 
-def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
-    """Check and prepare a case; nothing long is compiled.
+def settings_of(case: Case, assembly: Assembly, *, by_law: bool) -> dict[str, Any]:
+    """Arguments of `System.simulate`.
 
     Parameters
     ----------
-    case : Case
-    laws : mapping, optional, name -> law, or (law, parameters)
-        "feed": ``@evolvent.feed_law`` of every spool, in place of rate and table; "force": ``@evolvent.force_law``,
-        force per length on every blade, N/m, inertial axes; "event": ``@evolvent.event_law`` that ends the run where it
-        rises through zero.
+    assembly : Assembly, of the case
+    by_law : bool, whether a law in Python turns the spools
 
     Raises
     ------
     InputError
-        If the case cannot be run; `run` raises it where a law raises at the start.
+        For a feed that pays out more than there is, or less than nothing; a run without an end, or of too many steps.
     """
-    if not isinstance(laws, Mapping | None):
-        raise InputError(f"the laws are {laws!r}; they must be a mapping of names ({', '.join(LAWS)}) to laws")
-    given = {name: law for name, law in (laws or {}).items() if law is not None}
-    for name in given:
-        if name not in LAWS:
-            raise InputError(f"no law is called {name!r}; {nearest(str(name), LAWS)}")
-    assembly, samples, step = _prepared(case, given)
-    solver, keys = case.solver, cases.solver_keys(case)
-    implicit = solver.method == "generalized-alpha"
-
-    def prepared() -> Any:
-        with naming_keys(keys):
-            if implicit:
-                from evolvent.solvers.implicit import plan as plan_implicit
-
-                return plan_implicit(assembly, samples=samples, step=IMPLICIT_STEP if step is None else step)
-            from evolvent.solvers.drive import plan as plan_explicit
-
-            options: dict[str, Any] = {"method": solver.method, "step": step, "rtol": solver.rtol, "atol": solver.atol}
-            return plan_explicit(assembly, samples=samples, **options)
-
-    ready = None
-    if implicit:
-        from evolvent import families
-
-        families.check(assembly, families.IMPLICIT)
-    elif step is not None:  # compiles a little, which a step of the solver's own choice need not wait for
-        ready = prepared()
-
-    def run(progress: Callable[[float], None] | None = None) -> xr.Dataset:
-        with naming_keys(keys):
-            solution = (ready or prepared()).run(progress).or_start(float(samples[0]))
-        solution = dataclasses.replace(solution, message=in_keys(solution.message, keys))
-        return dataset_of(case, solution.assembly, solution, given)
-
-    return cases.Plan(duration=float(samples[-1]), run=run, solver=solver.method)
-
-
-def stepping(case: Case) -> dict[str, Any]:
-    """What the section ``solver`` asks of an `evolvent.Stepper`, by the names of its arguments."""
-    solver = case.solver
-    step = solver.step if isinstance(solver.step, float) else None
-    if solver.method == "generalized-alpha" and step is None:
-        step = IMPLICIT_STEP
-    return {"method": solver.method, "step": step, "tolerance": solver.rtol, "spectral_radius": 0.3}
-
-
-def _prepared(case: Case, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, float | None]:
-    """What the solver takes: assembly, times of the samples, step (None for one that it chooses)."""
-    from evolvent.solvers.laws import refusing_laws
-
-    assembly = build(case, laws=laws).assemble()
-    with refusing_laws(assembly):
-        samples = _samples(case, assembly, by_law="feed" in laws)
-    step = case.solver.step if isinstance(case.solver.step, float) else None
-    _check_steps(case, step, float(samples[-1]))
-    return assembly, samples, step
+    solver, step = case.solver, case.solver.step if isinstance(case.solver.step, float) else None
+    end = _end(case, assembly, by_law=by_law)
+    _check_steps(case, step, end)
+    found: dict[str, Any] = {"until": end, "every": case.output.every, "method": solver.method}
+    if solver.method == "dopri5":
+        return found | {"tolerance": solver.rtol, "absolute_tolerance": solver.atol}
+    if solver.method == "generalized-alpha":
+        return found | {"step": IMPLICIT_STEP if step is None else step, **IMPLICIT}
+    return found if step is None else found | {"step": step}
 
 
 def _check_steps(case: Case, step: float | None, end: float) -> None:
@@ -109,9 +47,7 @@ def _check_steps(case: Case, step: float | None, end: float) -> None:
     blade = case.blade
     which, change = "solver.step", "take a longer solver.step"
     if step is None:
-        if case.solver.method == "generalized-alpha":
-            return
-        if blade.segments == "inextensible":  # nothing says beforehand what steps these need
+        if case.solver.method == "generalized-alpha" or blade.segments == "inextensible":  # no step is known before
             return
         frequency = 2.0 * np.sqrt(blade.stiffness * blade.nodes / (blade.line_density * blade.length))
         step = float(2.8 / frequency)
@@ -123,8 +59,8 @@ def _check_steps(case: Case, step: float | None, end: float) -> None:
         )
 
 
-def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
-    """Times of the samples; refuses a feed that pays out more than there is, or less than nothing."""
+def _end(case: Case, assembly: Assembly, *, by_law: bool) -> float:
+    """End of the run, s; refuses a feed that pays out more than there is, or less than nothing."""
     length, radius = case.blade.length, case.spool.radius
     end = _all_out(case, assembly) if case.solver.duration == "auto" else float(case.solver.duration)
     if end is None or (by_law and case.solver.duration == "auto"):
@@ -145,7 +81,7 @@ def _samples(case: Case, assembly: Assembly, *, by_law: bool) -> np.ndarray:
             f"{_feed_keys(case, by_law)} reels in more than is out: nothing is left at about {times[k]:.6g} s; "
             f"end that before, shorten solver.duration, or give a longer spool.start_length"
         )
-    return sample_times(case.output.every, end, values=assembly.y.size)
+    return end
 
 
 def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:

@@ -1,0 +1,149 @@
+"""Quantities of the field, from what the parts of a run observe, and warnings about the run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent.systems.heliogyro.case import Case
+
+if TYPE_CHECKING:
+    from evolvent.solvers import Solution
+
+Array = np.ndarray
+#: Share of the energy at the start that its balance may lack without a warning.
+LARGEST_DEFECT = 1e-5
+
+
+def layout(case: Case) -> dict[str, dict[str, int | None]]:
+    """Variables that tables and figures read, with the sizes of their dimensions; None for any size."""
+    from evolvent import show
+
+    time: dict[str, int | None] = {"time": None}
+    found = show.layout(case) | dict.fromkeys(("body_rate", "body_angle", "work_spools"), time)
+    found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
+    found |= dict.fromkeys(("tip_lag", "deployed_length", "hub_tension"), time | {"blade": case.body.blades})
+    found |= {"momentum": time | {"axis": 3}, "angular_momentum": time | {"axis": 3}}
+    if case.body.motion != "driven":
+        found |= dict.fromkeys(("body_rate_paper", "body_rate_corrected"), time)
+    node, point = time | {"node": case.blade.nodes}, time | {"point": case.blade.nodes + 1}
+    found |= dict.fromkeys(("blade-1.tension", "blade-1.signed_lag", "blade-1.released"), node)
+    found |= {"blade-1.separated": time, "blade-1.line": point | {"axis": 3}}
+    return found | {"body.attitude": time | {"quaternion": 4}}
+
+
+def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    """Rate and angle of the body beside both formulas, what blades reach, and parts of the angular momentum."""
+    from evolvent import model as mdl
+    from evolvent.observe import View
+    from evolvent.observe.lumped import observe_body
+    from evolvent.observe.threads import observe_thread
+    from evolvent.observe.variables import unwrapped
+
+    view, N, time, H = View(solution), case.body.blades, ("time",), "kg m2 s-1"
+    names = [name for name in (f"blade-{k + 1}" for k in range(N)) if name in solution.assembly.names]
+    blades = [observe_thread(view, name).variables for name in names]
+
+    def over_blades(name: str) -> Array:
+        values = np.stack([blade[name].values for blade in blades], axis=1)
+        return np.broadcast_to(values, (values.shape[0], N)).copy()  # one blade may stand for all
+
+    R = view.pose(view.index("body")).R
+    rate = observe_body(view, "body").variables["rate"].values[:, 2]
+    deployed, gone = over_blades("deployed_length"), over_blades("separated") > 0.0
+    angle = unwrapped(solution.t, np.arctan2(R[:, 1, 0], R[:, 0, 0]), rate)
+    found: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
+        "blade": (("blade",), np.arange(1, N + 1), "1", "blade"),
+        "body_rate": (time, rate, "rad s-1", "rate of the body about its spin axis"),
+        "body_angle": (time, angle, "rad", "angle of the body about Z, over any number of turns"),
+    }
+    for name in ("tip_lag", "deployed_length", "hub_tension"):
+        found[name] = (("time", "blade"), over_blades(name), blades[0][name].units, blades[0][name].long_name)
+    if case.body.motion != "driven":
+        for name, corrected, what in (
+            ("body_rate_paper", False, "rate of the body by (18)"),
+            ("body_rate_corrected", True, "rate of the body by (18) with the offset of the spools"),
+        ):
+            inertia = straight_inertia(case, deployed, corrected=corrected)
+            formula = np.where(gone.any(axis=1), np.nan, case.body.rate * inertia[0] / inertia)
+            found[name] = (time, formula, "rad s-1", what)
+    jumps = solution.momentum.jumps_angular - solution.momentum.jumps_angular[:1]
+    ignored = "" if case.carried else " (ignored by the model)"
+    for name, values, what in (
+        ("body", solution.sums[:, mdl.H_BODY :], "of the body"),
+        ("released", solution.sums[:, mdl.H_RELEASED :], "of the released thread"),
+        ("wound", solution.sums[:, mdl.H_WOUND :], f"of the wound thread{ignored}"),
+        ("jumps", jumps, "that releases brought in"),
+    ):
+        found[f"angular_momentum_{name}"] = (time, values[:, 2], H, f"angular momentum about Z {what}")
+    has_force = "loads" in {family for family, _ in solution.assembly.names.values()}
+    if case.body.motion != "driven" and not has_force:
+        first = 0 if case.body.motion == "free" else 2
+        lost = np.linalg.norm(solution.momentum.drift_angular[:, first:], axis=1)
+        scale = float(np.linalg.norm(solution.momentum.angular[0]))
+        text = "what the balance of angular momentum lacks, over the start"
+        found["momentum_balance"] = (time, lost / scale if scale > 0.0 else lost, "1", text)
+    return found
+
+
+def straight_inertia(case: Case, deployed: Array, *, corrected: bool) -> Array:
+    """Moment of inertia of body and straight radial blades about the spin axis, kg m2.
+
+    Parameters
+    ----------
+    deployed : (nt, blades) float, m
+    corrected : bool, with the spools' distance from the spin axis and, where it is carried, the wound thread;
+        without, as in (18)
+    """
+    rho, tip = case.blade.line_density, case.blade.tip_mass
+    L0 = case.body.spool_offset if corrected else 0.0
+    each = rho * ((L0 + deployed) ** 3 - L0**3) / 3.0 + tip * (L0 + deployed) ** 2
+    if corrected and case.carried:
+        each = each + rho * (case.blade.length - deployed) * L0**2
+    return np.asarray(case.body.spin_inertia + each.sum(axis=1))
+
+
+def warning(case: Case, solution: Solution) -> str:
+    """Sentences on tensions below zero, a feed too fast for a steady lag, and an energy balance that does not close."""
+    return "; ".join(text for text in (_slack(case, solution), _wraps(case, solution), _lacks(solution)) if text)
+
+
+def _slack(case: Case, solution: Solution) -> str:
+    least = solution.observations.tension.min(axis=1)  # zero of wound nodes
+    count, k = int(np.sum(least < -1e-9)), int(np.argmin(least))
+    if count == 0:
+        return ""
+    which = "springs push" if case.blade.segments == "springs" else "links push"
+    return (
+        f"{which} where a thread would go slack: tension below zero in {count} of {least.size} samples, "
+        f"at worst {least[k]:.3g} N at t = {solution.t[k]:.6g} s"
+    )
+
+
+def _wraps(case: Case, solution: Solution) -> str:
+    fastest = case.spool.radius * float(solution.observations.spool[:, :, 1].max())
+    limit = 0.5 * case.body.spool_offset * abs(case.body.rate)
+    if fastest < limit or limit == 0.0:
+        return ""
+    return (
+        f"the feed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
+        f"the blade may wrap back onto the body, which the model does not see"
+    )
+
+
+def _lacks(solution: Solution) -> str:
+    most = float(np.abs(solution.energy_defect).max())
+    lacks = most / (float(solution.energy[0]) or largest_energy(solution.balance))
+    if lacks <= LARGEST_DEFECT:
+        return ""
+    smaller = "solver.rtol" if solution.method == "dopri5" else "solver.step"
+    return f"the energy balance lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"
+
+
+def largest_energy(balance: Any) -> float:
+    """Largest of energy, work and losses, J, of records of the balance."""
+    from evolvent.solvers import balance as eb
+
+    values = [eb.energy(balance), eb.dissipated(balance), *(balance[name] for name in eb.WORK)]
+    return max(1e-300, *(float(np.abs(v).max()) for v in values))

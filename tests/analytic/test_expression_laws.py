@@ -1,0 +1,137 @@
+"""Laws as expressions: a spring against the same law in Python, events at times that are known, what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import InputError, System, event_law, parts, spring_law
+from evolvent.parts.base import Part
+from evolvent.solvers import solve
+from evolvent.solvers.implicit import solve_implicit
+
+K, K3, C = 10.0, 4.0, 0.1
+TEXT, CONSTANTS = "k*x + k3*x**3 + c*v + where(t < 0.7, 0, 0.2)", {"k": K, "k3": K3, "c": C}
+
+
+@spring_law
+def hardening(extension, rate, t, p):  # type: ignore[no-untyped-def]
+    return p[0] * extension + p[1] * extension**3 + p[2] * rate + (0.0 if t < 0.7 else 0.2)
+
+
+@event_law
+def never(t, y, p):  # type: ignore[no-untyped-def]
+    return -1.0
+
+
+def oscillator(**law: Any) -> System:
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.3, 0.0, 0.0)), "ball")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", length=1.0, **law), "spring")
+    system.add(parts.Force(at="ball", direction=(1.0, 0.0, 0.0), profile=[(0.0, 0.0), (0.7, 0.0)]), "break")
+    return system
+
+
+@pytest.mark.parametrize("method", ["rk4", "dopri5", "generalized-alpha"])
+def test_spring_as_by_a_python_law(method: str) -> None:
+    found = []
+    for law in ({"law": hardening, "parameters": (K, K3, C)}, {"law": TEXT, "constants": CONSTANTS}):
+        assembly, t = oscillator(**law).assemble(), np.linspace(0.0, 3.0, 7)
+        if method == "generalized-alpha":
+            found.append(solve_implicit(assembly, samples=t, step=0.01))
+        else:
+            found.append(solve(assembly, samples=t, method=method, step=0.01 if method == "rk4" else None))
+    assert found[1].y == pytest.approx(found[0].y, rel=1e-12, abs=1e-13)
+    assert np.abs(found[1].energy_defect).max() < (1e-3 if method == "generalized-alpha" else 1e-7)
+
+
+def test_times_of_a_spring_become_breaks() -> None:
+    system = System()
+    system.add(parts.Point(mass=1.0, position=(1.3, 0.0, 0.0)), "ball")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", law=TEXT, constants=CONSTANTS), "spring")
+    assert system.assemble().model.breaks.tolist() == [0.7]
+
+
+def falling(event: Part) -> System:
+    system = System(gravity=(0.0, 0.0, -9.81))
+    system.add(event, "event")
+    system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 1.0)), "ball")
+    system.add(parts.RigidBody(inertia=2.0, motion="spin"), "hub")
+    system.add(parts.RigidBody(mass=1.0, inertia=2.0, motion="free"), "craft")
+    system.add(parts.RigidBody(inertia=2.0, motion="driven"), "stand")
+    system.add(parts.Torque(at="hub", axis=(0.0, 0.0, 1.0), profile={"expression": "6*t**2"}), "slew")
+    system.add(parts.Torque(at="craft", axis=(0.0, 1.0, 0.0), profile=[(0.0, 2.0), (1.0, 2.0)]), "turn")
+    return system
+
+
+#: Variables, law, and the time at which it rises through zero.
+EVENTS = {
+    "time": ({}, "t - 0.3", 0.3),
+    "place": ({"h": "ball.position.z"}, "0.5 - h", math.sqrt(1.0 / 9.81)),
+    "velocity": ({"v": "ball.velocity.z"}, "-2 - v", 2.0 / 9.81),
+    "rate about an axis": ({"w": "hub.rate"}, "w - 0.2", 0.2 ** (1.0 / 3.0)),
+    "angle about an axis": ({"a": "hub.angle"}, "a - 0.2", 0.8**0.25),
+    "rate of a free body": ({"w": "craft.rate.y"}, "w - 0.35", 0.35),
+    "place of a free body": (
+        {"z": "craft.position.z", "v": "craft.velocity.z"},
+        "-z - v - 3",
+        -1.0 + math.sqrt(1.0 + 6.0 / 9.81),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", EVENTS)
+def test_event(kind: str) -> None:
+    variables, law, time = EVENTS[kind]
+    event = parts.Event(law=law, variables=variables or None, stops=True)
+    solution = solve(falling(event).assemble(), samples=np.linspace(0.0, 3.0, 31), method="dopri5")
+    assert solution.status == "stopped by event"
+    assert solution.event_times == pytest.approx([time], abs=1e-8)
+    assert parts.Event.model_validate(event.model_dump(mode="json", exclude_defaults=True)) == event
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "quantity": ({"h": "ball.positon.z"}, r"event\.variables\.h is 'ball\.positon\.z'; it must be a quantity such as"),
+    "axis": ({"h": "ball.position"}, r"event\.variables\.h is 'ball\.position'; did you mean 'position\.z'"),
+    "no rate": ({"h": "ball.rate.z"}, r"event\.variables\.h is 'ball\.rate\.z'; known: position\.x"),
+    "no vector": ({"h": "hub.rate.z"}, r"event\.variables\.h is 'hub\.rate\.z'; did you mean 'rate'"),
+    "part": ({"h": "bal.position.z"}, r"'event' refers to 'bal', but no part is called that; did you mean 'ball'"),
+    "driven": ({"h": "stand.rate"}, r"event\.variables\.h: 'stand' is no point, no body that moves by forces"),
+    "load": ({"h": "slew.rate"}, r"event\.variables\.h: 'slew' is no point"),
+    "name": ({"t": "ball.position.z", "h": "ball.position.z"}, r"event\.variables\.t has the name of the time"),
+    "unknown": ({"height": "ball.position.z"}, "'h' at character 1 is neither a variable nor a constant"),
+    "mapping": (3, "Event.variables is 3; it must be a mapping of names to quantities of parts"),  # type: ignore[dict-item]
+    "bad name": ({"a b": "ball.position.z"}, "Event.variables is .* it must be a mapping of names"),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_refused(kind: str) -> None:
+    variables, message = REFUSED[kind]
+    with pytest.raises(InputError, match=message):
+        falling(parts.Event(law="h", variables=variables)).assemble()
+
+
+def test_a_python_law_takes_the_state() -> None:
+    with pytest.raises(InputError, match=r"event\.variables are those of an expression"):
+        falling(parts.Event(law=never, variables={"h": "ball.position.z"})).assemble()
+
+
+SPRINGS: dict[str, tuple[dict[str, Any], str]] = {
+    "constant": ({"law": "k*x", "constants": {"kk": 1.0}}, "spring.law is 'k.x'; 'k' at character 1 .* mean 'kk'"),
+    "taken": ({"law": "t*x", "constants": {"t": 1.0}}, "the constant 't' of spring.law has a name that is taken"),
+    "infinite": ({"law": "1/(x - x)"}, r"'spring' at t = 0 s: the expression '1/\(x - x\)' returns inf"),
+    "undefined": ({"law": "log(-1 - x*x)"}, r"'spring' at t = 0 s: the expression .* returns nan; .* finite"),
+    "parameters": ({"law": "x", "parameters": (1.0,)}, "spring.parameters are those of a Python law"),
+    "constants": ({"law": hardening, "constants": {"k": 1.0}}, "spring.constants are those of an expression"),
+}
+
+
+@pytest.mark.parametrize("kind", SPRINGS)
+def test_refused_springs(kind: str) -> None:
+    law, message = SPRINGS[kind]
+    with pytest.raises(InputError, match=message):
+        solve(oscillator(**law).assemble(), samples=[0.0, 1.0], method="rk4", step=0.01)
