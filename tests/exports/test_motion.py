@@ -86,7 +86,7 @@ def test_the_hub_presses_on_the_rib(runs):
     assert sizes[-1].max() > 0.0
     outward = np.sum(pushed.vectors * pushed.points, axis=-1)
     assert (outward >= 0.0).all()
-    assert np.hypot(*pushed.points[-1, :, :2].T) == pytest.approx(np.full(80, 0.6), rel=1e-2)
+    assert np.hypot(*pushed.points[-1, :, :2].T) == pytest.approx(np.full(80, 0.6), rel=2e-2)
 
 
 @pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])
