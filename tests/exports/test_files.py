@@ -227,7 +227,7 @@ def test_mat_holds_the_run(runs, tmp_path, name):
     lines = np.atleast_1d(found.lines)
     assert [line.name for line in lines] == [s.name for s in wanted.lines]
     assert np.array_equal(lines[-1].points, wanted.lines[-1].points)
-    assert hasattr(lines[0].values, {"stand": "force_N", "rib": "axial_force_N"}.get(name, "tension_N"))
+    assert hasattr(lines[0].values, {"stand": "force_N"}.get(name, "tension_N"))
     body = found.bodies
     assert np.array_equal(body.position, wanted.frames[0].origin)
     assert np.array_equal(body.quaternion, wanted.frames[0].attitude)
