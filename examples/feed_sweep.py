@@ -31,7 +31,7 @@ study = {
         "spool.rate": {"from": "2 rad/s", "to": "6 rad/s", "points": 5},
         "body.spool_offset": ["4 cm", "5 cm", "7 cm"],
     },
-    "keep": ["signed_lag.mean", "body_rate.last", "hub_tension.max"],
+    "keep": ["tip_lag.mean", "body_rate.last", "hub_tension.max"],
 }
 found = evolvent.sweep(study)
 print(found)
@@ -40,7 +40,7 @@ print(found)
 # In steady feed the lag at the spool has a closed form, sin(lag) = 2 v / (L0 W), with v the speed of the feed. While
 # little thread is out, and W is still near its start, the mean lag of the tip should be near it.
 
-lag = np.degrees(found.signed_lag_mean.sel(node=1, blade=1))
+lag = np.degrees(found.tip_lag_mean.sel(blade=1))
 lag.attrs = {"long_name": "mean lag of the tip", "units": "deg"}
 for offset in found["body.spool_offset"].values:
     line = lag.sel({"body.spool_offset": offset})

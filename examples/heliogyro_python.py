@@ -36,17 +36,17 @@ runs = {
 }
 for name, run in runs.items():
     rate = float(run.body_rate[-1])
-    lag = float(run.lag_angle.sel(node=1, blade=1).sel(time=slice(15.0, 20.0)).max())
+    lag = float(run.tip_lag.sel(blade=1, time=slice(15.0, 20.0)).max())
     length = float(run.deployed_length[-1, 0])
     print(f"{name:16}  {length:.3f} m out, body rate {rate:.4f} rad/s, largest lag of the tip {lag:.4f} rad")
 
 # %%
-# A run is an :class:`xarray.Dataset` with units on every variable, and xarray draws it.
+# A run is an :class:`xarray.DataTree` with a group a part and units on every variable, and xarray draws it.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.5), layout="constrained")
 for name, run in runs.items():
     run.body_rate.plot(ax=left, label=name)
-    run.lag_angle.sel(node=1, blade=1).plot(ax=right, label=name)
+    run.tip_lag.sel(blade=1).plot(ax=right, label=name)
 for axes, title in ((left, "the body slows down"), (right, "the tip of blade 1 lags")):
     axes.set_title(title)
     axes.legend()

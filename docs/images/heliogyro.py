@@ -23,26 +23,18 @@ def main(path: pathlib.Path) -> None:
         "heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5", "output.every": "0.02 s"}
     )
     figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.6), width_ratios=(1.0, 1.15), layout="constrained")
-    angle = run.body_angle.values
-    offset = float(run.position.isel(time=0, blade=0, node=-1, axis=0))
-    tension = run.tension.values * 1e3
-    for k in range(run.sizes["blade"]):
-        tip = run.position.isel(blade=k, node=0).values
-        x = tip[:, 0] * np.cos(angle) - tip[:, 1] * np.sin(angle)
-        y = tip[:, 0] * np.sin(angle) + tip[:, 1] * np.cos(angle)
-        left.plot(x, y, color="0.85", linewidth=0.6, zorder=0)
-    lines = None
+    motion = run.ev.motion()
+    tension = [1e3 * line.values["tension [N]"] for line in motion.lines]
+    largest = max(float(np.nanmax(values)) for values in tension)
+    for line in motion.lines:
+        left.plot(line.points[:, 0, 0], line.points[:, 0, 1], color="0.85", linewidth=0.6, zorder=0)
     for time in TIMES:
-        n = int(np.argmin(np.abs(run.time.values - time)))
-        for k in range(run.sizes["blade"]):
-            out = np.flatnonzero(run.released.values[n, k])
-            root = np.array([offset, 0.0]) * (1 if k == 0 else -1)
-            points = np.vstack([run.position.values[n, k, out, :2], root])
-            c, s = np.cos(angle[n]), np.sin(angle[n])
-            points = points @ np.array([[c, s], [-s, c]])
+        n = int(np.argmin(np.abs(motion.time - time)))
+        for k, line in enumerate(motion.lines):
+            points = line.points[n, :, :2]
             segments = np.stack([points[:-1], points[1:]], axis=1)
-            lines = LineCollection(list(segments), cmap="viridis", norm=plt.Normalize(0.0, np.nanmax(tension)))
-            lines.set_array(tension[n, k, out])
+            lines = LineCollection(list(segments), cmap="viridis", norm=plt.Normalize(0.0, largest))
+            lines.set_array(np.nan_to_num(tension[k][n, :-1]))
             lines.set_linewidth(2.4)
             left.add_collection(lines)
             if k == 0:

@@ -287,6 +287,10 @@ def observed(
             if any(one == full or one.startswith((f"{full}.", f"{name}[")) for one in wanted):
                 dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)
                 data[full] = xr.Variable(dims, v.values, {"units": v.units, "long_name": v.long_name})
+                for place, c in found.coordinates.items():
+                    if f"{name}.{place}" in dims:
+                        own_attrs = {"units": c.units, "long_name": c.long_name}
+                        data[f"{name}.{place}"] = xr.Variable((f"{name}.{place}",), c.values, own_attrs)
     if all(owner(name) in view.assembly.parts for name in wanted):
         found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
     else:

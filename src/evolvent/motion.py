@@ -430,8 +430,22 @@ def rotation_matrices(q: Array) -> Array:
 
 
 def quaternions(rotation: Array) -> Array:
-    """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
+    """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3).
 
-    q = Rotation.from_matrix(rotation).as_quat()[..., [3, 0, 1, 2]]
+    Notes
+    -----
+    The matrix K = 4 q q^T has entries that are linear in those of R; its row with the largest diagonal entry is taken.
+    """
+    R = np.asarray(rotation, dtype=float)
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(R, (-2, -1), (0, 1))
+    rows = [
+        [1 + a + e + i, h - f, c - g, d - b],
+        [h - f, 1 + a - e - i, b + d, c + g],
+        [c - g, b + d, 1 - a + e - i, f + h],
+        [d - b, c + g, f + h, 1 - a - e + i],
+    ]
+    K = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    largest = np.argmax(np.diagonal(K, axis1=-2, axis2=-1), axis=-1)
+    q = np.take_along_axis(K, largest[..., None, None], axis=-2)[..., 0, :]
+    q = q / np.sqrt(np.einsum("...i,...i->...", q, q))[..., None]
     return np.asarray(q * np.where(q[..., :1] < 0.0, -1.0, 1.0))

@@ -36,7 +36,7 @@ IMPULSES = {
 }
 END = 1.7
 RIBBON = elements.Rectangle(thickness=0.02, width=0.02)
-SOFT = elements.Material(E=2e7, nu=0.0, density=1000.0)
+SOFT = elements.Material(young_modulus=2e7, poisson_ratio=0.0, density=1000.0)
 
 
 def hub(given: Any, **fields: Any) -> System:
@@ -50,7 +50,7 @@ def boom(load: Any, **fields: Any) -> System:
     system = System()
     beam = parts.Beam(length=1.0, section=RIBBON, material=SOFT, elements=3, formulation="cable", **fields)
     system.add(beam, "boom")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("boom", "root"), kind="clamp", stiffness=1e4), "root")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp", stiffness=1e4), "root")
     system.add(load, "load")
     return system
 
@@ -172,10 +172,10 @@ def test_statics_at_a_time() -> None:
     for time, value in [(0.31, 0.2), (0.54, 0.05), (5.0, 0.0)]:
         load = parts.Force(at="boom.tip", direction=(0.0, 1.0, 0.0), profile=ROWS, ramp=0.9)
         system = System()
-        stiff = elements.Material(E=2e9, nu=0.0, density=1000.0)
+        stiff = elements.Material(young_modulus=2e9, poisson_ratio=0.0, density=1000.0)
         beam = parts.Beam(length=1.0, section=RIBBON, material=stiff, elements=3, formulation="cable")
         system.add(beam, "boom")
-        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("boom", "root"), kind="clamp"), "root")
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp"), "root")
         system.add(load, "load")
         solution = solve_static(system.assemble(), time=time)
         assert solution.success, solution.message

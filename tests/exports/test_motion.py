@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import evolvent
 from evolvent import cases
 from evolvent.motion import about_z, product, turned
 
@@ -27,18 +28,41 @@ def test_quaternions_turn_as_matrices_do(rng):
 
 
 def test_blades_turn_with_the_body(runs):
+    """The copy of a blade stands half a turn from it; wound nodes are where the thread leaves the spool."""
     run, found = runs["heliogyro"], motion(runs["heliogyro"])
-    c, s = np.cos(run.body_angle.values), np.sin(run.body_angle.values)
-    x, y, z = np.moveaxis(run.position.values[:, 1], -1, 0)
-    wanted = np.stack([c[:, None] * x - s[:, None] * y, s[:, None] * x + c[:, None] * y, z], axis=-1)
-    out = run.released.values[:, 1]
+    blade = run["blade-1"]
+    out = blade.released.values > 0.0
     assert out.any()
     assert not out.all()
-    assert found.lines[1].points[:, :-1][out] == pytest.approx(wanted[out], abs=1e-12)
-    tension = found.lines[1].values["tension [N]"]
-    assert tension[:, :-1][out] == pytest.approx(run.tension.values[:, 1][out])
+    one, two = found.lines
+    assert one.points[:, :-1][out] == pytest.approx(blade.position.values[out], abs=1e-12)
+    c, s = np.cos(run.body_angle.values), np.sin(run.body_angle.values)
+    leaves = np.stack([0.05 * c, 0.05 * s, np.full(c.size, 0.01)], axis=-1)
+    assert one.points[:, :-1][~out] == pytest.approx(np.repeat(leaves, (~out).sum(axis=1), axis=0), abs=1e-12)
+    assert two.points == pytest.approx(one.points * [-1.0, -1.0, 1.0], abs=1e-12)
+    tension = two.values["tension [N]"]
+    assert tension[:, :-1][out] == pytest.approx(blade.tension.values[out])
     assert np.isnan(tension[:, :-1][~out]).all()
     assert tension[-1, -1] == run.hub_tension.values[-1, 1]
+
+
+def test_copies_stand_as_blades_of_their_own_do():
+    """Three blades that one stands for, and three of equal feed that are followed one by one: lines, strips, forces."""
+    case = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "3 s", "body.blades": 3}
+    sun = {"blade.width": "8 cm", "sunlight": {"pressure": 0.0, "direction": [0.0, 0.0, 1.0]}}
+    copies = motion(evolvent.run("heliogyro", {**case, **sun}))
+    each = motion(evolvent.run("heliogyro", {**case, **sun, "sunlight.direction": [1.0, 0.0, 1.0]}))
+    assert len(copies.lines) == len(each.lines) == 3
+    for one, other in zip(copies.lines, each.lines, strict=True):
+        assert one.points == pytest.approx(other.points, abs=1e-7)
+        assert one.across == pytest.approx(other.across, abs=1e-7)
+        assert one.width == other.width == 0.08
+    solids = zip(copies.frames[0].solids, each.frames[0].solids, strict=True)
+    for one, other in solids:
+        assert one.centre == pytest.approx(other.centre, abs=1e-12)
+        assert one.axis == pytest.approx(other.axis, abs=1e-12)
+    pulls = np.concatenate([force.vectors for force in each.forces], axis=1)
+    assert copies.forces[0].vectors == pytest.approx(pulls, abs=1e-9)
 
 
 def test_the_pull_of_the_blades_turns_the_body(runs):

@@ -157,7 +157,7 @@ def test_the_whole_deployment_of_the_system(book: Book) -> None:
     )
     assert found.attrs["status"] == "success"
     assert float(found.time[-1]) == pytest.approx(END, rel=1e-6)
-    lag = np.degrees(found.lag_angle.isel(blade=0, node=0).values)
+    lag = np.degrees(found.tip_lag.isel(blade=0).values)
     t = found.time.values
     offs = []
     for (low, high), value in {(7, 20): 13.46, (20, 60): 13.32, (60, 100): 12.94, (100, 142): 12.3}.items():

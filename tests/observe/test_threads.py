@@ -1,4 +1,4 @@
-"""Threads and reels: against the heliogyro's own data set, and against springs written out here."""
+"""Threads and reels: against the raw state, and against springs written out here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 import evolvent
 from evolvent import System, analysis, parts
-from evolvent.systems.heliogyro import dataset as own
+from evolvent.observe.threads import curvature
 from observe.seeing import Array, Seen, close, derivative, matrices, run
 
 #: Cases of the heliogyro, and the motion of its body.
@@ -29,55 +29,65 @@ CASES = {
 }  # fmt: skip
 
 
-def heliogyro(monkeypatch: pytest.MonkeyPatch, overrides: dict[str, str]) -> tuple[object, Seen]:
-    """A run of the heliogyro: its data set, and the tree of the same solution."""
-    kept: list[object] = []
-    plain = own.dataset_of
-
-    def noted(case: object, assembly: object, solution: object, laws: object) -> object:
-        kept.append(solution)
-        return plain(case, assembly, solution, laws)
-
-    monkeypatch.setattr("evolvent.systems.heliogyro.simulate.dataset_of", noted)
-    data = evolvent.run("heliogyro", overrides)
-    solution = kept[-1]
-    return data, Seen(solution.assembly, solution, analysis.tree(solution, case="", why=""))
+def heliogyro(overrides: dict[str, str]) -> Seen:
+    """A run of the heliogyro: its solution, and the tree of that."""
+    system = evolvent.load("heliogyro", overrides)
+    settings = dict(system.settings)
+    times = analysis.sample_times(settings.pop("until"), settings.pop("every"))
+    return run(system, times, settings.pop("method"), **settings)
 
 
 @pytest.mark.parametrize("which", list(CASES))
-def test_a_blade_of_the_heliogyro(which: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lag, tension at the spool, length and spool as the heliogyro's own data set has them."""
-    data, found = heliogyro(monkeypatch, CASES[which])
-    name = next(k for k, (family, _) in found.assembly.names.items() if family == "threads")
-    reel = found.assembly.parts[name].reel
-    for variable, wanted in {
-        "tension": data.tension[:, 0], "lag": data.lag_angle[:, 0], "signed_lag": data.signed_lag[:, 0],
-        "released": data.released[:, 0], "hub_tension": data.hub_tension[:, 0],
-        "deployed_length": data.deployed_length[:, 0], "separated": data.let_go[:, 0],
-        "tip_lag": data.signed_lag[:, 0, 0],
-    }.items():  # fmt: skip
-        close(found.of(name, variable), wanted.values, part=1e-7)
-    close(found.of(reel, "angle"), data.spool_angle[:, 0].values)
-    radius = float(found.assembly.parts[reel].radius)
-    close(found.of(reel, "torque"), radius * data.hub_tension[:, 0].values)
-    # places: the data set has them in body axes, from the body's centre
-    body = found.tree["body"]
-    R = matrices(body["attitude"].values)
+def test_a_blade_of_the_heliogyro(which: str) -> None:
+    """Lag (19), tension at the spool, length and spool from places in body axes; energies and momenta of the parts."""
+    found = heliogyro(CASES[which])
+    row, count = found.assembly.model.threads[0], found.solution.s[:, 0]
+    name, reel, body = "blade-1", "reel-1", found.tree["body"]
+    n, R = int(row["n"]), matrices(body["attitude"].values)
+    released = count[:, None] > np.arange(n)
     arm = found.of(name, "position") - body["position"].values[:, None]
-    close(np.einsum("tji,tnj->tni", R, arm), data.position[:, 0].values, part=1e-9)
-    # energies: those of the blades and of the body are all there is
-    blades = [group for group in found.tree.children.values() if group.attrs["kind"] == "thread"]
-    kinetic, elastic, angular = (
-        sum(blade[key].values for blade in blades) for key in ("energy_kinetic", "energy_elastic", "angular_momentum")
-    )
-    close(kinetic + body["energy_kinetic"].values, data.energy_kinetic.values)
-    close(elastic + 1.0, data.energy_elastic.values + 1.0)
-    x, v = body["position"].values, body["velocity"].values
+    x, y, z = np.moveaxis(np.einsum("tji,tnj->tni", R, arm) - [0.05, 0.0, 0.01], -1, 0)
+    seen = released & (np.sqrt(x**2 + y**2 + z**2) > 1e-9)
+    behind = -y if found.assembly.parts["body"].rate >= 0.0 else y
+    if which == "free":
+        behind = -y
+    close(found.of(name, "lag"), np.where(seen, np.arctan2(np.hypot(y, z), x), np.nan), part=1e-7)
+    close(found.of(name, "signed_lag"), np.where(seen, np.arctan2(behind, x), np.nan), part=1e-7)
+    close(found.of(name, "tip_lag"), found.of(name, "signed_lag")[:, 0])
+    close(found.of(name, "released"), released)
+    close(found.of(name, "separated"), 0.0)
+    tension = found.of(name, "tension")
+    hub = np.array([values[max(k - 1, 0)] if k else 0.0 for values, k in zip(tension, count, strict=True)])
+    close(found.of(name, "hub_tension"), hub)
+    close(found.of(name, "deployed_length"), 0.035 * found.t)
+    close(found.of(reel, "angle"), 3.5 * found.t)
+    close(found.of(reel, "rate"), 3.5)
+    close(found.of(reel, "torque"), 0.01 * hub)
+    # the pull acts along the last segment, at the point of departure
+    line, pull = found.of(name, "line"), found.of(name, "hub_force")
+    Q = np.einsum("tij,j->ti", R, [0.05, 0.0, 0.01]) + body["position"].values
+    close(line[:, -1], Q)
+    close(found.of(name, "hub_position"), Q)
+    late = np.flatnonzero(count > 0)[5:]
+    last = np.array([found.of(name, "position")[k, count[k] - 1] for k in late]) - Q[late]
+    close(pull[late], hub[late, None] * last / np.linalg.norm(last, axis=1)[:, None], part=1e-7)
+    # energies and momenta: the blades' own and the body's are all there is
+    root = found.tree
+    blades = [k for k in root.children if k.startswith("blade")]
+    kinetic = body["energy_kinetic"].values + sum(found.of(k, "energy_kinetic") for k in blades)
+    close(kinetic, root["energy_kinetic"].values)
+    close(sum(found.of(k, "energy_elastic") for k in blades) + 1.0, root["energy_elastic"].values + 1.0)
+    total = body["angular_momentum"].values[:, 2] + sum(found.of(k, "angular_momentum")[:, 2] for k in blades)
     mass = float(found.assembly.parts["body"].mass or 0.0)
-    total = angular + body["angular_momentum"].values + mass * np.cross(x, v)
-    close(total[:, 2], data.angular_momentum.values)
-    rate = found.of(reel, "rate")
-    assert rate == pytest.approx(np.gradient(data.spool_angle[:, 0].values, found.t), rel=1e-3)
+    total = total + mass * np.cross(body["position"].values, body["velocity"].values)[:, 2]
+    close(total, root["angular_momentum"].values[:, 2], part=1e-9)
+
+
+def test_curvature_of_a_circle() -> None:
+    """1/r at all inner points, none at the ends and where points coincide."""
+    angle = np.array([[0.0, 0.3, 0.5, 0.9, 0.9]])
+    x = np.stack([2.5 * np.cos(angle), 2.5 * np.sin(angle), np.zeros((1, 5))], axis=-1)
+    assert curvature(x)[0] == pytest.approx([np.nan, 0.4, 0.4, np.nan, np.nan], nan_ok=True)
 
 
 def hanging(feed: object) -> System:

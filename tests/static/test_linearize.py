@@ -37,7 +37,7 @@ def hub_with_boom(J: float, *, motion: str = "spin", **fields) -> Assembly:
     system = System()
     system.add(parts.RigidBody(motion=motion, mass=1.0, inertia=J), "hub")
     system.add(parts.Beam(length=1.0, section=BAR, material=STEEL, **{"elements": 16, **fields}), "boom")
-    system.add(parts.Joint(a="hub", b=("boom", "root"), kind="clamp"), "root")
+    system.add(parts.Joint(a="hub", b="boom.root", type="clamp"), "root")
     return system.assemble()
 
 
@@ -185,7 +185,7 @@ def test_gyroscopic_poles_are_those_of_the_modes():
     common = {"length": 1.0, "section": BAR, "material": STEEL, "elements": 6}
     for name, side in (("east", 1.0), ("west", -1.0)):
         system.add(parts.Beam(position=(0.1 * side, 0.0, 0.0), direction=(side, 0.0, 0.0), **common), name)
-        system.add(parts.Joint(a=("hub", (0.1 * side, 0.0, 0.0)), b=(name, "root"), kind="clamp"))
+        system.add(parts.Joint(a=("hub", (0.1 * side, 0.0, 0.0)), b=f"{name}.root", type="clamp"))
     a = system.assemble()
     rest = solve_static(a, rotating=(0.0, 0.0, 4.0))
     found = modes(a, equilibrium=rest, count=8)
@@ -210,14 +210,14 @@ def test_the_frequency_response_is_that_of_a_simulation(book):
     """A damped cantilever with a mass at its tip, shaken from far away until it swings steadily."""
     amplitude, w = 1e-3, 20.0
     soft = {"length": 1.0, "section": Rectangle(thickness=0.01, width=0.02), "elements": 4, "mass_damping": 6.0,
-            "material": Material(E=1e9, nu=0.3, density=1000.0)}  # fmt: skip
+            "material": Material(young_modulus=1e9, poisson_ratio=0.3, density=1000.0)}  # fmt: skip
 
     def compose(*, shaken: bool) -> Assembly:
         system = System()
         system.add(parts.Beam(**soft), "boom")
-        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("boom", "root"), kind="clamp"))
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp"))
         system.add(parts.Point(mass=0.05, position=(1.0, 0.0, 0.0)), "mass")
-        system.add(parts.Joint(a="mass", b=("boom", "tip"), kind="point"))
+        system.add(parts.Joint(a="mass", b="boom.tip", type="spherical"))
         if shaken:
             far = (1.0, -1e3, 0.0)
             system.add(parts.Spring(a=far, b="mass", length=1e3, law=shaker, parameters=(amplitude, w)), "shaker")
@@ -280,8 +280,8 @@ def craft(count: int) -> Assembly:
                           direction=tuple(d), normal=(0.0, 0.0, 1.0), formulation="assumed_strain")  # fmt: skip
         system.add(boom, name)
         system.add(parts.Point(mass=0.01, position=tuple(1.2 * d)), f"{name} mass")
-        system.add(parts.Joint(a=("hub", tuple(0.2 * d)), b=(name, "root"), kind="clamp"))
-        system.add(parts.Joint(a=f"{name} mass", b=(name, "tip"), kind="point"))
+        system.add(parts.Joint(a=("hub", tuple(0.2 * d)), b=f"{name}.root", type="clamp"))
+        system.add(parts.Joint(a=f"{name} mass", b=f"{name}.tip", type="spherical"))
     return system.assemble()
 
 

@@ -31,7 +31,7 @@ def mixed() -> System:
     system.add(parts.RigidBody(motion="spin", inertia=0.7, position=(0.0, 0.0, -1.0), axis=(0.0, 0.6, 0.8)), "wheel")
     system.add(parts.Point(mass=0.4, position=(-0.6, 0.7, 0.1)), "mass")
     common = {"length": 1.0, "section": Rectangle(thickness=0.05, width=0.08), "elements": 2}
-    soft = Material(E=1e5, nu=0.3, density=900.0)
+    soft = Material(young_modulus=1e5, poisson_ratio=0.3, density=900.0)
     system.add(parts.Beam(position=(0.2, 0.0, 0.0), direction=(0.6, 0.8, 0.0), normal=(-0.8, 0.6, 0.0),
                           material=soft, **common), "cable")  # fmt: skip
     system.add(parts.Beam(position=(0.0, 0.2, 0.0), direction=(0.0, 0.6, 0.8), normal=(1.0, 0.0, 0.0), material=soft,
@@ -194,12 +194,12 @@ def test_the_tip_of_a_cantilever_turns_by_its_slope():
 def test_states_of_a_mode_keep_the_energy():
     """Kinetic and elastic energy of the displaced states, by the nonlinear model, sum to 1/2 (w c)^2."""
     system = System()
-    soft, section = Material(E=1e8, nu=0.3, density=1e3), Rectangle(thickness=0.05, width=0.06)
+    soft, section = Material(young_modulus=1e8, poisson_ratio=0.3, density=1e3), Rectangle(thickness=0.05, width=0.06)
     boom = parts.Beam(length=1.0, section=section, elements=4, material=soft, formulation="assumed_strain")
     system.add(boom, "boom")
     system.add(parts.RigidBody(mass=0.1, inertia=(2e-3, 3e-3, 4e-3), position=(1.1, 0.0, 0.0)), "bob")
-    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("boom", "root"), kind="clamp"))
-    system.add(parts.Joint(a=("bob", (-0.1, 0.0, 0.0)), b=("boom", "tip"), kind="clamp"))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp"))
+    system.add(parts.Joint(a=("bob", (-0.1, 0.0, 0.0)), b="boom.tip", type="clamp"))
     a = system.assemble()
     found = modes(a, count=6)
     for k in (0, 5):

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -24,6 +25,22 @@ output: {every: 0.2 s}
 """
 #: The same with springs so stiff that it takes a minute.
 LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N s/m}").replace("0.2 s", "0.05 s")
+
+
+#: Longest wait for a page, ms.
+WAIT = 120_000
+
+
+def part(name: str) -> str:
+    """What finds an element of the page."""
+    return f'[data-testid="{name}"]'
+
+
+def choose(page: Any, select: str, option: str) -> None:
+    """Choose an entry of one of the page's lists."""
+    page.locator(f".q-field:has({part(select)})").click()
+    page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$")).click()
+    page.wait_for_timeout(400)
 
 
 class Server:

@@ -17,10 +17,9 @@ import evolvent
 from evolvent import cases, results, studies
 from evolvent.inertia import Body, Stand, linear_model
 from evolvent.studies import draw
-from studio.serving import LONG, SHORT, serving
+from studio.serving import LONG, SHORT, WAIT, choose, part, serving
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
-WAIT = 120_000
 #: Values that the cases of a study take together.
 LISTED = {"spool.rate": [4.0, 2.0, 3.0], "body.rate": [5.0, 7.0, 6.0]}
 
@@ -33,10 +32,6 @@ def refusal(request):
     except urllib.error.HTTPError as error:
         error.close()
         return error.code
-
-
-def part(name):
-    return f'[data-testid="{name}"]'
 
 
 @pytest.fixture(scope="module")
@@ -112,18 +107,12 @@ def page(context, server):
     assert "Traceback" not in server.log.read_text()
 
 
-def choose(page, select, option):
-    """Choose an entry of one of the page's lists."""
-    page.locator(f".q-field:has({part(select)})").click()
-    page.locator(".q-menu .q-item").filter(has_text=re.compile(rf"^{re.escape(option)}$")).click()
-    page.wait_for_timeout(400)
-
-
 def open_runs(page):
     page.click(part("tab-runs"))
 
 
 def test_errors_stand_beside_the_field_as_one_types(page, shots):
+    choose(page, "case", "heliogyro")
     length, error = page.locator(part("field-blade.length")), page.locator(part("error-blade.length"))
     assert error.inner_text() == ""
     length.fill("5 kg")
@@ -477,7 +466,7 @@ def test_case_that_reads_outside_is_refused(page, folder):
 @pytest.mark.parametrize(
     "path", ["../secret.nc", "/etc/passwd", "feed/../../secret.nc", "link.nc", "..%2fsecret.nc", "%00", "."]
 )
-@pytest.mark.parametrize("what", ["run", "case", "motion", "figures", "certificate"])
+@pytest.mark.parametrize("what", ["run", "case", "motion", "figures", "start", "certificate"])
 def test_no_path_leads_outside(server, folder, path, what):
     (folder.parent / "secret.nc").write_bytes((folder / "slow.nc").read_bytes())
     if not (folder / "link.nc").is_symlink():

@@ -21,7 +21,7 @@ def drag(x, v, t, p):  # type: ignore[no-untyped-def]
 
 def system(load: Part) -> System:
     found = System()
-    material = elements.Material(E=2e7, nu=0.0, density=1000.0)
+    material = elements.Material(young_modulus=2e7, poisson_ratio=0.0, density=1000.0)
     section = elements.Rectangle(thickness=0.02, width=0.02)
     found.add(parts.RigidBody(mass=1.0, inertia=1.0, motion="free"), "hub")
     found.add(parts.Point(mass=1.0), "ball")

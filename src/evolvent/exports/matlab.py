@@ -25,8 +25,8 @@ def write(run: xr.DataTree | xr.Dataset, path: str, request: Request) -> str:
 
     Notes
     -----
-    ``run.data.NAME`` the values (of a part's variable, PART_NAME), ``run.units.NAME``, ``run.meaning.NAME``,
-    ``run.dims.NAME`` (dimensions, in order);
+    ``run.data.NAME`` the values, of parts ``run.data.PART__NAME``; ``run.units.NAME``,
+    ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
     ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
     ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);
@@ -82,7 +82,7 @@ def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:
 def _field(name: str) -> str:
     """A name that a struct can have; the unit in brackets is part of it."""
     words = name.replace("[", "").replace("]", "").replace("1/m", "per_m")
-    return "_".join(re.sub(r"[^\w\s]", "_", words.replace("/", " per ")).split())
+    return "_".join(re.sub(r"[^\w\s]", "_", words.replace("/", " per ").replace(".", "__")).split())
 
 
 def _values(variable: xr.DataArray) -> Any:

@@ -97,11 +97,11 @@ def write(run: Any, path: str, request: Request) -> str:
 
 def _held(run: Any, motion: Motion) -> set[str]:
     """Variables that `shapes.csv` holds."""
-    names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values} | {"position"}
-    held = set()
+    names = {value.partition(" [")[0].replace(" ", "_") for s in motion.lines for value in s.values}
+    held = {"position"}
     for full in map(str, run.variables):
         own = full.rpartition(".")[2]
-        if {own, own.removeprefix("signed_"), own.removeprefix("line_")} & names or own == "line":
+        if own == "line" or own.removeprefix("line_") in names:
             held.add(full)
     return held
 

@@ -80,7 +80,7 @@ def _draw(view: View, name: str, found: Observed) -> None:
     at_hub = np.where(held, hub, np.nan)[:, None]
     values = {
         "tension": ("N", "tension", np.concatenate([tension, at_hub], axis=1)),
-        "lag": ("rad", "signed lag", np.concatenate([signed, np.full_like(at_hub, np.nan)], axis=1)),
+        "signed_lag": ("rad", "signed lag", np.concatenate([signed, np.full_like(at_hub, np.nan)], axis=1)),
         "curvature": ("m-1", "curvature", curvature(line)),
     }
     for key, (unit, what, along) in values.items():
@@ -93,7 +93,7 @@ def _draw(view: View, name: str, found: Observed) -> None:
     found.vector("hub_position", Q, "m", "where the thread leaves the spool, inertial axes")
     found.vector("hub_force", pull, "N", "pull of the thread where it leaves the spool, inertial axes")
     own: dict[str, Any] = {"copies": _copies(view, row)} if row["copies"] > 1 else {}
-    drawn = {"points": "line", "values": {key: f"line_{key}" for key in values}, "tip": 0, **own}
+    drawn = {"points": "line", "values": {key.replace("_", " "): f"line_{key}" for key in values}, "tip": 0, **own}
     if width is not None:
         chord = np.broadcast_to(turned(pose.R, row["chord"])[:, None], line.shape)
         found.along("chord", "point", chord, "1", "direction of the width, along the spool's axis, inertial axes")

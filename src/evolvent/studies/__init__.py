@@ -9,7 +9,7 @@ A study is a YAML file::
     over:
       spool.rate: {from: 2 rad/s, to: 4 rad/s, points: 11}
       blade.nodes: [10, 20, 40]
-    keep: [body_rate.last, lag_angle.max]
+    keep: [body_rate.last, tip_lag.max]
 
 ``over`` holds for ``grid`` lists or {from, to, points, spacing: linear or log}; for ``list`` lists of one length; for
 the others {from, to} (uniform) or {mean, std} (normal), with ``samples``. ``seed`` fixes all that is drawn. ``keep``

@@ -15,6 +15,8 @@ from evolvent.figures import Figure, Line, Panel
 #: Points of a line, at most; of more, the least and largest of every few are drawn.
 MOST = 3000
 _DASHES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dashed"}
+#: Characters of the name of a y axis, beyond which the legend stands above it.
+_LONG = 18
 #: Styles of the lines of one run beside those of others.
 _OF_RUNS = ("-", "--", ":")
 VIRIDIS = ("#440154", "#472c7a", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
@@ -198,7 +200,7 @@ def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several:
         x_axis |= {"names": {str(int(k)): name for k, name in panel.x_names.items()}, "interval": 1}
     options: dict[str, Any] = {
         "title": {"text": panel.title},
-        "legend": {"show": shown, "data": names, "wide": several and len(names) > 2},
+        "legend": {"show": shown, "data": names, "wide": (several and len(names) > 2) or len(panel.y_label) > _LONG},
         "xAxis": x_axis,
         "yAxis": {
             **_flat(series, panel),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin
 
@@ -100,9 +101,27 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
     """
     if flat:
         texts = descriptions(kind)
-        fields = [_one(key, key, info, texts[key]) for key, info in kind.model_fields.items() if key not in skip]
+        names = _names(kind)
+        fields = []
+        for key, info in kind.model_fields.items():
+            if key not in skip:
+                field = _one(key, key, info, texts[key])
+                known = names.get(key) if field.wide else None
+                help_ = f"{field.help}; or one of the names {', '.join(known)}" if known else field.help
+                fields.append(dataclasses.replace(field, help=help_))
         return Group(key="", name="", help=_summary(kind), optional=False, parts=tuple(fields))
     return _group(kind, key="", name="", text=_summary(kind), optional=False, skip=skip)
+
+
+@functools.cache
+def _names(kind: type[Section]) -> Mapping[str, Sequence[str]]:
+    """Names that may stand for inner sections, such as those of materials, by the key of the section."""
+    properties = kind.model_json_schema().get("properties", {})
+    found = {
+        key: [one for shape in text.get("anyOf", ()) for one in shape.get("enum", ())]
+        for key, text in properties.items()
+    }
+    return {key: names for key, names in found.items() if names}
 
 
 def _group(kind: type[Section], *, key: str, name: str, text: str, optional: bool, skip: tuple[str, ...]) -> Group:

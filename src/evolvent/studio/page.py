@@ -115,7 +115,7 @@ class Page:
         elif not self.case.has_parts and self.view.kind == "start":
             self.show(self._before_start)
         elif self.view.kind == "start":
-            self.start.soon(0.01)
+            self.draw()
 
     def draw(self) -> None:
         """Draw what is beside the panels anew."""

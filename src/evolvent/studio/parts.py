@@ -140,6 +140,11 @@ def part_problems(name: Any, content: Any, key: str = "parts") -> dict[str, str]
 
 def named_in(sentence: str, parts: Mapping[str, Any]) -> str:
     """The key that a sentence about assembled parts is about, 'boom.length' or 'boom'; '' for none."""
+    match = re.match(r"'(?P<name>[^']+)' refers to '(?P<other>[^']+)'", sentence)
+    if match is not None and match["name"] in parts:
+        before = parts[match["name"]]
+        after = _followed(before, match["other"], "a part of another name")
+        return ".".join([match["name"], *(key for key in before if before[key] != after[key])][:2])
     found = []
     for name, content in parts.items():
         match = re.search(rf"(?<![\w.-]){re.escape(name)}(?:\.(?P<key>\w+))?(?![\w-])", sentence)

@@ -29,6 +29,7 @@ class PartsView:
     def __init__(self, page: Page, key: str, content: Any, changed: Callable[[], None]) -> None:
         self.page, self.key, self._changed = page, key, changed
         self.content: parts.Parts = dict(content) if isinstance(content, Mapping) else {}
+        self._wrong = {} if isinstance(content, Mapping | None) else parts.problems(content, key)
         self._open: set[str] = set()
         self._cards: dict[str, _Card] = {}
         with ui.element("div").classes("ev-row"):
@@ -51,11 +52,12 @@ class PartsView:
 
     def problems(self) -> dict[str, str]:
         """What is wrong with the parts: dotted key -> sentence."""
-        return {
+        found = {
             f"{self.key}.{name}.{own}".rstrip("."): sentence
             for name, card in self._cards.items()
             for own, sentence in card.wrong.items()
         }
+        return found if self.content else self._wrong
 
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found, beside the key that it names; '' for nothing."""
@@ -209,9 +211,8 @@ class _Card:
         kind = parts.kind_of(content)
         with self._body:
             if kind is None or "" in self.wrong:
-                ui.label(self.wrong.get("", "")).classes("ev-banner bad").props(
-                    f'data-testid="{self._mark}.form-error"'
-                )
+                banner = ui.label(self.wrong.get("", "")).classes("ev-banner bad")
+                banner.props["data-testid"] = f"{self._mark}.form-error"
                 return
             ui.label(form.describe(kind, flat=True).help).classes("ev-what")
             self._form = FormView(

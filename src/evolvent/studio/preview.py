@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.errors import InputError
+from evolvent.errors import EvolventError, InputError
 
 
 def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> bytes:
@@ -31,11 +32,18 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
     def compiling(state: jit.Progress) -> None:
         note(f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
-    with jit.reporting(compiling):
-        assembly = cases.system(case.system).build(case).assemble()
-        # the method says nothing about the start, and is not chosen: that may fail while a case is being written
-        solution = analysis.at_start(assembly, "auto")
-        motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False))
+    try:
+        with jit.reporting(compiling):
+            assembly = cases.system(case.system).build(case).assemble()
+            # the method says nothing about the start, and is not chosen: that may fail while a case is being written
+            solution = analysis.at_start(assembly, "auto")
+            motion = motion_of(tree_of(solution, {"status": "success", "message": ""}, balances=False))
+    except EvolventError:
+        raise
+    except Exception as error:  # a part of another package may raise anything
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(f"the start cannot be drawn: {reason}") from error
     if motion is None:
         raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
-    return animation.pack(motion)
+    lines = [dataclasses.replace(line, values={}) for line in motion.lines]  # nothing has a stress or a force yet
+    return animation.pack(dataclasses.replace(motion, lines=lines, forces=[], numbers={}))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from evolvent import cases
+from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
 from evolvent.studio import charts
 from evolvent.studio.elements import ChartElement, MotionElement
@@ -37,6 +37,7 @@ class ResultView:
         self._bar: ui.element | None = None
         self._told: ui.label | None = None
         self._asked = 0
+        self._names: dict[str, list[str]] = {}  # variables that were chosen last, of each system
 
     def draw(self, refs: Sequence[str]) -> None:
         """Draw runs, or how far the one that is computed is."""
@@ -127,7 +128,7 @@ class ResultView:
                 _table(
                     [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
                 )
-        self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures])
+        self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
         def take() -> None:
@@ -147,11 +148,13 @@ class ResultView:
             if loaded.ref.startswith("job:"):
                 ui.menu_item("keep the run in the folder", lambda: self.page.runs.keep(loaded.ref))
 
-    def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]]) -> None:
-        """Charts, one tab for each figure."""
+    def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
+        """Charts, one tab for each figure, and last the variables that one chooses."""
         if not figures:
-            ui.label("The run holds too little to draw.").classes("ev-dim")
-            return
+            several = len(loaded) > 1
+            ui.label("They have no figure in common." if several else "The run has no figure of its own.").classes(
+                "ev-dim"
+            )
         with (
             ui.tabs()
             .props("dense align=left no-caps indicator-color=primary outside-arrows mobile-arrows")
@@ -159,21 +162,53 @@ class ResultView:
         ):
             for k, (title, _) in enumerate(figures):
                 ui.tab(str(k), label=title).props(f'data-testid="figure-{k}"')
+            ui.tab("chosen", label="Variables").props('data-testid="figure-chosen"')
         body = ui.element("div").style("width:100%").props('data-testid="charts"')
 
-        def show(which: int) -> None:
+        def draw(which: str) -> None:
             body.clear()
             with body:
-                drawn = charts.compared(figures[which][1])
-                with ui.element("div").classes("ev-charts" + (" one" if len(drawn) == 1 else "")):
-                    for chart in drawn:
-                        with ui.element("div").classes("ev-card"):
-                            element = ChartElement(chart)
-                            if chart.equal or len(drawn) == 1:
-                                element.classes("tall")
+                if which == "chosen":
+                    self._chosen(loaded)
+                else:
+                    _charts(figures[int(which)][1])
 
-        tabs.on_value_change(lambda e: show(int(e.value)))
-        tabs.set_value("0")
+        tabs.on_value_change(lambda e: draw(str(e.value)))
+        tabs.set_value("0" if figures else "chosen")
+
+    def _chosen(self, loaded: Sequence[Loaded]) -> None:
+        """Charts of variables that one chooses by name; those of one unit share one."""
+        known = [variables.names(item.run) for item in loaded]
+        names = [name for name in dict.fromkeys(name for one in known for name in one) if all(name in k for k in known)]
+        system = str(loaded[0].run.attrs["system"])
+        with ui.element("div").classes("ev-choose"):
+            chosen = ui.select(
+                names, multiple=True, with_input=True, value=[n for n in self._names.get(system, []) if n in names],
+                label=f"variables over time, {len(names)} of them",
+            )  # fmt: skip
+            chosen.props('outlined dense options-dense use-chips clearable data-testid="variables"')
+        body = ui.element("div").style("width:100%").props('data-testid="chosen"')
+
+        def draw() -> None:
+            self._names[system] = list(chosen.value or [])
+            body.clear()
+            with body:
+                if not self._names[system]:
+                    ui.label("Choose variables by name, such as a part's position or the energy.").classes("ev-dim")
+                    return
+                try:
+                    drawn = [(item.name if len(loaded) > 1 else "", self._figure(item)) for item in loaded]
+                except EvolventError as error:
+                    ui.label(str(error)).classes("ev-banner bad")
+                    return
+                _charts(drawn)
+
+        chosen.on_value_change(draw)
+        draw()
+
+    def _figure(self, loaded: Loaded) -> Figure:
+        """The chosen variables of a run."""
+        return show.figure(loaded.run, self._names[str(loaded.run.attrs["system"])])
 
     # -------------------------------------------------------------------------------------------- several runs
 
@@ -200,10 +235,18 @@ class ResultView:
             beside = [(name, f) for name, f in zip(names, every, strict=True) if f is not None]
             if len(beside) > 1:
                 figures.append((beside[0][1].title, beside))
-        if figures or same:
-            self._tabs(figures)
-        else:
-            ui.label("They have no figure in common.").classes("ev-dim")
+        self._tabs(figures, loaded)
+
+
+def _charts(figures: Sequence[tuple[str, Figure]]) -> None:
+    """Charts of one figure, of several runs over one another."""
+    drawn = charts.compared(figures)
+    with ui.element("div").classes("ev-charts" + (" one" if len(drawn) == 1 else "")):
+        for chart in drawn:
+            with ui.element("div").classes("ev-card"):
+                element = ChartElement(chart)
+                if chart.equal or len(drawn) == 1:
+                    element.classes("tall")
 
 
 def _messages(attrs: Any, *, name: str = "") -> None:

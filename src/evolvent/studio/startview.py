@@ -43,7 +43,7 @@ class StartView:
             self._note = ui.label("").classes("ev-status").props('data-testid="start-note"')
         self._error = ui.label("").classes("ev-banner bad").props('data-testid="start-error" role=alert')
         self._error.set_visibility(False)
-        with ui.element("div").classes("ev-card").props('data-testid="start"') as self._body:
+        with ui.element("div").classes("ev-card ev-start").props('data-testid="start"') as self._body:
             self._motion = MotionElement([], [])
         self.soon(0.01)
 
@@ -69,8 +69,7 @@ class StartView:
                 return
             wrong = case.wrong()
             if wrong:
-                key, sentence = next(iter(wrong.items()))
-                self._tell("" if key in sentence else key, sentence)
+                self._tell(_first(wrong))
                 return
             content = copy.deepcopy(case.draft.content)
             self._doing = "assembling"
@@ -78,14 +77,14 @@ class StartView:
                 name = await asyncio.to_thread(self.studio.start, content, self._say)
             except EvolventError as error:
                 if asked == self._asked:
-                    self._tell("", str(error))
+                    self._tell(str(error))
                     case.note(str(error))
                 return
             finally:
                 self._doing = ""
         if asked != self._asked or self._body is None or self._body.is_deleted:
             return
-        self._tell("", "")
+        self._tell("")
         case.note("")
         self._about.set_text(_counted(content))
         self._motion.show_start(name)
@@ -93,13 +92,20 @@ class StartView:
     def _say(self, text: str) -> None:
         self._doing = text
 
-    def _tell(self, key: str, sentence: str) -> None:
+    def _tell(self, sentence: str) -> None:
         """Show why the start cannot be drawn; '' takes it away."""
         if self._body is None or self._body.is_deleted:
             return
-        self._error.set_text(f"{key}: {sentence}" if key else sentence)
+        self._error.set_text(sentence)
         self._error.set_visibility(bool(sentence))
         self._body.set_visibility(not sentence)
+
+
+def _first(wrong: dict[str, str]) -> str:
+    """What is wrong with a form, in one sentence."""
+    key, sentence = next(iter(wrong.items()))
+    text = f"{key}: {sentence}" if key and key not in sentence else sentence
+    return text if len(wrong) == 1 else f"{text} ({len(wrong) - 1} more to mend)"
 
 
 def _counted(content: dict[str, Any]) -> str:

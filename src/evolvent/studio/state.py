@@ -17,8 +17,6 @@ from evolvent.studio.jobs import Jobs
 from evolvent.studio.worker import CASE
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from evolvent.figures import Figure, Number
 
 #: Runs that are kept in memory.
@@ -59,7 +57,7 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, "start" of the case, runs, a measurement, a study, signals."""
+    """What the page shows beside the panels: nothing, the case's start, runs ("run"), a measurement, a study."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
@@ -67,12 +65,12 @@ class View:
 
 @dataclasses.dataclass(frozen=True)
 class Loaded:
-    """A run with what is shown of it."""
+    """A run, a DataTree or a Dataset, with what is shown of it."""
 
     ref: str
     name: str
     path: pathlib.Path
-    run: xr.DataTree | xr.Dataset
+    run: Any
     numbers: Sequence[Number]
     figures: Sequence[Figure]
 

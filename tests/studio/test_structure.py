@@ -1,0 +1,254 @@
+"""Structures in the studio without a browser: forms of parts, names and references, the start, runs as trees."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import cases, results, schema, show, variables
+from evolvent.errors import InputError
+from evolvent.parts.registry import kinds
+from evolvent.studio import charts, form, parts, preview
+from evolvent.studio.folder import Folder
+from evolvent.studio.state import NEW, Studio
+
+STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
+HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}
+BOOM = {"kind": "beam", "length": "3 m", "section": {"rod": "1 cm"}, "material": "aluminium", "elements": 4}
+
+
+@pytest.fixture
+def studio(tmp_path):
+    """A studio of an empty folder."""
+    made = Studio(Folder(tmp_path))
+    yield made
+    made.jobs.stop()
+
+
+# ------------------------------------------------------------------------------------------------ form
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_forms_of_parts_give_back_every_built_in_structure(name):
+    content = cases.content_of(name)["parts"]
+    assert parts.problems(content) == {}
+    for part in content.values():
+        shown = form.describe(parts.kind_of(part), skip=("kind",), flat=True)
+        back, wrong = form.content_of(shown, form.texts(shown, part), form.given(shown, part))
+        assert wrong == {}
+        assert {"kind": part["kind"], **back} == part
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_form_of_a_part_has_every_key_once(kind):
+    shown = form.describe(kinds()[kind], skip=("kind",), flat=True)
+    fields = list(shown.fields())
+    assert {field.key for field in fields} == set(kinds()[kind].model_fields) - {"kind"}
+    assert shown.help
+    texts = schema.descriptions(kinds()[kind])
+    for field in fields:
+        assert field.help or field.choices or not texts[field.key]
+        assert "values in brackets, each a list" not in field.help
+
+
+def test_fields_of_a_beam_show_units_limits_and_how_mappings_are_written():
+    fields = {field.key: field for field in form.describe(kinds()["beam"], flat=True).fields()}
+    assert fields["length"].unit == "m"
+    assert "a length above 0" in fields["length"].help
+    assert fields["section"].wide
+    assert "{tube: {radius: ..., thickness: ...}}" in fields["section"].help
+    assert "{young_modulus: ..., poisson_ratio: ..., density: ...}" in fields["material"].help
+    assert "one of the names aluminium, cfrp" in fields["material"].help
+    assert "from 1 to 100000" in fields["elements"].help
+    joint = {field.key: field for field in form.describe(kinds()["joint"], flat=True).fields()}
+    assert [key for key, field in joint.items() if field.refers] == ["a", "b"]
+
+
+def test_a_choice_of_numbers_is_a_number():
+    shown = form.describe(kinds()["link"], flat=True)
+    sense = next(field for field in shown.fields() if field.key == "sense")
+    assert sense.choices == ("1", "-1")
+    content, wrong = form.content_of(shown, {"sense": "-1"}, set())
+    assert (content, wrong) == ({"sense": -1}, {})
+
+
+def test_what_is_wrong_stands_beside_its_key():
+    content = {
+        "hub": HUB | {"mass": "20 m"},
+        "boom": BOOM | {"lenght": 3, "section": {"rod": "1 kg"}},
+        "clamp": {"kind": "joynt"},
+        "thing": {"mass": 1},
+        "1st": HUB,
+    }
+    found = parts.problems(content)
+    assert set(found) == {
+        "parts.hub.mass", "parts.boom.lenght", "parts.boom.section.rod.radius", "parts.clamp", "parts.thing",
+        "parts.1st",
+    }  # fmt: skip
+    assert "did you mean 'length'" in found["parts.boom.lenght"]
+    assert "did you mean 'joint'" in found["parts.clamp"]
+    assert "kind is missing" in found["parts.thing"]
+    shown = form.describe(kinds()["beam"], skip=("kind",), flat=True)
+    assert form.nearest_field(shown, "section.rod.radius") == "section"
+    assert form.nearest_field(shown, "lenght") == ""
+
+
+def test_sentences_of_the_assembly_stand_beside_their_key():
+    content = {"hub": HUB, "boom": BOOM, "tip mass": {"kind": "point", "mass": 1, "at": "bom.tip"}}
+    assert parts.named_in("'tip mass' refers to 'bom', but no part is called that", content) == "tip mass.at"
+    assert parts.named_in("boom.direction is (0, 0, 0); it must not be zero", content) == "boom.direction"
+    assert parts.named_in("'hub' turns too fast", content) == "hub"
+    assert parts.named_in("nothing of all this", content) == ""
+
+
+# ------------------------------------------------------------------------------------------------ names
+
+
+def test_references_follow_a_name():
+    content = {
+        "hub": HUB,
+        "boom": BOOM,
+        "boom 2": BOOM,
+        "clamp": {"kind": "joint", "a": "hub.left", "b": "boom.root", "type": "clamp"},
+        "tip": {"kind": "point", "mass": 1, "at": "boom[4]"},
+        "spring": {"kind": "spring", "a": ["hub", [0, 0, 1]], "b": "boom 2"},
+        "drum": {"kind": "cylinder-contact", "body": "hub", "beams": ["boom", "boom 2"], "radius": 1},
+        "crossing": {"kind": "event", "law": "z", "variables": {"z": "boom.tip.position.z", "w": "hub.rate.z"}},
+    }
+    found = parts.renamed(content, "boom", "mast")
+    assert list(found) == ["hub", "mast", *list(content)[2:]]
+    assert found["clamp"]["b"] == "mast.root"
+    assert found["clamp"]["type"] == "clamp"
+    assert found["tip"]["at"] == "mast[4]"
+    assert found["spring"]["b"] == "boom 2"
+    assert found["drum"]["beams"] == ["mast", "boom 2"]
+    assert found["crossing"]["variables"] == {"z": "mast.tip.position.z", "w": "hub.rate.z"}
+    found = parts.renamed(found, "hub", "bus")
+    assert found["clamp"]["a"] == "bus.left"
+    assert found["spring"]["a"] == ["bus", [0, 0, 1]]
+    assert found["drum"]["body"] == "bus"
+    assert content["clamp"]["a"] == "hub.left", "what was there is not changed"
+    assert parts.referring(content, "boom") == ["clamp", "tip", "drum", "crossing"]
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_a_renamed_structure_starts_as_before(name):
+    content = cases.content_of(name)
+    before = preview.start_of(content)
+    for old in list(content["parts"]):
+        content["parts"] = parts.renamed(content["parts"], old, f"{old} of it")
+    after = preview.start_of(content)
+    length = int.from_bytes(before[:4], "little")
+    other = int.from_bytes(after[:4], "little")
+    assert after[4 + other :] == before[4 + length :]
+    assert b" of it" in after[4 : 4 + other]
+
+
+def test_names_are_proposed_and_refused():
+    assert parts.proposed_name({}, "rigid-body") == "rigid body"
+    assert parts.proposed_name({"beam": BOOM}, "beam") == "beam 2"
+    assert parts.proposed_name({"beam": BOOM, "beam 2": BOOM}, "beam 2") == "beam 3"
+    assert list(parts.added({"hub": HUB}, " boom ", BOOM)) == ["hub", "boom"]
+    refused = {"hub": "already taken", "1st": "start with a letter", "a.b": "letters", "ground": "take"}
+    for name, said in refused.items():
+        with pytest.raises(InputError, match=said):
+            parts.added({"hub": HUB}, name, BOOM)
+        if name != "hub":
+            with pytest.raises(InputError, match=said):
+                parts.renamed({"hub": HUB}, "hub", name)
+    with pytest.raises(InputError, match="did you mean 'beam'"):
+        parts.added({}, "boom", {"kind": "beem"})
+    assert parts.renamed({"hub": HUB}, "hub", "hub ") == {"hub": HUB}
+    assert parts.words({"hub": HUB, "boom": BOOM}) == ["hub", "hub.left", "boom", "boom.root", "boom.tip", "ground"]
+
+
+# ------------------------------------------------------------------------------------------------ start
+
+
+def test_the_start_is_that_of_the_parts():
+    content = {
+        "system": "structure",
+        "parts": {"hub": HUB, "boom": BOOM | {"position": [0.2, 0, 0], "direction": [0, 0, 1]}},
+    }
+    packed = preview.start_of(content)
+    size = int.from_bytes(packed[:4], "little")
+    header = json.loads(packed[4 : 4 + size])
+    assert [line["name"] for line in header["lines"]] == ["boom"]
+    assert [frame["name"] for frame in header["frames"]] == ["hub"]
+    assert header["colors"] == [], "no strain is known before the run"
+    assert header["forces"] == []
+    at = 4 + size
+    for block in header["blocks"]:
+        count = int(np.prod(block["shape"]))
+        kind = {"f4": "<f4", "f8": "<f8"}[block["type"]]
+        values = np.frombuffer(packed, kind, count, at).reshape(block["shape"])
+        at += values.nbytes
+        if block["name"] == "line 0":
+            assert values.shape[0] == 1
+            assert np.allclose(values[0, [0, -1]], [[0.2, 0, 0], [0.2, 0, 3.0]], atol=1e-6)
+    assert at == len(packed)
+
+
+def test_why_there_is_no_start_is_one_sentence(studio):
+    content = cases.content_of("boom-slew")
+    content["parts"]["clamp"]["a"] = "hubb.bracket"
+    with pytest.raises(InputError, match=r"'clamp' refers to 'hubb'.* did you mean 'hub'"):
+        studio.start(content)
+    content = {"system": "structure", "parts": {"push": {"kind": "force", "at": [0, 0, 0], "force": [0, 0, 1]}}}
+    with pytest.raises(InputError):
+        studio.start(content)
+    with pytest.raises(InputError, match="no part that can be drawn"):
+        studio.start({"system": "structure", "parts": {}})
+
+
+def test_a_part_that_fails_in_another_way_is_one_sentence_too(studio, monkeypatch):
+    def fail(self, builder, name):
+        raise ValueError("no way\nat all")
+
+    monkeypatch.setattr(kinds()["torque"], "write", fail)
+    with pytest.raises(InputError, match="the start cannot be drawn: ValueError: no way at all"):
+        studio.start(cases.content_of("boom-slew"))
+
+
+def test_starts_are_kept_for_a_while(studio):
+    name = studio.start(cases.content_of("boom-slew"))
+    assert studio.start_of(name) == preview.start_of(cases.content_of("boom-slew"))
+    assert studio.start_of("other") is None
+    content = cases.content_of("yo-yo-despin")
+    assert studio.start(content) != name
+    assert studio.start(cases.content_of("boom-slew")) == name
+
+
+def test_a_new_structure_is_a_case(studio):
+    for name in NEW:
+        studio.open_case(f"new:{name}")
+        assert cases.problems(studio.draft.content) == {}
+        assert studio.start(studio.draft.content)
+    assert {"new:structure", "case:boom-slew", "case:heliogyro"} <= set(studio.sources())
+
+
+# ------------------------------------------------------------------------------------------------ runs
+
+
+def test_a_run_of_a_structure_has_numbers_figures_motion_and_variables(studio):
+    content = cases.content_of("boom-slew", {"simulate.until": "0.4 s"})
+    run = evolvent.run(content)
+    results.save(run, studio.folder.root / "slew.nc")
+    loaded = studio.load("file:slew.nc")
+    assert {"Beam", "Energy balance"} <= {figure.title for figure in loaded.figures}
+    assert any(number.label == "boom.tip_deflection" for number in loaded.numbers)
+    assert len(studio.motion("file:slew.nc")) > 1000
+    assert "parts:" in studio.case_text("file:slew.nc")
+    names = variables.names(loaded.run)
+    assert {"energy", "hub.rate", "boom.tip_deflection"} <= set(names)
+    figure = show.figure(loaded.run, ["hub.rate", "boom.tip_deflection", "boom.deflection"])
+    drawn = charts.charts(figure)
+    assert len(drawn) == 2
+    assert all(chart.timed for chart in drawn)
+    for name in names:  # whatever is offered can be drawn
+        json.dumps([chart.options for chart in charts.charts(show.figure(loaded.run, [name]))], allow_nan=False)
+    assert pathlib.Path(loaded.path).name == "slew.nc"
