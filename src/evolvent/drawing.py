@@ -184,12 +184,14 @@ def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:
         return np.repeat(found.values[:, None], count, axis=1)
     if found.shape[1] == count:
         return np.asarray(found.values)
-    arc = found["arc"].values
+    values, arc = found.values, found["arc"].values
+    if arc.size == 2 * (count - 1):  # of beams the means of elements: what varies within one is mostly its cubic's
+        values, arc = (0.5 * (x[..., ::2] + x[..., 1::2]) for x in (values, arc))
     at = np.clip(np.linspace(0.0, own["length"], count), arc[0], arc[-1])
-    return _between_places(found.values, arc, at)
+    return between_places(values, arc, at)
 
 
-def _between_places(values: Array, arc: Array, at: Array) -> Array:
+def between_places(values: Array, arc: Array, at: Array) -> Array:
     """Values (nt, k, ...) at the lengths `at` (k,) along a line, linear between those (nt, n, ...) at `arc` (n,)."""
     left = np.clip(np.searchsorted(arc, at) - 1, 0, arc.size - 2)
     share = ((at - arc[left]) / (arc[left + 1] - arc[left])).reshape(-1, *[1] * (values.ndim - 2))

@@ -102,13 +102,15 @@ def natural_length(run):
 
 def test_the_hub_presses_on_the_rib(runs):
     run, found = runs["rib"], motion(runs["rib"])
-    assert np.array_equal(found.lines[0].points, run.position.values[:, 0])
-    sizes = np.linalg.norm(found.forces[0].vectors, axis=-1)
+    nodes = run["rib-1"]["position"].values
+    assert found.lines[0].points[:, :: (found.lines[0].points.shape[1] - 1) // 20] == pytest.approx(nodes)
+    (pushed,) = (force for force in found.forces if force.name == "contact-1 on rib-1")
+    sizes = np.linalg.norm(pushed.vectors, axis=-1)
     assert sizes.sum(axis=1) == pytest.approx(run.contact_force.values[:, 0], rel=1e-6, abs=1e-9)
     assert sizes[-1].max() > 0.0
-    outward = np.sum(found.forces[0].vectors * found.forces[0].points, axis=-1)
+    outward = np.sum(pushed.vectors * pushed.points, axis=-1)
     assert (outward >= 0.0).all()
-    assert np.hypot(*found.forces[0].points[-1, :, :2].T) == pytest.approx(np.full(20, 0.6), rel=1e-2)
+    assert np.hypot(*pushed.points[-1, :, :2].T) == pytest.approx(np.full(80, 0.6), rel=2e-2)
 
 
 @pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])

@@ -94,11 +94,8 @@ def test_a_failed_run_is_labelled_at_the_top(failed, write):
 
 
 def test_interrupted_warned_and_old_runs(runs, write):
-    old = (
-        runs["rib"]
-        .isel(time=[0, 1])
-        .assign_attrs(status="interrupted", message="interrupted at t = 4 s", warning="a <b> & c")
-    )
+    old = runs["rib"].isel(time=[0, 1])
+    old.attrs |= {"status": "interrupted", "message": "interrupted at t = 4 s", "warning": "a <b> & c"}
     del old.attrs["date"], old.attrs["made_with"]
     path, page = write(old)
     text = " ".join(page.text)

@@ -100,7 +100,7 @@ def _least(energy: Callable[[np.ndarray], Any], p: np.ndarray) -> tuple[float, n
         slope, K = _derivatives(energy, p, 1e-6 * np.abs(p))
         values, vectors = np.linalg.eigh(K * np.outer(p, p))  # of relative changes
         change = -p * (vectors @ ((vectors.T @ (p * slope)) / np.abs(values)))
-        while energy(p + change) > energy(p) and np.abs(change / p).max() > 1e-13:
+        while np.abs(change / p).max() > 1e-6 and energy(p + change) > energy(p):  # smaller ones: below round-off
             change *= 0.5
         p = p + change
         if np.abs(change / p).max() < 1e-13:

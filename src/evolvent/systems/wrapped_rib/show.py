@@ -413,8 +413,8 @@ def _hub_figure(root: xr.Dataset, case: Case) -> Figure:
 
 
 def motion(run: xr.DataTree) -> Motion | None:
-    """Ribs, the contact forces on them, and the hub; in phase deploy coloured by curvature first."""
-    from evolvent.drawing import motion_of
+    """Ribs, coloured by tension or, in phase deploy, by curvature first; the forces on them, and the hub."""
+    from evolvent.drawing import between_places, motion_of
 
     root, case = _opened(run)
     found = motion_of(run, title=f"{PHASES[case.phase]} of the rib")
@@ -425,7 +425,12 @@ def motion(run: xr.DataTree) -> Motion | None:
         "wound [turns]": root.wrap_angle.values[:, 0] / (2.0 * np.pi),
         "contact force [N]": root.contact_force.values[:, 0],
     }
-    lines = found.lines
-    if case.phase != "deploy":
-        lines = [dataclasses.replace(line, values=dict(reversed(list(line.values.items())))) for line in lines]
+    colours = {"tension [N]": root.tension.values, "curvature [1/m]": root.curvature.values}
+    order = sorted(colours, reverse=case.phase != "deploy")
+    lines, arc = [], root.arc.values
+    for b, line in enumerate(found.lines):
+        at = np.linspace(0.0, arc[-1], line.points.shape[1])
+        lines.append(
+            dataclasses.replace(line, values={name: between_places(colours[name][:, b], arc, at) for name in order})
+        )
     return dataclasses.replace(found, lines=lines, numbers=numbers)

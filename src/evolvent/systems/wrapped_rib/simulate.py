@@ -89,6 +89,7 @@ def plan(case: Case, *, laws: Mapping[str, Any] | None = None) -> cases.Plan:
     def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
         solution, root = solve(progress)
         tree = analysis.tree(solution, case=cases.to_yaml(case), why="as asked for", system=case.system, root=root)
+        tree.dataset = tree.to_dataset().set_coords("arc")
         tree.attrs.pop("warning", None)
         warnings = results.warnings(case, begin, tree)
         if warnings:
