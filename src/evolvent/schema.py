@@ -59,7 +59,7 @@ class Section(BaseModel):
             raise
 
     @classmethod
-    def model_parametrized_name(cls, params: tuple[type[Any], ...]) -> str:
+    def model_parametrized_name(cls, params: tuple[type[Any], ...]) -> str:  # type: ignore[override]
         """Name of a section of other units: that of the section."""
         return cls.__name__
 

@@ -4,7 +4,8 @@ A module ``inertia_stand`` (a name with ``_`` first is no system) is the system 
 `evolvent.definition.SystemDefinition`, which says what a system provides. `evolvent.cases.system` imports it when a
 case asks for it, and nothing outside knows more than the definition. Packages outside add systems by entry points.
 
-In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``settings`` or ``simulate`` how it
+In a folder, ``case`` holds what a user writes, ``structure`` the parts of its system, ``settings`` or ``simulate``
+how it
 is run, ``derived`` the variables of its field at the root of the results, ``show`` what is shown of it.
 
 A built-in case is a YAML file in this folder or in the system's own (of the system `structure` in ``structures/``); its
