@@ -20,7 +20,7 @@ def test_tension_of_a_pendulum(options):
     x, v = run["bob"].position.values, run["bob"].velocity.values
     tension = 1.5 * (np.sum(v**2, axis=1) - G * x[:, 2])
     assert np.abs(tension).max() > 40.0
-    assert run["rod"].tension.values == pytest.approx(tension, abs=1e-4)
+    assert run["rod"].tension.values == pytest.approx(tension, abs=0.05 if "step" in options else 1e-4)
 
 
 def test_moment_of_a_clamp():

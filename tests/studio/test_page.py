@@ -241,10 +241,14 @@ def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder)
     """Stretched from a short run: what is drawn does not matter here, how much of it does."""
     run = results.open(folder / "slow.nc")
     time = np.linspace(float(run.time[0]), float(run.time[-1]), 1000)
-    nodes = np.arange(200) * run.sizes["node"] // 200
-    wide = run.sel(time=time, method="nearest").isel(node=nodes)
-    for dimension in set(run.tension.dims) - {"time", "blade", "node"}:
-        wide = wide.isel({dimension: np.arange(200) * run.sizes[dimension] // 200})
+    nodes = run["blade-1"].sizes["node"]
+
+    def stretched(group):
+        """200 nodes in place of a blade's, 201 points of its line."""
+        places = {d: 200 + n - nodes for d, n in group.sizes.items() if n in (nodes, nodes + 1) and d != "time"}
+        return group.isel({d: np.arange(count) * group.sizes[d] // count for d, count in places.items()})
+
+    wide = run.sel(time=time, method="nearest").map_over_datasets(stretched)
     wide = wide.assign_coords(time=("time", time, run.time.attrs))
     wide.attrs = run.attrs | {"case": run.attrs["case"].replace("nodes: 6", "nodes: 200")}
     results.save(wide, folder / "wide.nc")

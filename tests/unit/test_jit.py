@@ -292,10 +292,10 @@ def test_a_feed_law_is_tried_at_both_ends():
         solve(fed(2.0, 100.0).assemble(), samples=[0.0, 3.0])
     with pytest.raises(InputError, match="the table ends"):
         fed(-1.0, 100.0).assemble()
-    with pytest.raises(InputError, match=r"returns \(nan, 1.0, 0.0\)"):
-        fed(2.0, np.nan).assemble()
-    with pytest.raises(InputError, match="parameters is"):
-        fed("two").assemble()
+    with pytest.raises(InputError, match=r"LawDrive\.parameters is"):
+        fed(2.0, np.nan)
+    with pytest.raises(InputError, match=r"LawDrive\.parameters is"):
+        fed("two")
 
 
 def test_a_law_without_a_source_file_still_works():

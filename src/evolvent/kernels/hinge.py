@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
@@ -22,7 +22,7 @@ from evolvent.kernels.sides import (
     turn_axis,
 )
 from evolvent.kernels.sparse import SPARSE, add_block, first_entry
-from evolvent.model import MODEL
+from evolvent.model import MODEL, family_type
 
 _I = types.int64
 TURN, QUARTER = 2.0 * math.pi, 0.5 * math.pi
@@ -66,6 +66,7 @@ def _second_side(y, hinges, bodies, k):
     )  # fmt: skip
 
 
+@entry(family_type("hinges"), types.int64, REAL, REAL, REAL)
 @inlined
 def hinge_law(hinges, k, latched, angle, rate):
     """Torque that resists, its derivatives with respect to angle and rate, energy and dissipated power."""

@@ -161,7 +161,11 @@ def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, work):
     return found
 
 
+#: c_mass of a step too short to feel stiffness, times the square of a run's span.
+SHORT = 1e16
+
+
 @inlined
 def short_c_mass(options):
     """c_mass of a step too short to feel stiffness."""
-    return 1e16 / (options.span * options.span)
+    return SHORT / (options.span * options.span)

@@ -117,7 +117,9 @@ def plan(
     weight, mass = sizes(own)
     if newton is None:
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
-        if step is not None and np.any(model.bodies["motion"] == rigid.FREE):  # spins, whose error adds up step by step
+        spins = bool(np.any(model.bodies["motion"] == rigid.FREE))  # whose error adds up step by step
+        stiff = model.flexible.elements.size > 0
+        if step is not None and (spins or (reactions.is_held(model) and not stiff)):  # what is held shows in reactions
             newton = 1e-12
         if model.threads.size:  # whose springs are so stiff that little lengths are large forces
             newton = 1e-13
@@ -295,7 +297,7 @@ class Run:
         n, steps = int(loop.sample), int(loop.steps)
         balance = work.out_balance[:n].view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)
-        if reactions.applies(self.model):
+        if reactions.applies(self.model, adaptive=self.plan.step is None):
             reactions.evaluate(self.model, self.plan.matrix, work, n)
         event_times, event_kinds = self._events()
         found = Solution(

@@ -13,25 +13,28 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.flow.implicit import residual
-from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers.alpha_start import accelerations_at
-from evolvent.solvers.alpha_state import factor_at, short_c_mass
+from evolvent.solvers.alpha_state import SHORT, factor_at
 
 
-def applies(model: mdl.Model) -> bool:
-    """Whether reactions are evaluated at the samples: with constraints, but without contacts and threads.
+def applies(model: mdl.Model, *, adaptive: bool) -> bool:
+    """Whether reactions are evaluated at the samples: of adaptive steps, without contacts and threads.
 
-    Forces of contacts belong to a step, and springs of threads are not resolved by one.
+    Multipliers of fixed steps are of second order. Forces of contacts belong to a step, and springs of threads are not
+    resolved by one.
     """
-    joints = model.flexible.joints
-    held = bool(np.any(joints["stiffness"] == 0.0))
-    return held and not model.flexible.cylinders.size and not model.threads.size
+    return adaptive and is_held(model) and not model.flexible.cylinders.size and not model.threads.size
+
+
+def is_held(model: mdl.Model) -> bool:
+    """Whether a model has constraints."""
+    return bool(np.any(model.flexible.joints["stiffness"] == 0.0))
 
 
 def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> None:
     """Write accelerations, multipliers and wrenches of the first `count` samples into the workspace's records."""
-    f, c_mass = model.flexible, short_c_mass(work.options)
+    f, c_mass = model.flexible, SHORT / float(work.options.span) ** 2
     A, la = np.zeros(work.dq.size), np.zeros(work.la.size)
     counted = int(work.loop.factorizations), float(work.loop.quality)
     for n in range(count):
@@ -45,7 +48,7 @@ def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> N
             accelerations_at(t, y, model, matrix, work, A, la)
         except Exception:  # noqa: BLE001  (of a user's law, which it evaluates beside the sample as well)
             continue
-        if not (is_finite(A) and is_finite(la)):
+        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
             continue
         residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         work.out_a[n], work.out_la[n] = A, la

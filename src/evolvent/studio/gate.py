@@ -94,7 +94,11 @@ class Gate:
                 message["headers"] = [*message.get("headers", ()), *_HEADERS]
             await send(message)
 
-        await self.app(scope, receive, answer)
+        try:
+            await self.app(scope, receive, answer)
+        except RuntimeError as error:  # of a middleware inside, where the browser has gone before the answer
+            if str(error) != "No response returned.":
+                raise
 
     def _known(self, headers: dict[str, str]) -> bool:
         found = http.cookies.SimpleCookie()

@@ -48,9 +48,10 @@ def locking(case: Case) -> tuple[float, str]:
     angle = math.degrees(rib.element_length / case.hub.radius)
     if abs(ratio - 1.0) <= STIFFNESS_OFF:
         return ratio, ""
-    off = f"{ratio:.3g} times as stiff" if ratio < 100.0 else f"{ratio:.2e} times as stiff"
+    off = f"{ratio:.3g}" if ratio < 100.0 else f"{ratio:.2e}"
     text = (
-        f"bent to the hub's radius, the mesh is {off} as the rib: each of {rib.elements} {rib.formulation} elements "
+        f"bent to the hub's radius, the mesh is {off} times as stiff as the rib: each of {rib.elements} "
+        f"{rib.formulation} elements "
         f"spans {angle:.3g} deg; take more elements"
     )
     if rib.formulation not in ("cable", "cable_stretch", "assumed_strain"):
