@@ -12,6 +12,7 @@ import zipfile
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import evolvent
 from evolvent import cases, results, studies
@@ -243,13 +244,17 @@ def test_200_nodes_and_1000_frames_move_without_the_server(page, server, folder)
     time = np.linspace(float(run.time[0]), float(run.time[-1]), 1000)
     nodes = run["blade-1"].sizes["node"]
 
-    def stretched(group):
-        """200 nodes in place of a blade's, 201 points of its line."""
-        places = {d: 200 + n - nodes for d, n in group.sizes.items() if n in (nodes, nodes + 1) and d != "time"}
-        return group.isel({d: np.arange(count) * group.sizes[d] // count for d, count in places.items()})
+    near = np.abs(run.time.values - time[:, None]).argmin(axis=1)
 
-    wide = run.sel(time=time, method="nearest").map_over_datasets(stretched)
-    wide = wide.assign_coords(time=("time", time, run.time.attrs))
+    def stretched(group):
+        """1000 samples, 200 nodes in place of a blade's, 201 points of its line."""
+        places = {d: 200 + n - nodes for d, n in group.sizes.items() if n in (nodes, nodes + 1) and d != "time"}
+        wider = {d: np.arange(count) * group.sizes[d] // count for d, count in places.items()}
+        return group.isel(wider | ({"time": near} if "time" in group.sizes else {}))
+
+    root = stretched(run.to_dataset()).assign_coords(time=("time", time, run.time.attrs))
+    groups = {f"/{name}": stretched(group.to_dataset(inherit=False)) for name, group in run.children.items()}
+    wide = xr.DataTree.from_dict({"/": root, **groups})
     wide.attrs = run.attrs | {"case": run.attrs["case"].replace("nodes: 6", "nodes: 200")}
     results.save(wide, folder / "wide.nc")
     open_runs(page)
