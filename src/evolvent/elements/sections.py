@@ -234,11 +234,11 @@ AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
 
 #: Carbon fibre in epoxy, quasi-isotropic laminate of T300/5208: E = 69.7 GPa, nu = 0.296 by laminate theory from the
 #: ply's 181, 10.3 and 7.17 GPa and nu = 0.28, density 1600 kg/m^3 (Tsai & Hahn 1980, Introduction to Composite
-#: Materials, table 1.7). Of a laminate with most fibres along the beam E is higher and the shear modulus lower.
+#: Materials). Of a laminate with most fibres along the beam E is higher and the shear modulus lower.
 CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0)
-#: Aluminium 6061-T6: 9.9e3 ksi, 0.33, 0.098 lb/in^3 (MIL-HDBK-5J 2003, table 3.6.2.0).
+#: Aluminium 6061-T6: 9.9e3 ksi, 0.33, 0.098 lb/in^3 (MIL-HDBK-5J 2003).
 ALUMINIUM = Material(young_modulus=68.3e9, poisson_ratio=0.33, density=2710.0)
-#: Structural steel (EN 1993-1-1:2005, 3.2.6; density EN 1991-1-1:2002, table A.4).
+#: Structural steel (EN 1993-1-1; density EN 1991-1-1).
 STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 #: Polyimide film Kapton HN at 23 C (DuPont, Kapton HN data sheet).
 KAPTON = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0)

@@ -513,15 +513,11 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
             loop.step = h * max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.1 * h
             continue
         error = max(error, 1e-10)
-        factor = min(5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))
-        if rejected:
-            factor = min(factor, 1.0)
+        factor = min(1.0 if rejected else 5.0, max(0.2, 0.9 * error**-0.17 * loop.last_error**0.04))
         rejected = False
         loop.last_error = max(error, 1e-4)
         target = until if landing else t + h
-        following = h * factor
-        if landing:
-            following = max(following, loop.step)
+        following = max(h * factor, loop.step) if landing else h * factor
         part = event_in_step(P, t, h, target, end, model, work) if watch else NO_EVENT
         if 0.0 < part < 1.0:
             keep_samples_before(P, t, h, t + part * h, work)
