@@ -268,31 +268,25 @@ def observed(
     """
     import xarray as xr
 
-    from evolvent.observe import OBSERVERS, View
+    from evolvent.observe import observe
     from evolvent.observe.variables import AXES
     from evolvent.tree import root_of
     from evolvent.variables import SHARED, owner
 
-    wanted, view = list(names), View(solution)
+    wanted = list(names)
     times = {"time": xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})}
     data: dict[str, Any] = {}
-    for name in dict.fromkeys(owner(name) for name in wanted):
-        part = view.assembly.parts.get(name)
-        if part is None:
-            continue
-        own, family = getattr(part, "observe", None), OBSERVERS.get(view.assembly.names[name][0])
-        found = own(view, name) if own is not None else family(view, name) if family is not None else None
-        for key, v in found.variables.items() if found is not None else ():
-            assert found is not None
+    for name, seen in observe(solution, [owner(name) for name in wanted]).items():
+        for key, v in seen.variables.items():
             full = f"{name}.{key}"
             if any(one == full or one.startswith((f"{full}.", f"{name}[")) for one in wanted):
                 dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)
                 data[full] = xr.Variable(dims, v.values, {"units": v.units, "long_name": v.long_name})
-                for place, c in found.coordinates.items():
+                for place, c in seen.coordinates.items():
                     if f"{name}.{place}" in dims:
                         own_attrs = {"units": c.units, "long_name": c.long_name}
                         data[f"{name}.{place}"] = xr.Variable((f"{name}.{place}",), c.values, own_attrs)
-    if all(owner(name) in view.assembly.parts for name in wanted):
+    if all(owner(name) in solution.assembly.parts for name in wanted):
         found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
     else:
         found = root_of(solution, root or {}).assign(data)

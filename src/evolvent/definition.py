@@ -137,7 +137,7 @@ class SystemDefinition:
         return {}
 
     def warning(self, case: Any, solution: Solution) -> str:
-        """What is to be warned of, in a sentence; '' for nothing."""
+        """A warning about the run, one sentence; '' for none."""
         from evolvent import analysis
 
         return analysis.warning_of(solution)

@@ -60,7 +60,7 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
     found = variables.get(run, name)
     if "time" not in found.dims:
         raise InputError(f"{name!r} does not change over time; name a variable over time")
-    time = _root(run)["time"].values
+    time = variables.root_dataset(run)["time"].values
     columns = variables.values(found)
     count = columns.shape[1]
     tags = _tags(found, count)
@@ -71,10 +71,6 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
         named = count <= _NAMED or k in (0, count - 1)
         lines.append(Line(x=time, y=columns[:, k], label=f"{own}{tags[k]}" if named else "", color=color))
     return lines
-
-
-def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
-    return run.to_dataset() if isinstance(run, xr.DataTree) else run
 
 
 def _tags(found: xr.DataArray, count: int) -> list[str]:
@@ -197,7 +193,7 @@ def _coloured(lines: list[Line]) -> list[Line]:
 
 def balance_figure(run: xr.DataTree) -> Figure:
     """Energies, work and losses, and how well they balance."""
-    root = _root(run)
+    root = variables.root_dataset(run)
     time = root["time"].values
     rows = [
         ("energy_kinetic", "kinetic", 1.0),
@@ -222,7 +218,7 @@ def balance_figure(run: xr.DataTree) -> Figure:
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table on the screen: what the parts' default variables reach, balances, and how it was run."""
     found: list[Number] = []
-    root, left = _root(run), 0
+    root, left = variables.root_dataset(run), 0
     for part in variables.parts(run):
         for variable in plots_of(run, part):
             if variable not in run[part].data_vars or len(found) >= _ROWS:

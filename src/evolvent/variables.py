@@ -30,7 +30,7 @@ def names(run: xr.DataTree | xr.Dataset, *, over_time: bool = True) -> list[str]
             if variable.dtype.kind in "biuf" and ("time" in variable.dims or not over_time):
                 yield before + str(name)
 
-    found = list(listed(_root(run), ""))
+    found = list(listed(root_dataset(run), ""))
     for part in parts(run):
         found += listed(group_of(run, part), f"{part}.")
     return found
@@ -54,7 +54,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     InputError
         If there is none; the sentence names the nearest one.
     """
-    root = _root(run)
+    root = root_dataset(run)
     if name in root.variables:
         return root[name]
     match = _NAME.fullmatch(name)
@@ -103,7 +103,8 @@ def group_of(run: xr.DataTree | xr.Dataset, part: str, *, inherit: bool = False)
     return run.children[part].to_dataset(inherit=inherit)
 
 
-def _root(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+def root_dataset(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
+    """Variables of the root of a run; of a data set, itself."""
     return run.to_dataset() if isinstance(run, xr.DataTree) else run
 
 

@@ -6,7 +6,7 @@ stands in place of its family's function.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from evolvent.observe import beams, contact, custom, joints, loads, lumped, threads
 from evolvent.observe.variables import Observed, Variable
@@ -34,12 +34,13 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
 }
 
 
-def observe(solution: Solution) -> dict[str, Observed]:
-    """Named results of all parts of a run, in the order in which the parts were added.
+def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str, Observed]:
+    """Named results of the parts of a run, in the order in which the parts were added.
 
     Parameters
     ----------
     solution : Solution, of any solver
+    parts : names of those that are observed; all if left out, and names of no part are passed over
 
     Returns
     -------
@@ -48,12 +49,12 @@ def observe(solution: Solution) -> dict[str, Observed]:
     """
     view = View(solution)
     found = {}
-    for name, (family, _) in view.assembly.names.items():
+    for name in view.assembly.names if parts is None else dict.fromkeys(parts):
         part = view.assembly.parts.get(name)
-        if part is None:  # the ground
+        if part is None:  # the ground, or none
             continue
         own = getattr(part, "observe", None)
-        function = OBSERVERS.get(family)
+        function = OBSERVERS.get(view.assembly.names[name][0])
         if own is not None:
             found[name] = own(view, name)
         elif function is not None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError
 
 
 def number(name: str, value: Any, *, least: float = -math.inf, allowed: str = "a finite number") -> float:
@@ -27,11 +27,6 @@ def positive(name: str, value: Any, *, allowed: str = "a finite number above 0")
     return number(name, value, least=math.nextafter(0.0, 1.0), allowed=allowed)
 
 
-def not_negative(name: str, value: Any) -> float:
-    """`value` as a float; refused unless finite and at least zero."""
-    return number(name, value, least=0.0, allowed="a finite number, 0 or above")
-
-
 def vector(name: str, value: Sequence[float], size: int = 3) -> np.ndarray:
     """`value` as (size,) float; refused unless finite."""
     try:
@@ -41,19 +36,3 @@ def vector(name: str, value: Sequence[float], size: int = 3) -> np.ndarray:
     if array.shape != (size,) or not np.all(np.isfinite(array)):
         raise InputError(f"{name} is {value!r}; it must be {size} finite numbers")
     return array
-
-
-def unit_vector(name: str, value: Sequence[float]) -> np.ndarray:
-    """`value` as (3,) float of length 1; refused where its length is zero."""
-    array = vector(name, value)
-    length = float(np.linalg.norm(array))
-    if length == 0.0:
-        raise InputError(f"{name} is {value!r}; a direction must not be zero")
-    return array / length
-
-
-def choice(name: str, value: Any, known: dict[str, int]) -> int:
-    """The number behind one of the `known` words."""
-    if value not in known:
-        raise InputError(f"{name} is {value!r}; {nearest(str(value), known)}")
-    return known[value]

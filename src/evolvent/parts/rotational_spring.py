@@ -45,7 +45,7 @@ class RotationalSpring(Part):
     axis : (3,) float
         Inertial axes at the start.
     angle : float, rad, optional
-        At the start, any number of turns: a panel folded by 180 deg and one folded by -180 deg are told apart by it.
+        At the start, any number of turns: it distinguishes a panel folded by 180 deg from one folded by -180 deg.
         Between bodies 0 if left out, of a beam's node the angle from `zero`.
     zero : (3,) float, optional
         Of a beam's node, the direction from which its angle counts, inertial axes at the start; the beam's own, turned

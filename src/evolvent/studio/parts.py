@@ -113,7 +113,7 @@ def referring(parts: Mapping[str, Any], name: str) -> list[str]:
 
 
 def problems(parts: Any, key: str = "parts") -> dict[str, str]:
-    """What is wrong with parts, each by itself: dotted key -> sentence; references are not looked at."""
+    """What is wrong with parts, each by itself: dotted key -> sentence; references are not checked."""
     if not isinstance(parts, Mapping):
         return {key: f"{key} must be a mapping of names to parts"}
     found: dict[str, str] = {}

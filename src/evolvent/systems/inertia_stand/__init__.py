@@ -55,7 +55,7 @@ class InertiaStand(SystemDefinition):
     run_batch = staticmethod(run_batch)
 
     def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
-        """Body, springs and guides, let go from where the excitation has brought the body."""
+        """Body, springs and guides, released from the position that the excitation gives the body."""
         self._given(laws)
         return system_of(prepare(case))
 
