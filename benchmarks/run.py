@@ -76,8 +76,8 @@ def heliogyro(segments: str, *, stiffness: float = 1e4, out: float = 0.0) -> Ass
     """Two symmetric blades of 20 nodes on a spinning body; `out` metres are paid out at the start."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "body")
-    feed = parts.ConstantDrive(rate=SPOOL_RATE, angle=out / RADIUS)
-    system.add(parts.Reel(body="body", centre=(OFFSET, 0.0, 0.0), radius=RADIUS, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=SPOOL_RATE, angle=out / RADIUS)
+    system.add(parts.Reel(body="body", centre=(OFFSET, 0.0, 0.0), radius=RADIUS, drive=drive), "reel")
     system.add(
         parts.Thread(
             reel="reel",

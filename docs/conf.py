@@ -130,7 +130,7 @@ sphinx_gallery_conf = {
             "rib_python.py",
             "compose_by_hand.py",
             "hardening_spring.py",
-            "feed_sweep.py",
+            "payout_sweep.py",
             "rib_modes.py",
             "attitude_control.py",
             "*",

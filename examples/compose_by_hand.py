@@ -32,8 +32,8 @@ def deployed(coefficient):
     """Deploy half a metre of thread: times (s), and rates of the body (rad/s)."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-    feed = parts.ConstantDrive(rate=3.5)
-    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=3.5)
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     blade = parts.Thread(
         reel="reel",
         length=0.5,

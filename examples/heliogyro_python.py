@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import evolvent
 
 
-@evolvent.feed_law
+@evolvent.drive_law
 def half_then_full(t, parameters):
     """Half the rate up to the time given, then the full rate, joined by a straight ramp of 2 s."""
     rate, time = parameters
@@ -31,8 +31,8 @@ def half_then_full(t, parameters):
 
 quick = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "20 s"}
 runs = {
-    "constant feed": evolvent.run("heliogyro", quick),
-    "half, then full": evolvent.run("heliogyro", quick, laws={"feed": (half_then_full, (3.5, 10.0))}),
+    "constant pay-out": evolvent.run("heliogyro", quick),
+    "half, then full": evolvent.run("heliogyro", quick, laws={"drive": (half_then_full, (3.5, 10.0))}),
 }
 for name, run in runs.items():
     rate = float(run.body_rate[-1])

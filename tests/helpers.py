@@ -21,7 +21,7 @@ Array = np.ndarray
 
 #: Data of Tenenbaum (2014): J kg m2, W0 rad/s, L0 m, r m, spool rad/s, rho kg/m, L m, tip kg.
 J, W0, L0, R, SPOOL, RHO, L, TIP = 0.004, 6.0, 0.05, 0.01, 3.5, 0.000735, 5.0, 0.0005
-#: Speed of the feed, m/s, and the time that it takes to pay the thread out, s.
+#: Speed of the drive, m/s, and the time that it takes to pay the thread out, s.
 V = R * SPOOL
 END = L / V
 
@@ -114,7 +114,7 @@ def heliogyro(
     out: float = 0.0,
     spool: float = SPOOL,
     rate: float = W0,
-    feed: Any = None,
+    drive: Any = None,
     gravity: Sequence[float] = (0.0, 0.0, 0.0),
     loads: Callable[[System], None] | None = None,
     **thread: Any,
@@ -122,8 +122,8 @@ def heliogyro(
     """The paper's heliogyro: one thread for two on a body that spins about Z, `out` metres already out."""
     system = System(gravity=gravity)
     system.add(parts.RigidBody(motion=motion, inertia=J, rate=rate), "hub")
-    feed = parts.ConstantDrive(rate=spool, angle=out / R) if feed is None else feed
-    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=spool, angle=out / R) if drive is None else drive
+    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, drive=drive), "reel")
     given: dict[str, Any] = {
         "length": L,
         "line_density": RHO,
@@ -208,5 +208,5 @@ def rotation(quaternion: Sequence[float]) -> Array:
 
 
 def steady_lag(rate: float = W0, offset: float = L0, speed: float = V) -> float:
-    """Lag of a blade in steady feed, rad: sin delta = 2 v / (L0 W)."""
+    """Lag of a blade in steady pay-out, rad: sin delta = 2 v / (L0 W)."""
     return math.asin(2.0 * speed / (offset * rate))

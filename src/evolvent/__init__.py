@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         Taper,
         Tube,
     )
-    from evolvent.laws import element_law, event_law, feed_law, force_law, spring_law
+    from evolvent.laws import drive_law, element_law, event_law, force_law, spring_law
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
     from evolvent.studies import sweep
@@ -46,9 +46,9 @@ __all__ = [
     "System",
     "Taper",
     "Tube",
+    "drive_law",
     "element_law",
     "event_law",
-    "feed_law",
     "force_law",
     "load",
     "open",
@@ -69,7 +69,7 @@ _LAZY = {
     "System": "evolvent.system",
     "element_law": "evolvent.laws",
     "event_law": "evolvent.laws",
-    "feed_law": "evolvent.laws",
+    "drive_law": "evolvent.laws",
     "force_law": "evolvent.laws",
     "open": "evolvent.results",
     "save": "evolvent.results",

@@ -35,7 +35,7 @@ from evolvent.kernels import (
     springs,
     thread,
 )
-from evolvent.kernels.feed import FREE
+from evolvent.kernels.drive import FREE
 from evolvent.model import Model
 
 Array = np.ndarray
@@ -125,17 +125,17 @@ FAMILIES = (
     Family("a guide", "guides", EVERY),
     Family(
         "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["feed"] != FREE),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "take segments 'springs', or dopri5", which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["feed"] != FREE),
+        "take segments 'springs', or dopri5", which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
         forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", frozenset({EXPLICIT}),
-        "take a feed that prescribes the spool's angle, or rk4, heun or dopri5", which=_is("feed", FREE),
+        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5", which=_is("drive", FREE),
         forces=(thread.spring_thread, *_THREAD),
     ),
     Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),

@@ -447,7 +447,7 @@ _VECTOR = types.UniTuple(f8, 3)
 LAWS = {
     "force": _VECTOR(f8[::1], f8[::1], f8, f8[::1]),
     "spring": f8(f8, f8, f8, f8[::1]),
-    "feed": _VECTOR(f8, f8[::1]),
+    "drive": _VECTOR(f8, f8[::1]),
     "event": f8(f8, f8[::1], f8[::1]),
     "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
 }
@@ -511,6 +511,6 @@ element_tangent_at = _make_lookup(FUNCTIONS["element_tangent"])
 element_energy_at = _make_lookup(FUNCTIONS["element_energy"])
 force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
-feed_law_at = _make_lookup(LAWS["feed"])
+drive_law_at = _make_lookup(LAWS["drive"])
 event_law_at = _make_lookup(LAWS["event"])
 element_law_at = _make_lookup(LAWS["element"])

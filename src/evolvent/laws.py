@@ -1,4 +1,4 @@
-"""Users' laws: functions for forces, springs, feeds and events, compiled and called through pointers."""
+"""Users' laws: functions for forces, springs, drives and events, compiled and called through pointers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from evolvent.jit import LAWS, PLAIN, Kernel, pointer_of
 FORMS = {
     "force": "(x, v, t, parameters) -> (fx, fy, fz)",
     "spring": "(extension, rate, t, parameters) -> tension",
-    "feed": "(t, parameters) -> (angle, rate, acceleration)",
+    "drive": "(t, parameters) -> (angle, rate, acceleration)",
     "event": "(t, y, parameters) -> value",
     "element": "(t, x, v, parameters, f) -> (energy, power)",
 }
@@ -134,9 +134,9 @@ def spring_law(function: Callable) -> Any:
     return _law("spring", function)
 
 
-def feed_law(function: Callable) -> Any:
+def drive_law(function: Callable) -> Any:
     """Turn ``f(t, parameters) -> (angle, rate, acceleration)`` (rad, rad/s, rad/s2) into the law of a spool."""
-    return _law("feed", function)
+    return _law("drive", function)
 
 
 def event_law(function: Callable) -> Any:

@@ -59,10 +59,10 @@ RECORDS: dict[str, np.dtype] = {
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
     "threads": _record(
-        "kind iq iv n node copies body feed first last law spool_q spool_v turned carried lets_go",
-        "segment stiffness damping departure feed_axis chord normal radius spool_inertia spool_torque capture",
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go",
+        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture",
         "Q d X phi b spool leaving start",
-        departure=_3, feed_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
+        departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
@@ -78,9 +78,9 @@ RECORDS: dict[str, np.dtype] = {
     "elements": _record("beam iq iv form bending mass force tangent energy", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
-    # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a feed moves the row
+    # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a drive moves the row
     "joints": _record(
-        "kind on index iq iv path feed law first last",
+        "kind on index iq iv path drive law first last",
         "local along centre axis zero radius value stiffness damping until",
         "u g gap rate",
         on=(2,), index=(2,), iq=(2,), iv=(2,), local=(2, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(2, 3), g=(2, 3),
@@ -204,7 +204,7 @@ class Model(Struct):
     Attributes
     ----------
     breaks : (nb,) float, s, times on which a solver lands
-    parameters : (k,) float, of feeds, laws and loads; families hold the places of theirs
+    parameters : (k,) float, of drives, laws and loads; families hold the places of theirs
     pairs : (np, 4) int, coupled rows r and q < r, and the sides that they share
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch

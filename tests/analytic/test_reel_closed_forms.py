@@ -36,7 +36,7 @@ G = 9.81
 
 
 def straight(segments: str, out: float, spool: float, rate: float = W0, **thread: object) -> object:
-    """A driven body, a thread `out` metres out along the lag of steady feed."""
+    """A driven body, a thread `out` metres out along the lag of steady pay-out."""
     lag = steady_lag(rate, speed=spool * R)
     direction = (math.cos(lag), -math.sin(lag), 0.0)
     return heliogyro(motion="driven", rate=rate, spool=spool, out=out, direction=direction, segments=segments, **thread)
@@ -45,7 +45,7 @@ def straight(segments: str, out: float, spool: float, rate: float = W0, **thread
 @pytest.mark.parametrize("out", [1.35, 3.0 * L / 20.0])
 @pytest.mark.parametrize(("segments", "method"), [("inextensible", "dopri5"), ("springs", "rk4")])
 def test_straight_blade_stays_straight(segments: str, method: str, out: float, book: Book) -> None:
-    """Constant rate and feed: the straight blade at sin delta = 2 v / (L0 W) holds to 1e-6 rad through releases.
+    """Constant rate and drive: the straight blade at sin delta = 2 v / (L0 W) holds to 1e-6 rad through releases.
 
     For every distribution of mass (here the tip's) and every length; thread.md calls it the sharpest test of a reel.
     With springs it holds up to what their stretch makes swing, which goes with 1 / c: c = 1e7, the paper's, 2e-6 at
@@ -72,7 +72,7 @@ def test_straight_blade_stays_straight(segments: str, method: str, out: float, b
     )  # fmt: skip
 
 
-def test_blade_wraps_back_at_the_critical_feed() -> None:
+def test_blade_wraps_back_at_the_critical_pay_out_speed() -> None:
     """At v = L0 W / 2 the steady lag reaches 90 degrees, above it there is none (thread.md)."""
     assert math.degrees(steady_lag(speed=0.5 * L0 * W0)) == pytest.approx(90.0)
     assert math.degrees(steady_lag()) == pytest.approx(13.49, abs=0.005)
@@ -84,7 +84,7 @@ def test_blade_wraps_back_at_the_critical_feed() -> None:
 def test_start_transient_of_a_point_mass(book: Book) -> None:
     """delta_s [1 - J1(2 sqrt(kappa t)) / sqrt(kappa t)], kappa = W0^2 L0 / v (thread.md).
 
-    One node on a driven body, slow feed: the formula is linear in delta_s = 2e-3, its error of order delta_s^2.
+    One node on a driven body, slow drive: the formula is linear in delta_s = 2e-3, its error of order delta_s^2.
     """
     lag_s = 2e-3
     speed = 0.5 * math.sin(lag_s) * L0 * W0
@@ -104,7 +104,7 @@ def test_start_transient_of_a_point_mass(book: Book) -> None:
 
 @pytest.mark.parametrize("nodes", [1, 5])
 def test_lag_frequency(nodes: int, book: Book) -> None:
-    """w^2 = W^2 L0 S (Jb + I + 2 L0 S) / (I Jb - L0^2 S^2), Jb = J / 2 + M L0^2 (thread.md), feed stopped.
+    """w^2 = W^2 L0 S (Jb + I + 2 L0 S) / (I Jb - L0^2 S^2), Jb = J / 2 + M L0^2 (thread.md), pay-out stopped.
 
     Exact for one node, swing 1e-4 rad; with five, which bend, the formula of the stiff blade is 1.5 % too high at most.
     """
@@ -245,9 +245,10 @@ def test_involute(sense: int, change: float, book: Book) -> None:
 def rope(nodes: int) -> float:
     """Length out after 1 s of a heavy rope with a weight on a drum (validation.md)."""
     system = System(gravity=(0.0, 0.0, -G))
-    feed = parts.FreeSpool(inertia=0.5, angle=1.0 / 0.2)
+    drive = parts.FreeSpool(inertia=0.5, angle=1.0 / 0.2)
     system.add(
-        parts.Reel(body="ground", radius=0.2, feed=feed, feed_axis=(0.0, 0.0, -1.0), spool_axis=(0.0, 1.0, 0.0)), "drum"
+        parts.Reel(body="ground", radius=0.2, drive=drive, payout_axis=(0.0, 0.0, -1.0), spool_axis=(0.0, 1.0, 0.0)),
+        "drum",
     )
     system.add(
         parts.Thread(
@@ -295,8 +296,8 @@ def test_solar_pressure_coning(book: Book) -> None:
     for n in counts:
         system = System()
         system.add(parts.RigidBody(motion="driven", rate=omega), "hub")
-        feed = parts.ConstantDrive(rate=0.0, angle=length / R)
-        system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -R), radius=R, feed=feed), "reel")
+        drive = parts.ConstantDrive(rate=0.0, angle=length / R)
+        system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -R), radius=R, drive=drive), "reel")
         thread = parts.Thread(reel="reel", length=length, line_density=density, nodes=n, segments="inextensible")
         system.add(thread, "blade")
         system.add(parts.RadiationPressure(thread="blade", pressure=pressure, width=width))
@@ -371,8 +372,8 @@ def test_rotating_thread_modes(hub: float, lowest: int, axis: int, expected: tup
     for n in counts:
         system = System()
         system.add(parts.RigidBody(motion="driven", rate=omega), "hub")
-        feed = parts.ConstantDrive(rate=0.0, angle=1.0 / R)
-        system.add(parts.Reel(body="hub", centre=(hub, 0.0, -R), radius=R, feed=feed), "reel")
+        drive = parts.ConstantDrive(rate=0.0, angle=1.0 / R)
+        system.add(parts.Reel(body="hub", centre=(hub, 0.0, -R), radius=R, drive=drive), "reel")
         system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=n, segments="inextensible"))
         assembly = system.assemble()
         accelerations = rotating_accelerations(assembly, omega)
@@ -401,8 +402,8 @@ def test_hanging_chain_modes(axis: int, book: Book) -> None:
     """
     n, density = 10, 0.5
     system = System(gravity=(G, 0.0, 0.0))
-    feed = parts.ConstantDrive(rate=0.0, angle=2.0 / R)
-    system.add(parts.Reel(body="ground", centre=(0.0, 0.0, -R), radius=R, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=0.0, angle=2.0 / R)
+    system.add(parts.Reel(body="ground", centre=(0.0, 0.0, -R), radius=R, drive=drive), "reel")
     tip = 0.5 * density * 2.0 / n
     system.add(
         parts.Thread(reel="reel", length=2.0, line_density=density, nodes=n, tip_mass=tip, segments="inextensible")
@@ -420,7 +421,7 @@ def test_hanging_chain_modes(axis: int, book: Book) -> None:
     )  # fmt: skip
 
 
-def test_feed_speed_is_the_papers() -> None:
+def test_pay_out_speed_is_the_papers() -> None:
     """v = r phi' = 35 mm/s pays 5 m out in 142.857 s (thread.md)."""
     assert pytest.approx(0.035) == V
     assert pytest.approx(142.857, abs=1e-3) == L / V

@@ -170,7 +170,7 @@ BAD = {
     "wrong unit": (["run", "heliogyro", "--set", "blade.length=5 kg"], "blade.length is '5 kg'; it must be a length"),
     "negative mass": (["run", "heliogyro", "--set", "blade.tip_mass=-1 g"], "blade.tip_mass is '-1 g'"),
     "zero nodes": (["run", "heliogyro", "--set", "blade.nodes=0"], "blade.nodes is 0; it must be a whole number"),
-    "feed outruns": (["run", "heliogyro", "--set", "solver.duration=200 s"], "the feed outruns the thread"),
+    "drive outruns": (["run", "heliogyro", "--set", "solver.duration=200 s"], "the drive outruns the thread"),
     "offset 0": (["run", "heliogyro", "--set", "body.spool_offset=0 m"], "body.spool_offset is '0 m'"),
     "NaN in a table": (
         ["run", "heliogyro", "--set", "spool.rate=", "--set", "spool.table=[[0, 1], [10 s, .nan]]"],

@@ -25,7 +25,7 @@ class Continuum:
     start : float, m, straight at the start and turning with the body
     carried : bool, whether wound thread acts on the body (as in the source, evenly wound, its r^2 / 2 about a diameter
         of the spool added) or not (as in the paper)
-    spool : (float, float), kg m2 and N m, inertia and torque of a free spool that starts at the rate of the feed
+    spool : (float, float), kg m2 and N m, inertia and torque of a free spool that starts at the rate of the drive
     """
 
     def __init__(

@@ -63,8 +63,8 @@ def test_free_spool_reaches_the_continuum(book: Book) -> None:
     t = np.linspace(0.0, 10.0, 101)
     inertia, brake = 1e-4, -1.1e-4
     lag, rate, length = continuum.Continuum(modes=4, start=0.3, carried=True, spool=(inertia, brake)).solve(t, 1e-7)
-    feed = parts.FreeSpool(inertia=inertia, torque=brake, angle=0.3 / R, rate=V / R)
-    runs = [run(heliogyro(nodes=int(n), out=0.3, wound_mass="carried", feed=feed), t) for n in NODES]
+    drive = parts.FreeSpool(inertia=inertia, torque=brake, angle=0.3 / R, rate=V / R)
+    runs = [run(heliogyro(nodes=int(n), out=0.3, wound_mass="carried", drive=drive), t) for n in NODES]
     lags, rates, lengths = (
         np.array([np.max(np.abs(of(r) - exact)) for r in runs])
         for of, exact in (

@@ -47,7 +47,7 @@ def test_blades_turn_with_the_body(runs):
 
 
 def test_copies_stand_as_blades_of_their_own_do():
-    """Three blades that one stands for, and three of equal feed that are followed one by one: lines, strips, forces."""
+    """Three blades that one stands for, and three of equal drive followed one by one: lines, strips, forces."""
     case = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "3 s", "body.blades": 3}
     sun = {"blade.width": "8 cm", "sunlight": {"pressure": 0.0, "direction": [0.0, 0.0, 1.0]}}
     copies = motion(evolvent.run("heliogyro", {**case, **sun}))

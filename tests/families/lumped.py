@@ -275,7 +275,7 @@ def carried() -> Case:
         found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG), velocity=(0.0, 0.0, v)), "mass")
         found.add(parts.Spring(a="hand", b="mass", stiffness=K_HUNG))
         found.add(
-            parts.PrescribedMotion(at="hand", feed=parts.ConstantDrive(rate=v), direction=(0.0, 0.0, 1.0)), "path"
+            parts.PrescribedMotion(at="hand", drive=parts.ConstantDrive(rate=v), direction=(0.0, 0.0, 1.0)), "path"
         )
         return found
 
@@ -295,11 +295,11 @@ def outer_node(assembly: Assembly, y: Array) -> Array:
     return y[..., int(assembly.model.threads["iq"][0]) :][..., :3]
 
 
-def reeled(feed: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -> System:
+def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -> System:
     """A thread along x from a reel at the origin."""
     found = System(gravity=gravity)
     found.add(parts.RigidBody(motion="driven"), "hub")
-    found.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, feed=feed), "reel")
+    found.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, drive=drive), "reel")
     found.add(parts.Thread(reel="reel", length=length, line_density=0.1, tip_mass=0.5, **thread), "thread")
     return found
 

@@ -193,9 +193,9 @@ def test_beams_on_bodies(body: str, stiffness: float, rng: np.random.Generator) 
 def test_driven_places_and_angles(rng: np.random.Generator) -> None:
     system = System()
     mixed(system)
-    system.add(parts.PrescribedRotation(body="spin", feed=parts.ConstantDrive(rate=1.3)))
-    system.add(parts.PrescribedMotion(at="cable.tip", feed=parts.ConstantDrive(rate=0.2), direction=(0.3, 1.0, 0.0)))
-    system.add(parts.PrescribedMotion(at="beam.tip", feed=parts.ConstantDrive(rate=0.2), radius=0.2, length=1.0))
+    system.add(parts.PrescribedRotation(body="spin", drive=parts.ConstantDrive(rate=1.3)))
+    system.add(parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.2), direction=(0.3, 1.0, 0.0)))
+    system.add(parts.PrescribedMotion(at="beam.tip", drive=parts.ConstantDrive(rate=0.2), radius=0.2, length=1.0))
     equations = disturbed(system.assemble(), rng)
     la = rng.standard_normal(equations.assembly.model.flexible.joints.size) * 5.0
     assert worst(equations, la) < 1e-7

@@ -40,8 +40,8 @@ def craft() -> Assembly:
     system.add(
         parts.RigidBody(motion="free", mass=0.5, inertia=(0.004, 0.005, 0.006), angular_velocity=(0.1, 0.0, 6.0)), "hub"
     )
-    feed = parts.ConstantDrive(rate=3.5, angle=2.3 / R)
-    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=3.5, angle=2.3 / R)
+    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, drive=drive), "reel")
     system.add(
         parts.Thread(
             reel="reel", length=L, line_density=RHO, tip_mass=TIP, nodes=8, stiffness=1e3, damping=1e-3,
@@ -94,7 +94,7 @@ def test_order_against_the_chain_of_fixed_links(book: Book) -> None:
         found = implicit(heliogyro(segments="springs", stiffness=STIFF, out=1.1), samples, step)
         assert found.solution.event_times == pytest.approx(exact.solution.event_times, abs=1e-9)
         errors.append(np.abs(found.lag() - exact.lag())[late].max())
-        # what is out follows from the feed alone, however large the step
+        # what is out follows from the drive alone, however large the step
         assert np.array_equal(found.solution.s, exact.solution.s)
         assert np.abs(found.solution.energy_defect).max() < 0.1 * step * found.energy[0]
     assert errors[-1] < 0.02  # deg
@@ -140,11 +140,11 @@ def test_free_craft() -> None:
 
 
 def test_reels_in_again() -> None:
-    """A feed that turns back takes nodes up; the explicit method does so at the same times."""
-    feed = parts.RampDrive(rate=3.5, angle=1.1 / R, steps=[(6.0, 1.0, -3.5)])
+    """A drive that turns back takes nodes up; the explicit method does so at the same times."""
+    drive = parts.RampDrive(rate=3.5, angle=1.1 / R, steps=[(6.0, 1.0, -3.5)])
     samples = np.linspace(0.0, 14.0, 29)
-    explicit = run(heliogyro(feed=feed), samples, "dopri5", rtol=1e-9, atol=1e-11)
-    found = implicit(heliogyro(segments="springs", stiffness=STIFF, feed=feed), samples, 2.5e-3)
+    explicit = run(heliogyro(drive=drive), samples, "dopri5", rtol=1e-9, atol=1e-11)
+    found = implicit(heliogyro(segments="springs", stiffness=STIFF, drive=drive), samples, 2.5e-3)
     assert found.solution.event_kinds.tolist() == explicit.solution.event_kinds.tolist()
     assert np.array_equal(found.solution.s, explicit.solution.s)
 
@@ -183,7 +183,7 @@ def test_lets_go_at_the_end() -> None:
 def test_what_is_refused() -> None:
     with pytest.raises(InputError, match=r"'blade' is a thread with segments of fixed length.*springs"):
         solve_implicit(heliogyro(out=1.0), samples=[0.0, 1.0], step=1e-3)
-    free = heliogyro(segments="springs", feed=parts.FreeSpool(angle=1.0 / R, inertia=1e-5))
+    free = heliogyro(segments="springs", drive=parts.FreeSpool(angle=1.0 / R, inertia=1e-5))
     with pytest.raises(InputError, match="'blade' is a thread on a free spool"):
         solve_implicit(free, samples=[0.0, 1.0], step=1e-3)
     with pytest.raises(InputError, match=r"generalized-alpha.*blade.segments 'inextensible'"):

@@ -304,8 +304,8 @@ def capstan(*, turning: float = 0.0, pull: float | None = None, speed: float = 0
     if pull is not None:
         system.add(parts.Force(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
-        feed = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
-        system.add(parts.PrescribedMotion(at="cable.tip", feed=feed, direction=(-1.0, 0.0, 0.0)), "hand")
+        drive = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
+        system.add(parts.PrescribedMotion(at="cable.tip", drive=drive, direction=(-1.0, 0.0, 0.0)), "hand")
     return system.assemble()
 
 

@@ -65,7 +65,7 @@ def test_inextensible_keeps_angular_momentum_to_the_tolerance(rtol: float, book:
 def test_jumps_at_releases(segments: str, turn: bool) -> None:
     """A node that appears at Q with the velocity v_Q + v e brings k m_i L0 (W L0 + v e_y), k = 2 blades.
 
-    (wound_mass='ignored'.) e is the feed's direction X for the first node and where nothing is turned, otherwise the
+    (wound_mass='ignored'.) e is the pay-out direction X for the first node and where nothing is turned, otherwise the
     direction of the thread next to Q (eq. 12).
     """
     times = L / 20.0 / V * np.arange(4)
@@ -138,7 +138,7 @@ def two_blades(
     *,
     motion: str = "free",
     spools: tuple[float, float] = (SPOOL, SPOOL),
-    feeds: tuple[object, object] | None = None,
+    drives: tuple[object, object] | None = None,
     spin: tuple[float, float, float] = (0.0, 0.0, W0),
     wound_mass: str = "carried",
     segments: str = "inextensible",
@@ -153,15 +153,15 @@ def two_blades(
     system.add(parts.RigidBody(motion=motion, mass=mass, inertia=inertia, angular_velocity=spin, rate=spin[2]), "hub")
     for k in range(blades):
         side = 1.0 - 2.0 * k
-        feed = feeds[k] if feeds is not None else parts.ConstantDrive(rate=spools[k], angle=out / R)
+        drive = drives[k] if drives is not None else parts.ConstantDrive(rate=spools[k], angle=out / R)
         system.add(
             parts.Reel(
                 body="hub",
                 centre=(side * L0, 0.0, 0.0),
-                feed_axis=(side, 0.0, 0.0),
+                payout_axis=(side, 0.0, 0.0),
                 spool_axis=(0.0, side, 0.0),
                 radius=R,
-                feed=feed,
+                drive=drive,
             ),
             f"reel-{k}",
         )
@@ -223,13 +223,13 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
 
     A node is captured `capture` of a segment before the spool; what its place then lacks goes to the body.
     """
-    feed = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
+    drive = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
     t = np.linspace(0.0, 23.0, 231)
     lag = math.asin(2.0 * V / (L0 * 2.0))
     assembly = heliogyro(
         segments=segments,
         wound_mass="carried",
-        feed=feed,
+        drive=drive,
         rate=2.0,
         direction=(math.cos(lag), -math.sin(lag), 0.0),
         capture=capture,
@@ -253,10 +253,15 @@ def test_out_stop_and_in_again(segments: str, capture: float) -> None:
 @pytest.mark.parametrize("segments", ["inextensible", "springs"])
 def test_impulses_keep_both_momenta_of_a_free_body(segments: str, capture: float) -> None:
     """One blade on a free body goes out past a release and in past a capture: events bring in nothing."""
-    feed = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
+    drive = parts.RampDrive(rate=SPOOL, angle=1.1 / R, steps=[(8.0, 2.0, 0.0), (12.0, 2.0, -SPOOL)])
     method, options = ("dopri5", {"rtol": 1e-10, "atol": 1e-12}) if segments == "inextensible" else ("rk4", {})
     assembly = two_blades(
-        blades=1, segments=segments, feeds=(feed,), spin=(0.02, -0.03, 2.0), inertia=(0.003, 0.0035, J), capture=capture
+        blades=1,
+        segments=segments,
+        drives=(drive,),
+        spin=(0.02, -0.03, 2.0),
+        inertia=(0.003, 0.0035, J),
+        capture=capture,
     )
     seen = run(assembly, np.linspace(0.0, 20.0, 41), method, **options)
     assert seen.solution.event_kinds.tolist() == [0, 1]
@@ -276,8 +281,8 @@ def test_free_spool_that_carries_its_thread(segments: str, motion: str, axis: tu
     """
     system = System()
     system.add(parts.RigidBody(motion=motion, inertia=J, rate=W0, axis=axis), "hub")
-    feed = parts.FreeSpool(inertia=1e-5, torque=-3e-5, angle=0.3 / R, rate=-8.0)
-    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, feed=feed), "reel")
+    drive = parts.FreeSpool(inertia=1e-5, torque=-3e-5, angle=0.3 / R, rate=-8.0)
+    system.add(parts.Reel(body="hub", centre=(L0, 0.0, 0.0), radius=R, drive=drive), "reel")
     given = {"length": L, "line_density": RHO, "tip_mass": TIP, "damping": 1e-3, "copies": 2 if axis[1] == 0 else 1}
     system.add(parts.Thread(reel="reel", segments=segments, wound_mass="carried", **given), "blade")
     seen = run(system.assemble(), np.linspace(0.0, 6.0, 61), rtol=1e-10, atol=1e-12)

@@ -45,10 +45,10 @@ def compose(
             parts.Reel(
                 body="hub",
                 centre=M @ (side * L0, 0.0, 0.0),
-                feed_axis=M @ (side, 0.0, 0.0),
+                payout_axis=M @ (side, 0.0, 0.0),
                 spool_axis=axial @ (0.0, side, 0.0),
                 radius=R,
-                feed=parts.ConstantDrive(rate=SPOOL * (1.0 - 0.3 * k)),
+                drive=parts.ConstantDrive(rate=SPOOL * (1.0 - 0.3 * k)),
             ),
             f"reel-{k}",
         )
@@ -108,7 +108,7 @@ def test_mirrored_case(motion: str, segments: str) -> None:
     assert mirrored.seen.body_rate[-1, 1, 2] < 0.0
 
 
-def test_mirrored_feed() -> None:
+def test_mirrored_drive() -> None:
     """The blade paid out to the other side, mirrored through x = 0, from a body that spins the other way."""
 
     def blade(side: float) -> Assembly:
@@ -118,10 +118,10 @@ def test_mirrored_feed() -> None:
         reel = parts.Reel(
             body="hub",
             centre=(side * L0, 0.0, 0.0),
-            feed_axis=(side, 0.0, 0.0),
+            payout_axis=(side, 0.0, 0.0),
             spool_axis=(0.0, side, 0.0),
             radius=R,
-            feed=parts.ConstantDrive(rate=SPOOL),
+            drive=parts.ConstantDrive(rate=SPOOL),
         )
         system.add(reel, "reel")
         thread = parts.Thread(reel="reel", length=L, line_density=RHO, tip_mass=TIP, segments="inextensible")
@@ -143,10 +143,10 @@ def test_copies_are_threads(segments: str, wound_mass: str) -> None:
             parts.Reel(
                 body="hub",
                 centre=(side * L0, 0.0, 0.0),
-                feed_axis=(side, 0.0, 0.0),
+                payout_axis=(side, 0.0, 0.0),
                 spool_axis=(0.0, side, 0.0),
                 radius=R,
-                feed=parts.ConstantDrive(rate=SPOOL),
+                drive=parts.ConstantDrive(rate=SPOOL),
             ),
             f"reel-{k}",
         )

@@ -157,8 +157,8 @@ def test_prescribed_motion_along_a_line() -> None:
     t = np.linspace(0.0, 1.0, 201)
     system, d = System(), np.array([0.6, 0.8, 0.0])
     system.add(parts.Point(mass=2.0, position=(1.0, 1.0, 1.0)), "mass")
-    feed = parts.TableDrive(time=t.tolist(), angle=(0.1 * (1.0 - np.cos(3.0 * t))).tolist())
-    system.add(parts.PrescribedMotion(at="mass", feed=feed, direction=tuple(d)), "drive")
+    drive = parts.TableDrive(time=t.tolist(), angle=(0.1 * (1.0 - np.cos(3.0 * t))).tolist())
+    system.add(parts.PrescribedMotion(at="mass", drive=drive, direction=tuple(d)), "drive")
     found = run(system, np.linspace(0.0, 1.0, 101), step=1e-3)
     close(found.of("drive", "travel"), (found.state("mass", 3) - np.ones(3)) @ d)
     close(found.of("drive", "travel"), 0.1 * (1.0 - np.cos(3.0 * found.t)), part=1e-3)
@@ -172,9 +172,9 @@ def test_prescribed_motion_round_an_involute() -> None:
     r, L = 0.2, 1.5
     system = System()
     system.add(parts.Point(mass=0.3, position=(r, L, 0.5), velocity=(-L * 0.8, 0.0, 0.0)), "end")
-    feed = parts.RampDrive(rate=0.8)
+    drive = parts.RampDrive(rate=0.8)
     given = {"radius": r, "length": L, "centre": (0.0, 0.0, 0.5)}
-    system.add(parts.PrescribedMotion(at="end", feed=feed, until=1.5, **given), "drive")
+    system.add(parts.PrescribedMotion(at="end", drive=drive, until=1.5, **given), "drive")
     found = run(system, np.linspace(0.0, 2.0, 41), step=1e-3)
     held = found.t <= 1.5
     close(found.of("drive", "angle")[held], 0.8 * found.t[held], part=1e-5)
@@ -187,8 +187,8 @@ def test_prescribed_rotation() -> None:
     """Torque: moment of inertia times the drive's acceleration."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.0, 1.0, 0.0)), "wheel")
-    feed = parts.RampDrive(steps=((0.0, 1.0, 3.0),))
-    system.add(parts.PrescribedRotation(body="wheel", feed=feed), "drive")
+    drive = parts.RampDrive(steps=((0.0, 1.0, 3.0),))
+    system.add(parts.PrescribedRotation(body="wheel", drive=drive), "drive")
     found = run(system, np.linspace(0.0, 2.0, 201), step=1e-3)
     angle, rate = found.state("wheel", 1)[:, 0], found.state("wheel", 1, rate=True)[:, 0]
     close(found.of("drive", "angle"), angle)

@@ -90,15 +90,15 @@ def test_curvature_of_a_circle() -> None:
     assert curvature(x)[0] == pytest.approx([np.nan, 0.4, 0.4, np.nan, np.nan], nan_ok=True)
 
 
-def hanging(feed: object) -> System:
+def hanging(drive: object) -> System:
     system = System(gravity=(0.0, 0.0, -2.0))
     system.add(parts.RigidBody(motion="driven"), "base")
     reel = parts.Reel(
         body="base",
         radius=0.1,
-        feed=feed,
+        drive=drive,
         centre=(0.0, 0.1, 0.0),
-        feed_axis=(0.0, 0.0, -1.0),
+        payout_axis=(0.0, 0.0, -1.0),
         spool_axis=(1.0, 0.0, 0.0),
     )
     system.add(reel, "reel")
@@ -145,8 +145,8 @@ def test_tensions_of_springs_under_both_methods() -> None:
 
 def test_a_free_spool() -> None:
     """It turns by the thread's pull: J phi'' = r T, and its energy is the thread's."""
-    feed = parts.FreeSpool(inertia=0.01, angle=5.0, rate=0.5)
-    found = run(hanging(feed), np.linspace(0.0, 0.3, 601), "rk4", step=1e-4)
+    drive = parts.FreeSpool(inertia=0.01, angle=5.0, rate=0.5)
+    found = run(hanging(drive), np.linspace(0.0, 0.3, 601), "rk4", step=1e-4)
     model = found.assembly.model
     at = int(model.threads["spool_q"][0]), int(model.threads["spool_v"][0])
     angle, rate = (found.solution.y[:, k] for k in at)

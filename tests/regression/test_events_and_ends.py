@@ -1,4 +1,4 @@
-"""Events that fall on the end of a step, feeds past the end of a thread, loads that copies do not share."""
+"""Events that fall on the end of a step, drives past the end of a thread, loads that copies do not share."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ def test_samples_of_a_step_that_ends_on_an_event(stops: bool) -> None:
     assert found.y[:, 0] == pytest.approx(1.0 + 0.5 * np.cos(2.0 * found.t), abs=1e-7)
 
 
-def hub(feed, segments: str = "inextensible", gravity=(0.0, 0.0, 0.0), **thread) -> System:
+def hub(drive, segments: str = "inextensible", gravity=(0.0, 0.0, 0.0), **thread) -> System:
     system = System(gravity=gravity)
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     given = {"length": 1.0, "line_density": 0.000735, "tip_mass": 0.0005, "nodes": 8} | thread
     system.add(parts.Thread(reel="reel", segments=segments, **given), "blade")
     return system
 
 
 @pytest.mark.parametrize("segments", ["springs", "inextensible"])
-@pytest.mark.parametrize(("feed", "time"), [((3.5, 90.0), 10.0 / 3.5), ((-3.5, 10.0), 10.0 / 3.5)])
-def test_a_feed_past_the_end_of_its_thread_fails(segments: str, feed: tuple[float, float], time: float) -> None:
+@pytest.mark.parametrize(("drive", "time"), [((3.5, 90.0), 10.0 / 3.5), ((-3.5, 10.0), 10.0 / 3.5)])
+def test_a_drive_past_the_end_of_its_thread_fails(segments: str, drive: tuple[float, float], time: float) -> None:
     """Paying out more than there is, or reeling in what is wound already, ends the run at that moment."""
-    law = parts.ConstantDrive(rate=feed[0], angle=feed[1])
+    law = parts.ConstantDrive(rate=drive[0], angle=drive[1])
     method = "rk4" if segments == "springs" else "dopri5"
     found = solve(hub(law, segments, wound_mass="carried").assemble(), samples=[0.0, 4.0], method=method)
     assert found.status == "failed"
@@ -61,18 +61,18 @@ def test_a_feed_past_the_end_of_its_thread_fails(segments: str, feed: tuple[floa
 @pytest.mark.parametrize("angle", [30.0, 12.5])
 def test_automatic_fixed_step_of_fixed_segments_is_stable(angle: float) -> None:
     """Just after a release the boundary link is short and stiff; the step follows it (rk4, heun)."""
-    feed = parts.ConstantDrive(rate=3.5, angle=angle)
-    found = solve(hub(feed).assemble(), samples=[0.0, 15.0], method="rk4")
+    drive = parts.ConstantDrive(rate=3.5, angle=angle)
+    found = solve(hub(drive).assemble(), samples=[0.0, 15.0], method="rk4")
     assert found.success, found.message
     assert found.statistics["energy_defect"] < 1e-4
 
 
-def test_a_jump_of_the_feed_keeps_the_order() -> None:
+def test_a_jump_of_the_drive_keeps_the_order() -> None:
     """The step that begins at a jump of the rate sees the new rate from its first stage on: RK4 stays of order 4."""
     defects = []
     for step in (1e-3, 5e-4):
-        feed = parts.RampDrive(rate=3.5, angle=20.0, steps=[(0.1, 0.0, 1.0)])
-        system = hub(feed, "springs", stiffness=20.0, nodes=4)
+        drive = parts.RampDrive(rate=3.5, angle=20.0, steps=[(0.1, 0.0, 1.0)])
+        system = hub(drive, "springs", stiffness=20.0, nodes=4)
         defects.append(
             solve(system.assemble(), samples=[0.0, 0.4], method="rk4", step=step).statistics["energy_defect"]
         )
@@ -81,8 +81,8 @@ def test_a_jump_of_the_feed_keeps_the_order() -> None:
 
 def test_tension_is_gone_after_separation() -> None:
     """The last node of a thread that was let go pulls on nothing."""
-    feed = parts.ConstantDrive(rate=3.5, angle=95.0)
-    assembly = hub(feed, lets_go=True).assemble()
+    drive = parts.ConstantDrive(rate=3.5, angle=95.0)
+    assembly = hub(drive, lets_go=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
     from evolvent.flow.observations import observe
@@ -99,9 +99,9 @@ def test_tension_is_gone_after_separation() -> None:
 def test_separation_at_the_end_of_a_run(method: str, segments: str, rate: float) -> None:
     """A run until the thread is all out ends with the thread let go, on whichever side of that moment round-off is."""
     angle = 97.3
-    feed = parts.ConstantDrive(rate=rate, angle=angle)
+    drive = parts.ConstantDrive(rate=rate, angle=angle)
     end = (100.0 - angle) / rate
-    found = solve(hub(feed, segments, lets_go=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
+    found = solve(hub(drive, segments, lets_go=True).assemble(), samples=np.linspace(0.0, end, 4), method=method)
     assert found.success, found.message
     assert found.t[-1] == end
     assert found.s[-1, 1] == 1
@@ -120,11 +120,11 @@ def test_breaks_a_rounding_apart_are_one() -> None:
 
 def test_copies_refuse_what_they_do_not_share() -> None:
     """Gravity along the spin axis is the same for all copies; across it, or a law, is not."""
-    feed = parts.ConstantDrive(rate=3.5, angle=30.0)
-    hub(feed, copies=2, gravity=(0.0, 0.0, -1.0)).assemble()
+    drive = parts.ConstantDrive(rate=3.5, angle=30.0)
+    hub(drive, copies=2, gravity=(0.0, 0.0, -1.0)).assemble()
     with pytest.raises(InputError, match="'blade' stands for 2 copies, but 'gravity'"):
-        hub(feed, copies=2, gravity=(0.5, 0.0, 0.0)).assemble()
-    system = hub(feed, copies=2)
+        hub(drive, copies=2, gravity=(0.5, 0.0, 0.0)).assemble()
+    system = hub(drive, copies=2)
     system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
     with pytest.raises(InputError, match="'light' is not the same"):
         system.assemble()

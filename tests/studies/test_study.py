@@ -145,7 +145,7 @@ def test_a_case_file_stands_beside_its_study(study, tmp_path):
         ({"batch": "many"}, "batch is 'many'; it must be a whole number from 1"),
         ({"keep": "body_rate"}, "keep is 'body_rate'; it must be a list of variables"),
         ({"keep": ["body_rate.lats"]}, "keep holds 'body_rate.lats'; after the variable, did you mean 'last'?"),
-        ({"over": {"spool.rate": ["300 rad/s"]}, "set": {"solver.duration": "90 s"}}, "the feed outruns the thread"),
+        ({"over": {"spool.rate": ["300 rad/s"]}, "set": {"solver.duration": "90 s"}}, "the drive outruns the thread"),
     ],
 )
 def test_bad_studies_are_refused_before_anything_runs(study, change, sentence):

@@ -92,7 +92,7 @@ def test_failed_cases_keep_their_reason(study):
     study["over"] = {"spool.rate": ["3.5 rad/s", "2000 rad/s"]}
     found = studies.sweep(study)
     assert found.status.values.tolist() == ["success", "failed"]
-    assert "the feed outruns the thread" in str(found.reason[1].item())
+    assert "the drive outruns the thread" in str(found.reason[1].item())
     assert np.isfinite(found.body_rate_last[0])
     assert np.isnan(found.body_rate_last[1])
 

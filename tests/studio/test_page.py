@@ -48,14 +48,14 @@ def folder(tmp_path_factory):
     run.attrs |= {"status": "failed", "message": "failed at t = 3 s: the energy no longer closes"}
     results.save(run, place / "bad.nc")
     study = {
-        "study": "feed",
+        "study": "payout",
         "case": "short.yaml",
         "set": {"blade.segments": "inextensible", "solver.method": "dopri5"},
         "over": {"spool.rate": [2.0, 3.0, 4.0], "blade.nodes": [4, 6]},
         "keep": ["body_rate.last", "hub_tension.max"],
     }
-    (place / "feed.yaml").write_text(json.dumps(study))
-    studies.sweep(studies.read(place / "feed.yaml"), output=place / "feed")
+    (place / "payout.yaml").write_text(json.dumps(study))
+    studies.sweep(studies.read(place / "payout.yaml"), output=place / "payout")
     common = {"case": cases.content_of(place / "short.yaml"), "set": study["set"], "keep": ["body_rate"]}
     for name, own in (
         ("lines", {"over": {"body.rate": [5.0, 6.0, 7.0]}}),
@@ -314,14 +314,14 @@ def test_signal_to_certificate(page, folder, shots):
 
 def test_click_on_a_map_opens_the_case(page, shots):
     page.click(part("tab-studies"))
-    page.click(part("study-feed"))
+    page.click(part("study-payout"))
     canvas = page.wait_for_selector(f"{part('study-chart')} canvas")
     page.wait_for_timeout(500)
     page.screenshot(path=shots / "study.png")
     box = canvas.bounding_box()
-    # three feeds along x, two numbers of nodes along y: the middle of the upper row
+    # three pay-out speeds along x, two numbers of nodes along y: the middle of the upper row
     page.mouse.click(box["x"] + 0.5 * (box["width"] - 52), box["y"] + 0.3 * box["height"])
-    page.locator("text=of study feed").first.wait_for()
+    page.locator("text=of study payout").first.wait_for()
     assert page.locator(part("field-spool.rate")).input_value() == "3.0"
     assert page.locator(part("field-blade.nodes")).input_value() == "6"
 
@@ -473,7 +473,7 @@ def test_case_that_reads_outside_is_refused(page, folder):
 
 
 @pytest.mark.parametrize(
-    "path", ["../secret.nc", "/etc/passwd", "feed/../../secret.nc", "link.nc", "..%2fsecret.nc", "%00", "."]
+    "path", ["../secret.nc", "/etc/passwd", "payout/../../secret.nc", "link.nc", "..%2fsecret.nc", "%00", "."]
 )
 @pytest.mark.parametrize("what", ["run", "case", "motion", "figures", "start", "certificate"])
 def test_no_path_leads_outside(server, folder, path, what):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, feed_law, parts
+from evolvent import InputError, System, drive_law, parts
 from evolvent.builder import Builder
 from evolvent.parts import law
 from evolvent.parts.base import Part
@@ -22,7 +22,7 @@ class Holder(Part):
     path: law.PathDrive | None = None
 
 
-@feed_law
+@drive_law
 def steady(t, p):  # type: ignore[no-untyped-def]
     return p[0] * t, p[0], 0.0
 
@@ -101,7 +101,7 @@ def test_spool_by_an_expression() -> None:
     ):
         system = System()
         system.add(parts.RigidBody(inertia=0.004, motion="spin", rate=6.0), "wheel")
-        system.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, feed=drive), "reel")
+        system.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
         system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
         found.append(solve(system.assemble(), samples=[0.0, 0.2], method="rk4", step=1e-5).y[-1])
     assert found[1] == pytest.approx(found[0], rel=1e-9, abs=1e-11)

@@ -163,8 +163,8 @@ def reeled(law, *parameters):
     """A blade of three nodes under a distributed load."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-    feed = parts.ConstantDrive(rate=3.5, angle=100.0)
-    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    drive = parts.ConstantDrive(rate=3.5, angle=100.0)
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
     system.add(parts.LawLoad(thread="blade", law=law, parameters=parameters))
     return system
@@ -225,7 +225,7 @@ def unknown_attribute(extension, rate, t, p):
     ("kind", "law", "said"),
     [
         ("force", two_components, "No conversion from UniTuple(float64 x 2) to UniTuple(float64 x 3)"),
-        ("feed", one_argument, "2 argument types given, but function takes 1"),
+        ("drive", one_argument, "2 argument types given, but function takes 1"),
         ("event", unknown_name, "name 'level' is not defined"),
         ("spring", unknown_attribute, "Unknown attribute 'stiffness'"),
     ],
@@ -245,7 +245,7 @@ def test_a_law_is_a_function():
         laws.event_law(5)
 
 
-@laws.feed_law
+@laws.drive_law
 def runs_out(t, p):
     if t > p[0]:
         raise ValueError("the table ends")
@@ -280,11 +280,11 @@ def test_laws_are_tried_before_a_run():
             solve(reeled(pole, 1.0).assemble(), samples=[0.0, 1.0])
 
 
-def test_a_feed_law_is_tried_at_both_ends():
+def test_a_drive_law_is_tried_at_both_ends():
     def fed(*parameters):
         system = System()
-        feed = parts.LawDrive(law=runs_out, parameters=parameters)
-        system.add(parts.Reel(body="ground", radius=0.01, feed=feed), "reel")
+        drive = parts.LawDrive(law=runs_out, parameters=parameters)
+        system.add(parts.Reel(body="ground", radius=0.01, drive=drive), "reel")
         system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
         return system
 
@@ -360,7 +360,7 @@ def test_editing_a_law_recompiles_that_law_alone(tmp_path):
 TINY = """
 import json
 import numpy as np
-from evolvent import event_law, feed_law, force_law, parts, spring_law
+from evolvent import event_law, drive_law, force_law, parts, spring_law
 from evolvent.flow.observations import observe
 from evolvent.solvers import solve
 from evolvent.system import System
@@ -376,7 +376,7 @@ def drag(x, v, t, p):
     return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
 
 
-@feed_law
+@drive_law
 def turning(t, p):
     return p[0] + p[1] * t, p[1], 0.0
 
@@ -389,8 +389,8 @@ def passing(t, y, p):
 def system(segments):
     s = System(gravity=(0.0, 0.0, -1.0))
     s.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.2, 0.25), angular_velocity=(0.1, 0.0, 2.0)), "hub")
-    feed = parts.LawDrive(law=turning, parameters=(5.0, 40.0))
-    s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    drive = parts.LawDrive(law=turning, parameters=(5.0, 40.0))
+    s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
                        damping=0.01, wound_mass="carried"), "thread")
     s.add(parts.LawLoad(thread="thread", law=drag, parameters=(1e-3,)))
@@ -472,10 +472,10 @@ def test_no_compiled_function_counts_from_the_end():
 SHORT = """
 import json
 import numpy as np
-from evolvent.kernels.feed import feed_angles
+from evolvent.kernels.drive import drive_angles
 error = ""
 try:
-    feed_angles(0, np.zeros(3), 0, np.zeros(5), np.zeros(3))
+    drive_angles(0, np.zeros(3), 0, np.zeros(5), np.zeros(3))
 except IndexError as found:
     error = str(found)
 print(json.dumps({"error": error}))

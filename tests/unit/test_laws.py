@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import config
 
-from evolvent import InputError, RunFailed, Stepper, System, event_law, feed_law, force_law, parts, spring_law
+from evolvent import InputError, RunFailed, Stepper, System, drive_law, event_law, force_law, parts, spring_law
 from evolvent.solvers import solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
@@ -47,12 +47,12 @@ def gust(x, v, t, p):
     return 0.0, p[1], 0.0
 
 
-@feed_law
-def short_feed(t, p):
+@drive_law
+def short_drive(t, p):
     return p[0] + p[1] * t, p[1], 0.0
 
 
-@feed_law
+@drive_law
 def until(t, p):
     if t > p[0]:
         raise ValueError("the table ends")
@@ -86,11 +86,11 @@ def on_spring(law, *parameters: float, event=None) -> System:
     return system
 
 
-def reeled(feed, load=None) -> System:
+def reeled(drive, load=None) -> System:
     """A blade of three nodes on a spinning hub."""
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
-    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, feed=feed), "reel")
+    system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
     if load is not None:
         system.add(parts.LawLoad(thread="blade", law=load[0], parameters=load[1:]), "wind")
@@ -98,11 +98,11 @@ def reeled(feed, load=None) -> System:
 
 
 def driven(law, *parameters: float) -> System:
-    """A point that a joint carries along a line by a feed law."""
+    """A point that a joint carries along a line by a drive."""
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 0.0)), "ball")
-    feed = parts.LawDrive(law=law, parameters=parameters)
-    system.add(parts.PrescribedMotion(at="ball", feed=feed, direction=(1.0, 0.0, 0.0)), "drive")
+    drive = parts.LawDrive(law=law, parameters=parameters)
+    system.add(parts.PrescribedMotion(at="ball", drive=drive, direction=(1.0, 0.0, 0.0)), "drive")
     return system
 
 
@@ -124,16 +124,19 @@ STEADY = parts.ConstantDrive(rate=3.5, angle=100.0)
         (lambda: on_spring(short_spring, 1.0, 2.0), f"'spring' .*'short_spring' {HERE} .*index 2 .*2 parameters are"),
         (lambda: on_spring(short_spring), f"'spring' .*'short_spring' {HERE} .*index 0 .*0 parameters are given"),
         (lambda: reeled(STEADY, (short_force, 1.0)), f"'wind' .*'short_force' {HERE} .*index 1 .*1 parameter is given"),
-        (lambda: reeled(parts.LawDrive(law=short_feed, parameters=(1.0,))), f"'short_feed' {HERE} .*index 1 .*1 param"),
+        (
+            lambda: reeled(parts.LawDrive(law=short_drive, parameters=(1.0,))),
+            f"'short_drive' {HERE} .*index 1 .*1 param",
+        ),
         (lambda: on_spring(brittle, 9.0, event=(short_event, 1.0)), f"'event' .*'short_event' {HERE} .*index 1 "),
         (lambda: on_spring(brittle, 9.0, event=(far_state, 1.0)), f"'event' .*'far_state' {HERE} .*index 1000 "),
-        (lambda: driven(short_feed, 1.0), f"'drive' .*'short_feed' {HERE} .*index 1 .*1 parameter is given"),
+        (lambda: driven(short_drive, 1.0), f"'drive' .*'short_drive' {HERE} .*index 1 .*1 parameter is given"),
     ],
 )
 def test_a_parameter_that_was_not_given_is_refused(system, words, method):
     if method == "generalized-alpha" and "event" in words:
         words = "which generalized-alpha does not support"
-    elif method != "generalized-alpha" and "drive" in words:
+    elif method != "generalized-alpha" and "'drive'" in words:
         words = "a joint driven along a path, which rk4, heun and dopri5 do not support"
     with pytest.raises(InputError, match=words) as refused:
         ran(system(), method)
@@ -172,10 +175,10 @@ def test_a_law_that_raises_in_a_run_ends_it_and_keeps_what_was_computed(system, 
     assert np.all(np.isfinite(found.y))
 
 
-def test_a_feed_law_with_a_gap_fails_there():
+def test_a_drive_law_with_a_gap_fails_there():
     """It has values at both ends, but not in between: for joints and reels."""
 
-    @feed_law
+    @drive_law
     def gap(t, p):
         if 0.5 < t < 0.6:
             raise ValueError("no rate is known")
@@ -201,14 +204,14 @@ def test_a_law_that_only_raises_is_refused_where_it_is_written():
     def never_event(t, y, p):
         raise ValueError
 
-    def never_feed(t, p):
+    def never_drive(t, p):
         while True:
             t += 1.0
 
     def never_force(x, v, t, p):
         raise ValueError
 
-    laws = ((spring_law, never), (event_law, never_event), (feed_law, never_feed), (force_law, never_force))
+    laws = ((spring_law, never), (event_law, never_event), (drive_law, never_drive), (force_law, never_force))
     for decorator, law in laws:
         with pytest.raises(InputError, match=rf"the law '{law.__name__}' {HERE} never returns a value; it must be \("):
             decorator(law)

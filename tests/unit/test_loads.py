@@ -27,7 +27,7 @@ def system(load: Part) -> System:
     found.add(parts.Point(mass=1.0), "ball")
     found.add(parts.RigidBody(inertia=1.0, motion="spin"), "wheel")
     found.add(parts.Beam(length=1.0, section=section, material=material, elements=3, formulation="cable"), "boom")
-    found.add(parts.Reel(body="wheel", radius=0.01, feed=parts.ConstantDrive(rate=3.5, angle=100.0)), "reel")
+    found.add(parts.Reel(body="wheel", radius=0.01, drive=parts.ConstantDrive(rate=3.5, angle=100.0)), "reel")
     found.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
     found.add(load, "load")
     return found
@@ -81,7 +81,7 @@ def test_law_in_python_and_as_expressions() -> None:
         reeled = System()
         reeled.add(parts.RigidBody(inertia=0.004, motion="spin", rate=6.0), "wheel")
         drive = parts.ConstantDrive(rate=3.5, angle=100.0)
-        reeled.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, feed=drive), "reel")
+        reeled.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
         reeled.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
         reeled.add(load, "air")
         found.append(solve(reeled.assemble(), samples=[0.0, 0.05], method="rk4", step=1e-5).y[-1])

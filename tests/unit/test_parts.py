@@ -37,7 +37,7 @@ def free(**changes):
 
 
 def reel(**changes):
-    return parts.Reel(**{"body": "hub", "radius": 0.01, "feed": parts.ConstantDrive(rate=3.5)} | changes)
+    return parts.Reel(**{"body": "hub", "radius": 0.01, "drive": parts.ConstantDrive(rate=3.5)} | changes)
 
 
 def thread(**changes):
@@ -45,7 +45,7 @@ def thread(**changes):
 
 
 def table(**changes):
-    return reel(feed=parts.TableDrive(**{"time": (0.0, 1.0), "rate": (0.0, 1.0)} | changes))
+    return reel(drive=parts.TableDrive(**{"time": (0.0, 1.0), "rate": (0.0, 1.0)} | changes))
 
 
 def assemble(*listed):
@@ -108,9 +108,9 @@ BAD = {
     "link: twice the same": (lambda: [POINT, parts.Link(**AT), parts.Link(**AT)], "redundant"),
     "reel: no radius": (lambda: [body(), reel(radius=0.0)], "Reel.radius is 0.0"),
     "reel: unknown body": (lambda: [body(), reel(body="hubb")], "did you mean 'hub'"),
-    "reel: axes not across": (lambda: [body(), reel(spool_axis=(1.0, 0.0, 0.0))], "reel.feed_axis"),
+    "reel: axes not across": (lambda: [body(), reel(spool_axis=(1.0, 0.0, 0.0))], "reel.payout_axis"),
     "reel: centre": (lambda: [body(), reel(centre=(nan, 0.0, 0.0))], "Reel.centre"),
-    "reel: free spool on a free body": (lambda: [free(), reel(feed=parts.FreeSpool(inertia=1e-6))], "free spool"),
+    "reel: free spool on a free body": (lambda: [free(), reel(drive=parts.FreeSpool(inertia=1e-6))], "free spool"),
     "thread: no reel": (lambda: [body(), thread()], "'blade' refers to 'reel', but no part is called that"),
     "thread: unknown reel": (lambda: [body(), reel(), thread(reel="real")], "did you mean 'reel'"),
     "thread: no nodes": (lambda: [body(), reel(), thread(nodes=0)], "Thread.nodes is 0"),
@@ -126,28 +126,28 @@ BAD = {
     "thread: no copies": (lambda: [body(), reel(), thread(copies=0)], "Thread.copies is 0"),
     "thread: copies on a free body": (lambda: [free(), reel(), thread(copies=2)], "blade.copies is 2"),
     "thread: no capture": (lambda: [body(), reel(), thread(capture=0.0)], "Thread.capture is 0.0"),
-    "feed: more out than there is": (
-        lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=600.0)), thread()],
+    "drive: more out than there is": (
+        lambda: [body(), reel(drive=parts.ConstantDrive(rate=1.0, angle=600.0)), thread()],
         "more",
     ),
-    "feed: negative angle": (
-        lambda: [body(), reel(feed=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
+    "drive: negative angle": (
+        lambda: [body(), reel(drive=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
         "reel.angle is",
     ),
-    "feed: rate nan": (
-        lambda: [body(), reel(feed=parts.ConstantDrive(rate=nan)), thread()],
+    "drive: rate nan": (
+        lambda: [body(), reel(drive=parts.ConstantDrive(rate=nan)), thread()],
         "ConstantDrive.rate is nan",
     ),
     "ramp: out of order": (
-        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
+        lambda: [body(), reel(drive=parts.RampDrive(steps=[(2.0, 1.0, 1.0), (1.0, 1.0, 2.0)])), thread()],
         "1.0 s",
     ),
     "ramp: negative duration": (
-        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, -1.0, 1.0)])), thread()],
+        lambda: [body(), reel(drive=parts.RampDrive(steps=[(2.0, -1.0, 1.0)])), thread()],
         "RampDrive.steps.0.1 is -1.0",
     ),
     "ramp: rate nan": (
-        lambda: [body(), reel(feed=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()],
+        lambda: [body(), reel(drive=parts.RampDrive(steps=[(2.0, 1.0, nan)])), thread()],
         "RampDrive.steps.0.2 is nan",
     ),
     "table: nan": (lambda: [body(), table(rate=(0.0, nan)), thread()], "TableDrive.rate.1 is nan"),
@@ -157,12 +157,12 @@ BAD = {
     "table: unequal": (lambda: [body(), table(rate=(0.0, 1.0, 2.0)), thread()], "3 values"),
     "table: rate and angle": (lambda: [body(), table(angle=(0.0, 1.0)), thread()], "either rate or angle"),
     "table: neither": (lambda: [body(), table(rate=None), thread()], "either rate or angle"),
-    "feed law: of another kind": (
-        lambda: [body(), reel(feed=parts.LawDrive(law=linear)), thread()],
-        "@evolvent.feed_law",
+    "drive: of another kind": (
+        lambda: [body(), reel(drive=parts.LawDrive(law=linear)), thread()],
+        "@evolvent.drive_law",
     ),
     "free spool: negative inertia": (
-        lambda: [body(), reel(feed=parts.FreeSpool(inertia=-1.0)), thread()],
+        lambda: [body(), reel(drive=parts.FreeSpool(inertia=-1.0)), thread()],
         "FreeSpool.inertia is -1.0",
     ),
     "uniform: unknown thread": (
@@ -313,8 +313,8 @@ def test_masses_are_those_of_equation_6():
 
 
 def test_out_at_the_start_is_straight_and_turns_with_the_body():
-    feed = parts.ConstantDrive(rate=3.5, angle=150.0)  # 1.5 m of 5 m: 2 of 4 nodes
-    assembly = assemble(body(), reel(feed=feed, centre=(0.05, 0.0, 0.0)), thread())
+    drive = parts.ConstantDrive(rate=3.5, angle=150.0)  # 1.5 m of 5 m: 2 of 4 nodes
+    assembly = assemble(body(), reel(drive=drive, centre=(0.05, 0.0, 0.0)), thread())
     first = int(assembly.model.threads["iq"][0])
     v = int(assembly.model.threads["iv"][0])
     x = assembly.y[first : first + 6].reshape(2, 3)

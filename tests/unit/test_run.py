@@ -190,7 +190,7 @@ def test_free_body_moves_as_the_spinning_one_if_its_blades_are_alike():
     assert abs(free.momentum - free.momentum[0]).max() < 1e-8
 
 
-def test_unequal_feeds_give_unequal_blades():
+def test_unequal_drives_give_unequal_blades():
     run = evolvent.run("heliogyro", {**QUICK, "spool.rate": ["3.5 rad/s", "3 rad/s"], "solver.duration": "4 s"})
     np.testing.assert_allclose(run.deployed_length[-1], [0.14, 0.12], rtol=1e-12)
     lag = np.degrees(run.tip_lag.values[-1])
@@ -281,9 +281,9 @@ def test_an_energy_account_that_does_not_close_is_told(quick):
     assert "solver.rtol" in {number.label: number.value for number in heliogyro.numbers(run)}["warning"]
 
 
-def test_a_feed_too_fast_for_a_steady_lag_is_told():
+def test_a_pay_out_too_fast_for_a_steady_lag_is_reported():
     run = evolvent.run("heliogyro", {**QUICK, "spool.rate": "16 rad/s", "solver.duration": "0.5 s"})
-    assert "the feed of 0.16 m/s is not below L0 W0 / 2 = 0.15 m/s" in run.attrs["warning"]
+    assert "the pay-out speed of 0.16 m/s is not below L0 W0 / 2 = 0.15 m/s" in run.attrs["warning"]
 
 
 @pytest.mark.parametrize(
@@ -333,7 +333,7 @@ def fails(x, v, t, parameters):
     return 0.0, 0.0, 0.0
 
 
-@evolvent.feed_law
+@evolvent.drive_law
 def steady(t, parameters):
     return parameters[0] * t, parameters[0], 0.0
 
@@ -344,9 +344,9 @@ def at_time(t, y, parameters):
 
 
 def test_laws_take_their_places(quick):
-    run = evolvent.run("heliogyro", {**QUICK, "spool.rate": None}, laws={"feed": (steady, (3.5,))})
+    run = evolvent.run("heliogyro", {**QUICK, "spool.rate": None}, laws={"drive": (steady, (3.5,))})
     np.testing.assert_allclose(run.body_rate, quick.body_rate, rtol=1e-6)
-    assert json.loads(run.attrs["laws"]) == {"feed": "steady"}
+    assert json.loads(run.attrs["laws"]) == {"drive": "steady"}
     run = evolvent.run("heliogyro", {**QUICK, "solver.duration": "2 s"}, laws={"force": (weight, [1e-3])})
     assert float(run["blade-1"].position[-1, 0, 2]) < float(quick["blade-1"].position.sel(time=2.0)[0, 2]) - 1e-4
     assert float(run.work_loads[-1]) > 0.0
@@ -363,7 +363,7 @@ def test_laws_take_their_places(quick):
         ({"force": lambda x, v, t, p: (0.0, 0.0, 0.0)}, "must be decorated with @evolvent.force_law"),
         ({"force": (weight, "x")}, "they must be numbers"),
         ({"force": (weight,)}, "has 1 entries"),
-        ({3: weight}, "no law is called 3; known: event, feed, force"),
+        ({3: weight}, "no law is called 3; known: drive, event, force"),
         ([weight], "the laws are .*; they must be a mapping"),
     ],
 )

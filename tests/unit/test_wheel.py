@@ -170,7 +170,7 @@ def test_kernels_that_python_calls_declare_their_types():
     imports = re.compile(r"(from|import) evolvent\.(kernels|flow|solvers|batch)")
     paths = [path for path in codecache._PACKAGE.rglob("*.py") if imports.search(path.read_text("utf-8"))]
     found = set().union(*(kernels_called_in(path) for path in paths))
-    assert {("feed", True), ("advance_block", True), ("guide_geometry", True)} <= found
+    assert {("drive", True), ("advance_block", True), ("guide_geometry", True)} <= found
     assert {name for name, declared in found if not declared} == set()
 
 

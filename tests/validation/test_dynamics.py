@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from book import Book
-from evolvent import System, feed_law, parts
+from evolvent import System, drive_law, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.solvers.static import solve_static
 from helpers import fitted_order
@@ -18,7 +18,7 @@ CHAPTER = "Dynamics"
 G = 9.81
 
 
-@feed_law
+@drive_law
 def spin_up(t, parameters):  # type: ignore[no-untyped-def]
     """6 rad/s in 15 s: rate (6/15) [t - 15/(2 pi) sin(2 pi t/15)] (Simo & Vu-Quoc 1986)."""
     rate, end = parameters[0], parameters[1]
@@ -45,7 +45,7 @@ def spinning(n: int) -> System:
 
 def test_spin_up(book: Book) -> None:
     system = spinning(8)
-    system.add(parts.PrescribedRotation(body="hub", feed=parts.LawDrive(law=spin_up, parameters=(6.0, 15.0))), "turn")
+    system.add(parts.PrescribedRotation(body="hub", drive=parts.LawDrive(law=spin_up, parameters=(6.0, 15.0))), "turn")
     assembly = system.assemble()
     times = np.concatenate([[0.0], np.linspace(6.5, 7.0, 101), np.linspace(15.0, 20.0, 501)])
     found = run(assembly, times, step=5e-3, spectral_radius=0.9)

@@ -22,7 +22,7 @@ from evolvent.model import (
     RELEASE,
 )
 
-#: Share of a segment by which a feed may run past the end of its thread (round-off of a run that ends just there).
+#: Share of a segment by which a drive may run past the end of its thread (round-off of a run that ends just there).
 OVERRUN = 1e-6
 #: An event of a thread is due from this value on: the state is within so much of a segment of it.
 DUE = -1e-10
@@ -69,7 +69,7 @@ def is_release(s, threads, g, k):
 
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL, types.int64, VECTOR))
 def apply_event(t, y, s, model, k, g):
-    """Carry out event k on the state; returns 1 if the run is to stop there, -1 if a feed has outrun its thread.
+    """Carry out event k on the state; returns 1 if the run is to stop there, -1 if a drive has outrun its thread.
 
     All releases that are due by g, the values of the events, are carried out with the first of them.
     """
@@ -107,7 +107,7 @@ def add_to_balance(t, y, s, model, sign):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def release_nodes(t, y, s, model, g):
-    """The next nodes leave their spools at Q (eqs. 1, 12): with the feed's velocity, turned along the thread if set.
+    """The next nodes leave their spools at Q (eqs. 1, 12): with the drive's velocity, turned along the thread if set.
 
     Where wound thread is carried the body takes up what the node's momentum differs from its share of evenly wound
     thread. All impulses come first, while the threads still end at Q with whole segments, then all nodes join them.
@@ -209,7 +209,7 @@ def start_links(t, y, s, model):
                 continue
             rhs(t, y, s, model, now)
             b1, b2 = threads[p].b[1], threads[p].b[2]
-            if threads[p].feed == thread.FREE_SPOOL:
+            if threads[p].drive == thread.FREE_SPOOL:
                 b2 = threads[p].radius * now[threads[p].spool_v]
             reach = 10.0 * thread.SHORT * threads[p].segment
             short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))

@@ -104,7 +104,7 @@ def build_rows(y, s, model):
             links, bound = chain.chain_links(s, threads, k)
             if not bound:
                 continue
-            if threads[k].feed == chain.FREE_SPOOL:
+            if threads[k].drive == chain.FREE_SPOOL:
                 radius = threads[k].radius
                 A[r, 0] += threads[k].copies * radius * radius / threads[k].spool
             q = threads[k].iq + 3 * links

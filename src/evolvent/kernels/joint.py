@@ -7,7 +7,7 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels.cord import drum_cord
-from evolvent.kernels.feed import feed
+from evolvent.kernels.drive import drive
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, pull, side_columns, side_vector
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
@@ -17,7 +17,7 @@ _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
 # a spinning body keeps to an angle; a cord winds onto a drum of side a
 PLACE, DIRECTION, DISTANCE, ANGLE, CORD = 0, 1, 2, 3, 4
-# how a feed moves a joint: not; along its direction; round an involute
+# how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
 
 
@@ -35,7 +35,7 @@ def joint_geometry(t, y, k, model):
     Notes
     -----
     PLACE: along . (u_b - u_a) - value - path; DIRECTION: u_a . u_b - value; DISTANCE: |u_b - u_a| - value; ANGLE: the
-    body's angle less value and path. The path is radius phi of a feed, or for an INVOLUTE the place of the end of a
+    body's angle less value and path. The path is radius phi of a drive, or for an INVOLUTE the place of the end of a
     taut thread of length `value` that has been wound by phi onto a circle, from the direction `zero` on.
     """
     joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
@@ -44,7 +44,7 @@ def joint_geometry(t, y, k, model):
     phi, phi_rate = 0.0, 0.0
     if joints[k].path != STILL:
         p = parameters[joints[k].first : joints[k].last]
-        phi, phi_rate, _ = feed(joints[k].feed, p, joints[k].law, t)
+        phi, phi_rate, _ = drive(joints[k].drive, p, joints[k].law, t)
     if kind == ANGLE:
         iq, iv = joints[k].iq[1], joints[k].iv[1]
         joints[k].gap = y[iq] - joints[k].value - phi

@@ -19,8 +19,8 @@ def observe_thread(view: View, name: str) -> Observed:
 
     Notes
     -----
-    The lag of a node is the angle from the feed axis to the line from the departure point Q to the node, in the axes of
-    the reel's body (Tenenbaum 2014, eq. 19); the signed one is its part in the plane of the body's spin.
+    The lag of a node is the angle from the pay-out axis to the line from the departure point Q to the node, in the axes
+    of the reel's body (Tenenbaum 2014, eq. 19); the signed one is its part in the plane of the body's spin.
     """
     index, found = view.index(name), Observed()
     row = view.model.threads[index]
@@ -42,7 +42,7 @@ def observe_thread(view: View, name: str) -> Observed:
     found.along("velocity", "node", v, "m s-1", "velocities of the nodes, inertial axes")
     found.along("tension", "node", tension, "N", "tension of the segment inwards of each node, NaN while it is wound")
     found.along("released", "node", released, "1", "1 for nodes that have left the spool")
-    found.along("lag", "node", lag, "rad", "angle between the feed axis and the line from the spool to the node")
+    found.along("lag", "node", lag, "rad", "angle between the pay-out axis and the line from the spool to the node")
     found.along("signed_lag", "node", signed, "rad", "lag in the plane of the spin, negative ahead of the spool")
     found.scalar("tip_lag", signed[:, 0], "rad", "signed lag of the tip")
     found.scalar("hub_tension", hub, "N", "tension at the spool")
@@ -129,10 +129,10 @@ def lags(view: View, row: np.record, x: Array, released: Array) -> tuple[Array, 
     pose = view.pose(int(row["body"]))
     Q = pose.x + turned(pose.R, row["departure"])
     own = np.einsum("tji,tnj->tni", pose.R, x - Q[:, None])
-    ahead, across = own @ row["feed_axis"], own @ row["chord"]
-    off = norm(own - ahead[..., None] * row["feed_axis"])
+    ahead, across = own @ row["payout_axis"], own @ row["chord"]
+    off = norm(own - ahead[..., None] * row["payout_axis"])
     seen = released & (norm(own) > 1e-9)
-    ahead_turns = dot(pose.w[:1], turned(pose.R[:1], np.cross(row["feed_axis"], row["chord"])))[0]
+    ahead_turns = dot(pose.w[:1], turned(pose.R[:1], np.cross(row["payout_axis"], row["chord"])))[0]
     sense = -1.0 if ahead_turns < 0.0 else 1.0
     lag = np.where(seen, np.arctan2(off, ahead), np.nan)
     return lag, np.where(seen, np.arctan2(-sense * across, ahead), np.nan)

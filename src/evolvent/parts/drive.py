@@ -14,7 +14,7 @@ from typing_extensions import TypeVar
 from evolvent import laws, units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import feed as kernels
+from evolvent.kernels import drive as kernels
 from evolvent.parts.expression import Constants, DriveLaw, Parameters, TimeExpression, write_law
 from evolvent.schema import Section
 
@@ -46,7 +46,7 @@ class DriveKind(Section):
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration at `time` (rad, rad/s, rad/s2)."""
         parameters = np.array(builder.values[row.first : row.last])
-        angle, rate, acceleration = kernels.feed(row.kind, parameters, row.law, time)
+        angle, rate, acceleration = kernels.drive(row.kind, parameters, row.law, time)
         return float(angle), float(rate), float(acceleration)
 
 
@@ -172,7 +172,7 @@ class LawDrive(DriveKind):
 
     Parameters
     ----------
-    law : function under ``@evolvent.feed_law``: ``law(t, parameters) -> (angle, rate, acceleration)``
+    law : function under ``@evolvent.drive_law``: ``law(t, parameters) -> (angle, rate, acceleration)``
     parameters : list of numbers
     """
 
@@ -190,7 +190,7 @@ class LawDrive(DriveKind):
 
 
 def _law_row(builder: Builder, name: str, law: Any, **options: Any) -> DriveRow:
-    fields = write_law(builder, name, law, "feed", **options)
+    fields = write_law(builder, name, law, "drive", **options)
     return DriveRow(kernels.LAW, fields["first"], fields["last"], fields["law"])
 
 

@@ -20,13 +20,13 @@ from evolvent.kernels import expression as kernels
 VARIABLES = {
     "spring": ("x", "v", "t"),
     "force": ("x", "y", "z", "vx", "vy", "vz", "t"),
-    "feed": ("t",),
+    "drive": ("t",),
 }
-_EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "feed": "a*(1 - cos(w*t))", "event": "t - 2"}
+_EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2"}
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
-    "feed": kernels.drive_expression,
+    "drive": kernels.drive_expression,
     "event": kernels.event_expression,
 }
 
@@ -37,7 +37,7 @@ class Law:
 
     Parameters
     ----------
-    kind : {"spring", "force", "feed", "event"}
+    kind : {"spring", "force", "drive", "event"}
     python : bool, whether a Python law is allowed
     """
 
@@ -143,10 +143,10 @@ def _number(value: Any, allowed: str) -> float:
 
 SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
-DriveLaw = Annotated[Any, Law("feed")]
+DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
 #: An expression of t.
-TimeExpression = Annotated[str, Law("feed", python=False)]
+TimeExpression = Annotated[str, Law("drive", python=False)]
 #: Constants of an expression, and parameters of a Python law.
 Constants = Annotated[dict[str, float], _Constants()]
 Parameters = Annotated[tuple[float, ...], _Parameters()]
@@ -162,7 +162,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     builder : Builder
     name : str, of the part
     law : compiled Python law, or expression
-    kind : {"spring", "force", "feed", "event"}
+    kind : {"spring", "force", "drive", "event"}
     parameters : of a Python law; constants : of an expression
     key : str, the key that holds the law, for messages
     variables : of an expression; those of `VARIABLES` if left out

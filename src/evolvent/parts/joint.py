@@ -215,7 +215,7 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, **fields: Any) -> int
     zero = np.zeros(3)
     whole = {
         "along": zero, "centre": zero, "axis": zero, "zero": zero, "radius": 0.0, "value": 0.0, "path": kernels.STILL,
-        "feed": 0, "law": 0, "first": 0, "last": 0, "stiffness": 0.0, "damping": 0.0, "until": math.inf,
+        "drive": 0, "law": 0, "first": 0, "last": 0, "stiffness": 0.0, "damping": 0.0, "until": math.inf,
     }  # fmt: skip
     return builder.add(
         "joints",
@@ -233,16 +233,16 @@ def _until(time: float | None) -> float:
     return math.inf if time is None else time
 
 
-def _check_jumps(name: str, feed: DriveKind, until: float, unit: str) -> None:
-    """Refuse a feed whose rate jumps under a constraint: it would take an infinite force."""
-    if not isinstance(feed, RampDrive):
+def _check_jumps(name: str, drive: DriveKind, until: float, unit: str) -> None:
+    """Refuse a drive whose rate jumps under a constraint: it would take an infinite force."""
+    if not isinstance(drive, RampDrive):
         return
-    before = feed.rate
-    for time, duration, rate in feed.steps:
+    before = drive.rate
+    for time, duration, rate in drive.steps:
         if duration == 0.0 and rate != before and 0.0 < time < until:
             raise InputError(
-                f"{name}.feed jumps from {before:.6g} to {rate:.6g} {unit} at t = {time:.6g} s, for which what is held "
-                f"to it needs an infinite force; give the step of the RampDrive a duration above 0 s"
+                f"{name}.drive jumps from {before:.6g} to {rate:.6g} {unit} at t = {time:.6g} s, which needs "
+                "an infinite force; give the step of the RampDrive a duration above 0 s"
             )
         before = rate
 
@@ -254,7 +254,7 @@ class PrescribedRotation(Part):
     ----------
     body : str
         A body with motion "spin".
-    feed : a feed of `evolvent.parts`, rad
+    drive : a drive of `evolvent.parts`, rad
         Its rate must not jump.
     until : float, s, optional
         When the body turns free; never if left out.
@@ -262,7 +262,7 @@ class PrescribedRotation(Part):
 
     kind: Literal["prescribed-rotation"] = "prescribed-rotation"
     body: BodyName
-    feed: PathDrive
+    drive: PathDrive
     until: units.Duration | None = None
 
     def write(self, builder: Builder, name: str) -> None:
@@ -271,10 +271,10 @@ class PrescribedRotation(Part):
         body = builder.rows["bodies"][index]
         if body["motion"] != rigid.SPIN:
             raise InputError(f"{name}.body is {self.body!r}; only a body with motion 'spin' can be turned")
-        feed, until = self.feed.write(builder, name), _until(self.until)
-        _check_jumps(name, self.feed, until, "rad/s")
+        drive, until = self.drive.write(builder, name), _until(self.until)
+        _check_jumps(name, self.drive, until, "rad/s")
         side = Side(sides.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
-        path = {"path": kernels.LINEAR, "feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
+        path = {"path": kernels.LINEAR, "drive": drive.kind, "law": drive.law, "first": drive.first, "last": drive.last}
         row = add_row(builder, kernels.ANGLE, side, side, until=until, **path)
         builder.names[name] = ("joints", row)
 
@@ -286,7 +286,7 @@ class PrescribedMotion(Part):
     ----------
     at : place
         "boom.tip", "boom[5]", or a point mass.
-    feed : a feed of `evolvent.parts`
+    drive : a drive of `evolvent.parts`
         Along a line, m; round an involute, the angle wound so far, rad. Its rate must not jump.
     direction : (3,) float
         Of the line, inertial axes; the place is held across it as well.
@@ -306,7 +306,7 @@ class PrescribedMotion(Part):
 
     kind: Literal["prescribed-motion"] = "prescribed-motion"
     at: Place
-    feed: PathDrive
+    drive: PathDrive
     direction: units.Direction = (1.0, 0.0, 0.0)
     radius: units.LengthOrZero = 0.0
     centre: units.Position = (0.0, 0.0, 0.0)
@@ -320,9 +320,9 @@ class PrescribedMotion(Part):
         b = place_side(builder, self.at, f"{name}.at")
         if b.on != sides.ON_COORDINATES:
             raise InputError(f"{name}.at is {self.at!r}; only a beam's node or a point mass can be moved so")
-        feed, until = self.feed.write(builder, name), _until(self.until)
-        _check_jumps(name, self.feed, until, "rad/s" if self.radius > 0.0 else "m/s")
-        fields: dict[str, Any] = {"feed": feed.kind, "law": feed.law, "first": feed.first, "last": feed.last}
+        drive, until = self.drive.write(builder, name), _until(self.until)
+        _check_jumps(name, self.drive, until, "rad/s" if self.radius > 0.0 else "m/s")
+        fields: dict[str, Any] = {"drive": drive.kind, "law": drive.law, "first": drive.first, "last": drive.last}
         fields["until"] = until
         builder.names[name] = ("joints", len(builder.rows["joints"]))
         if self.radius > 0.0:

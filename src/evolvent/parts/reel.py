@@ -24,14 +24,14 @@ class Reel(Part):
         Body that carries it, or ground.
     radius : float, m
         Of the spool.
-    feed : a feed of `evolvent.parts`
+    drive : a drive of `evolvent.parts`
         How the spool turns.
     centre : (3,) float, m
         A point of the spool's axis, body axes.
-    feed_axis : (3,) float
+    payout_axis : (3,) float
         Nominal direction in which the thread leaves, body axes (X of the spool's frame).
     spool_axis : (3,) float
-        Axis of the spool, body axes (Y of the spool's frame), across `feed_axis`.
+        Axis of the spool, body axes (Y of the spool's frame), across `payout_axis`.
 
     Notes
     -----
@@ -41,23 +41,23 @@ class Reel(Part):
     kind: Literal["reel"] = "reel"
     body: BodyName
     radius: units.Length
-    feed: Drive
+    drive: Drive
     centre: units.Position = (0.0, 0.0, 0.0)
-    feed_axis: units.Direction = (1.0, 0.0, 0.0)
+    payout_axis: units.Direction = (1.0, 0.0, 0.0)
     spool_axis: units.Direction = (0.0, 1.0, 0.0)
 
     def frame(self, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """X, Y, Z of the spool's frame in body axes."""
-        X, Y = unit(self.feed_axis), unit(self.spool_axis)
+        X, Y = unit(self.payout_axis), unit(self.spool_axis)
         if abs(X @ Y) > 1e-9:
-            raise InputError(f"{name}.feed_axis is {self.feed_axis!r}; it must be across {name}.spool_axis")
+            raise InputError(f"{name}.payout_axis is {self.payout_axis!r}; it must be across {name}.spool_axis")
         return X, Y, np.cross(X, Y)
 
     def write(self, builder: Builder, name: str) -> None:
         """Check the reel; its thread writes the row."""
         index = builder.find(self.body, "bodies")
         _, Y, _ = self.frame(name)
-        if isinstance(self.feed, FreeSpool):
+        if isinstance(self.drive, FreeSpool):
             row = builder.rows["bodies"][index]
             turns_with = abs(row["axis"] @ Y) > 1e-9 or abs(np.array(self.centre) @ Y) > 1e-9
             if row["motion"] == rigid.FREE or (row["motion"] == rigid.SPIN and turns_with):

@@ -94,16 +94,16 @@ class Thread(Part):
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)
         centre = np.array(reel.centre)
-        feed = reel.feed.write(builder, self.reel)
-        jerks = isinstance(reel.feed, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.feed.steps)
+        drive = reel.drive.write(builder, self.reel)
+        jerks = isinstance(reel.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.drive.steps)
         if kind == kernels.INEXTENSIBLE and jerks:
             raise InputError(
-                f"{self.reel}.feed: a step of no duration jerks an inextensible thread; give it a duration above 0"
+                f"{self.reel}.drive: a step of no duration jerks an inextensible thread; give it a duration above 0"
             )
-        angle, rate, _ = reel.feed.at(builder, feed, 0.0)
+        angle, rate, _ = reel.drive.at(builder, drive, 0.0)
         if kind == kernels.INEXTENSIBLE and angle == 0.0 and rate == 0.0:
             raise InputError(
-                f"{self.reel}.feed starts at rest with nothing out, where an inextensible thread has no direction; "
+                f"{self.reel}.drive starts at rest with nothing out, where an inextensible thread has no direction; "
                 "start with some length out (an angle above 0), or at a rate above 0"
             )
         out = angle * reel.radius
@@ -132,18 +132,18 @@ class Thread(Part):
             damping=self.damping,
             body=body,
             departure=centre + reel.radius * Z,
-            feed_axis=X,
+            payout_axis=X,
             chord=Y,
             normal=Z,
             radius=reel.radius,
-            feed=feed.kind,
-            first=feed.first,
-            last=feed.last,
-            law=feed.law,
-            spool_q=feed.spool_q,
-            spool_v=feed.spool_v,
-            spool_inertia=feed.inertia,
-            spool_torque=feed.torque,
+            drive=drive.kind,
+            first=drive.first,
+            last=drive.last,
+            law=drive.law,
+            spool_q=drive.spool_q,
+            spool_v=drive.spool_v,
+            spool_inertia=drive.inertia,
+            spool_torque=drive.torque,
             turned=int(self.velocity_turn),
             carried=int(self.wound_mass == "carried"),
             lets_go=int(self.lets_go),

@@ -1,6 +1,6 @@
 """Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
 
-A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of feed laws, loads
+A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of drives, loads
 that start or end) and, with a fixed step, on samples; what is due at its end, but for round-off, still happens. It
 returns to Python only when its budget of steps is used up, so that progress can be shown and the run interrupted, when
 its log of events is full, or when it ends.

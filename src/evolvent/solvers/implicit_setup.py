@@ -104,7 +104,7 @@ def check_start(assembly: Assembly, t: float) -> None:
         if not abs(gap) <= _FITS * length:
             raise InputError(
                 f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
-                f"move what it joins, or its feed"
+                f"move what it joins, or its drive"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(

@@ -15,7 +15,7 @@ from evolvent.errors import EvolventError, InputError
 from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation
-from evolvent.kernels import custom, feed, loads, springs
+from evolvent.kernels import custom, drive, loads, springs
 
 Array = np.ndarray
 #: A time (s) and the states y and s at which a run was then.
@@ -31,7 +31,7 @@ class _Use(NamedTuple):
 
 
 def try_laws(assembly: Assembly, start: float, end: float) -> None:
-    """Evaluate every law of a model: feeds at `start` and `end`, loads at the reel, all others at the start.
+    """Evaluate every law of a model: drives at `start` and `end`, loads at the reel, all others at the start.
 
     Raises
     ------
@@ -117,11 +117,11 @@ def _users(assembly: Assembly, law: Any) -> str:
 
 
 def _uses(assembly: Assembly) -> Iterator[_Use]:
-    """Every row that calls a user's law, feeds first."""
+    """Every row that calls a user's law, drives first."""
     model = assembly.model
     for family, rows in (("threads", model.threads), ("joints", model.flexible.joints)):
         for k, row in enumerate(rows):
-            if row["law"] != 0 and row["feed"] == feed.LAW:
+            if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
     for family, rows in (("springs", model.springs), ("loads", model.loads), ("events", model.events)):
         for k, row in enumerate(rows):
@@ -165,7 +165,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
             if use.family not in ("threads", "joints", "loads") and not placed:
-                with contextlib.suppress(Exception):  # a feed that raises is found by itself
+                with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
             for arguments in _arguments(assembly, use, (time, y, s), everywhere=True):

@@ -45,7 +45,7 @@ def modes(
     assembly : Assembly
     equilibrium : Solution of `solve_static` for the same assembly, optional; its last state, turn and time are taken
     y : (ny,) float, state to look for the equilibrium from, where none is given; the assembly's own if left out
-    time : float, s, at which loads act and feeds stand
+    time : float, s, at which loads act and drives stand
     rotating : str or (3,) float, optional, rad/s, as of `solve_static`
     centre : (3,) float, optional, m, as of `solve_static`
     count : int, how many modes; fewer where fewer directions are free

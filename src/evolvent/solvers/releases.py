@@ -1,6 +1,6 @@
 """Nodes that leave and reach their spools under an implicit method: when, and what becomes of the state then.
 
-The feeds are prescribed, so the times are known beforehand; the solver lands on them.
+The drives are prescribed, so the times are known beforehand; the solver lands on them.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from evolvent.builder import Assembly
 from evolvent.flow import needs
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
-from evolvent.kernels.feed import feed
+from evolvent.kernels.drive import drive
 from evolvent.solvers import alpha_energy, alpha_state
 from evolvent.solvers.balance import dissipated, energy
 
-#: Intervals in which changes of a feed's direction are looked for.
+#: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
 
 
@@ -40,7 +40,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
 
         def paid(t: float, row: Any = row, parameters: np.ndarray = parameters) -> float:
             """Nodes' worth of thread that is out."""
-            angle = feed(int(row["feed"]), parameters, int(row["law"]), float(t))[0]
+            angle = drive(int(row["drive"]), parameters, int(row["law"]), float(t))[0]
             return float(angle * row["radius"] / row["segment"])
 
         n = int(row["n"])
@@ -89,7 +89,7 @@ class Releases:
         self._values = np.zeros(int(model.info.ne))
 
     def fire(self, t: float, y: np.ndarray) -> int:
-        """Carry out what is due at t on the state y; returns how many events, -1 where a feed outruns its thread."""
+        """Carry out what is due at t on the state y; returns how many events, -1 where a drive outruns its thread."""
         s, n, count = self.model.flexible.switches, self.model.threads.size, 0
         for _ in range(2 * n + 64):
             event_values(t, y, s, self.model, self._values)
@@ -149,8 +149,8 @@ def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:
 
 
 def reason_of_outrun(reached: float) -> str:
-    """What happened where a feed outruns its thread."""
+    """What happened where a drive outruns its thread."""
     return (
-        f"the feed outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
-        "already wound; stop the feed in time, end the run earlier, or let the thread go"
+        f"the drive outruns its thread at t = {reached:.6g} s: it pays out more than there is, or reels in what is "
+        "already wound; stop the drive in time, end the run earlier, or let the thread go"
     )

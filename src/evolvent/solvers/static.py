@@ -52,7 +52,7 @@ def solve_static(
     arc_length : bool
         Follow the path through limits of load and of displacement, from the equilibrium without load to where the
         factor first reaches 1 (Crisfield 1981, cylindrical).
-    time : float, s, at which feeds stand and loads act; ramps count as over
+    time : float, s, at which drives stand and loads act; ramps count as over
     rotating : str or (3,) float, optional, rad/s
         A steady turn of everything, the ground included, about an axis: a driven body's, by its name, or a rate. Loads
         turn with it.

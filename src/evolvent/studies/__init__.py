@@ -2,7 +2,7 @@
 
 A study is a YAML file::
 
-    study: feed                     # its name
+    study: payout                     # its name
     case: heliogyro                 # a built-in case, a file beside the study, or a case's keys
     set: {blade.segments: inextensible, solver.method: dopri5}
     sample: grid                    # or list, latin-hypercube, monte-carlo

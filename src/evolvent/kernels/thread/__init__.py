@@ -10,12 +10,12 @@ the slot of the last node holds that node's position and velocity.
 
 Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
-`wound` : the feed, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
+`wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
 of its segments; `loads` : on released nodes; `energy` : energies and momenta; `implicit` : residual and tangent;
 `bound` : of the explicit step.
 """
 
-from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.thread.bound import add_thread_bound
 from evolvent.kernels.thread.chain import (
     SHORT,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.thread.wound import SPRINGS
 
 
@@ -31,7 +31,7 @@ def add_thread_bound(model, p, body):
         for what, value in enumerate((row["stiffness"], row["damping"])):
             body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)
         squared, damping = ends * row["stiffness"] / masses, ends * row["damping"] / masses
-        if row["feed"] == FREE_SPOOL:
+        if row["drive"] == FREE_SPOOL:
             compliance = 2.0 * float(row["radius"]) ** 2 / float(row["spool_inertia"])
             squared = np.append(squared, compliance * row["stiffness"])
             damping = np.append(damping, compliance * row["damping"])

@@ -9,7 +9,7 @@ import math
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
@@ -98,7 +98,7 @@ def chain_rhs(y, s, model, p, loaded):
     value -= y[a] * cx + y[a + 1] * cy + y[a + 2] * cz
     if loaded:
         value += y[a] * nodes[k].af[0] + y[a + 1] * nodes[k].af[1] + y[a + 2] * nodes[k].af[2]
-    if threads[p].feed == FREE_SPOOL:
+    if threads[p].drive == FREE_SPOOL:
         value -= threads[p].radius * threads[p].spool_torque / threads[p].spool
     if links > 0:
         value -= nodes[k - 1].off * before
@@ -173,7 +173,7 @@ def chain_rates(y, s, model, p, loaded, dy):
     a, c = q + 3 * links, v + 3 * links
     if not bound:
         dy[c], dy[c + 1], dy[c + 2] = ox, oy, oz
-        if threads[p].feed != FREE_SPOOL:
+        if threads[p].drive != FREE_SPOOL:
             return 0.0
         k = threads[p].spool_v
         dy[threads[p].spool_q], dy[k] = y[k], threads[p].spool_torque / threads[p].spool
@@ -181,7 +181,7 @@ def chain_rates(y, s, model, p, loaded, dy):
     b0, b1, b2 = threads[p].b[0], threads[p].b[1], threads[p].b[2]
     T = nodes[first + links].tension
     power = -T * b1
-    if threads[p].feed == FREE_SPOOL:
+    if threads[p].drive == FREE_SPOOL:
         k = threads[p].spool_v
         dy[threads[p].spool_q] = y[k]
         dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
@@ -231,7 +231,7 @@ def kick_chain(y, s, model, p):
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     links, bound = chain_links(s, threads, p)
     first, q, v, j = threads[p].node, threads[p].iq, threads[p].iv, s[p]
-    if threads[p].feed == FREE_SPOOL and bound:
+    if threads[p].drive == FREE_SPOOL and bound:
         y[threads[p].spool_v] += threads[p].radius * nodes[first + links].tension / threads[p].spool
     for c in range(3):
         outer = pull = 0.0

@@ -5,7 +5,7 @@ import math
 from numba import types, void
 
 from evolvent.jit import INTEGERS, VECTOR, indirect, inlined
-from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
@@ -48,7 +48,7 @@ def thread_inventory(y, s, model, p, out):
                 elastic += spring_energy(threads[p].stiffness, extension)
     part[ELASTIC] = elastic
     wound_inventory(s, model, p, part)
-    if threads[p].feed == FREE_SPOOL:
+    if threads[p].drive == FREE_SPOOL:
         rate = y[threads[p].spool_v]
         part[KINETIC] += 0.5 * threads[p].spool_inertia * rate * rate
     if copies == 1.0:

@@ -5,7 +5,7 @@ import math
 from numba import types
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels.feed import FREE as FREE_SPOOL
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.thread.wound import TINY
 from evolvent.model import MODEL
@@ -66,7 +66,7 @@ def spring_thread(y, s, model, p, loaded, dy):
         ex *= scale
         ey *= scale
         ez *= scale
-    else:  # along the velocity with which the node leaves: the feed's (eq. 11), or that turned along the thread
+    else:  # along the velocity with which the node leaves: the drive's (eq. 11), or that turned along the thread
         ex, ey, ez = vx - threads[p].Q[3], vy - threads[p].Q[4], vz - threads[p].Q[5]
         length = math.sqrt(ex * ex + ey * ey + ez * ez)
         if length > 0.0:
@@ -100,7 +100,7 @@ def spring_thread(y, s, model, p, loaded, dy):
     add_wrench(
         bodies[threads[p].body].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], pull * ex, pull * ey, pull * ez
     )
-    if threads[p].feed == FREE_SPOOL:
+    if threads[p].drive == FREE_SPOOL:
         k = threads[p].spool_v
         dy[threads[p].spool_q] = y[k]
         dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool

@@ -1,28 +1,28 @@
-"""Thread on its spool: the feed, the departure point, and the inertia of what is wound."""
+"""Thread on its spool: the drive, the departure point, and the inertia of what is wound."""
 
 import math
 
 from numba import void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels.feed import FREE as FREE_SPOOL
-from evolvent.kernels.feed import feed
+from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.drive import drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn
 from evolvent.model import MODEL
 
 #: Kinds of threads, by their segments.
 SPRINGS, INEXTENSIBLE = 0, 1
-#: Below this distance from Q (m) a segment's direction is the feed direction (eq. 11).
+#: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
 TINY = 1e-9
 
 
 @inlined
 def spool(t, y, threads, parameters, p):
     """(angle, rate, acceleration) of spool p; a free spool's acceleration is zero until its tension is known."""
-    if threads[p].feed == FREE_SPOOL:
+    if threads[p].drive == FREE_SPOOL:
         return y[threads[p].spool_q], y[threads[p].spool_v], 0.0
-    return feed(threads[p].feed, parameters[threads[p].first : threads[p].last], threads[p].law, t)
+    return drive(threads[p].drive, parameters[threads[p].first : threads[p].last], threads[p].law, t)
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
@@ -45,7 +45,7 @@ def reels(t, y, s, model):
             bodies[b].x[2] + dz,
         )
         threads[p].Q[3], threads[p].Q[4], threads[p].Q[5] = vx, vy, vz
-        X = threads[p].feed_axis
+        X = threads[p].payout_axis
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
 
 
@@ -138,7 +138,7 @@ def carry_power(s, model):
         m = threads[p].copies * wound_mass(s, threads, nodes, p)
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
         a, F = bodies[threads[p].body].a, bodies[threads[p].body].F
-        if threads[p].feed == FREE_SPOOL:
+        if threads[p].drive == FREE_SPOOL:
             F[3] -= m * r * b2 * nx
             F[4] -= m * r * b2 * ny
             F[5] -= m * r * b2 * nz

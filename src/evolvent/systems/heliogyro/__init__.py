@@ -1,10 +1,10 @@
 r"""Heliogyro: thin blades, taken as threads, pay out from spools on a spinning body.
 
 A thread of length L is wound on a spool of radius r that turns by a given law phi(t), on a body that spins about Z at
-the rate W. The spool's axis is Y, at the distance L0 from the spin axis; X points outwards, the nominal feed; the
-thread leaves at Q = (0, 0, r). The thread is n equal segments of length l0 = L / n with lumped masses; node 1 is the
-tip and leaves first. v = r phi', dphi = l0 / r, e_ab the unit vector from a to b, c and d a segment's stiffness and
-damping.
+the rate W. The spool's axis is Y, at the distance L0 from the spin axis; X points outwards, the nominal pay-out
+direction; the thread leaves at Q = (0, 0, r). The thread is n equal segments of length l0 = L / n with lumped masses;
+node 1 is the tip and leaves first. v = r phi', dphi = l0 / r, e_ab the unit vector from a to b, c and d a segment's
+stiffness and damping.
 
 Equations (Tenenbaum 2014, numbered as there; spool frame, which turns with the body)::
 
@@ -44,7 +44,7 @@ Where the paper is in error, or silent:
   differs from that of links of fixed length by 0.0016 deg at 1e4 N/m, the default, and by 2e-5 deg at 1e7 N/m.
 
 `segments: inextensible` is the limit of infinite stiffness: links of fixed length, whose tensions follow from one
-tridiagonal solve at every stage. In steady feed the hub's lag is sin(delta) = 2 v / (L0 W), whatever the masses.
+tridiagonal solve at every stage. In steady pay-out the hub's lag is sin(delta) = 2 v / (L0 W), whatever the masses.
 
 Source: Tenenbaum (2014), deployment of the heliogyro sail BMSTU-Sail.
 """
@@ -68,13 +68,13 @@ class Heliogyro(SystemDefinition):
 
     Notes
     -----
-    Laws in Python: "feed", ``@evolvent.feed_law`` of every spool, in place of rate and table; "force",
+    Laws in Python: "drive", ``@evolvent.drive_law`` of every spool, in place of rate and table; "force",
     ``@evolvent.force_law``, force per length on every blade, N/m, inertial axes; "event", ``@evolvent.event_law`` that
     ends the run where it rises through zero.
     """
 
     Case = Case
-    laws = ("event", "feed", "force")
+    laws = ("event", "drive", "force")
     keys = {
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
         "absolute_tolerance": "solver.atol",
@@ -93,7 +93,7 @@ class Heliogyro(SystemDefinition):
 
     def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
         """As `settings`, of parts that are assembled."""
-        return settings_of(case, assembly, by_law="feed" in laws)
+        return settings_of(case, assembly, by_law="drive" in laws)
 
 
 SYSTEM = Heliogyro()

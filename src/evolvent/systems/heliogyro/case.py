@@ -178,13 +178,13 @@ class Case(Section):
             at_rest = at_rest or 0.0 in np.atleast_1d(self.spool.rate)
         if self.blade.segments == "inextensible" and self.spool.start_length == 0.0 and at_rest:
             raise InputError(
-                "spool.start_length is 0, but the feed starts at rest, where an inextensible thread has no direction; "
+                "spool.start_length is 0, but the drive starts at rest, where an inextensible thread has no direction; "
                 "give a length that is already out, such as '5 mm'"
             )
         for k, change in enumerate(self.spool.changes):
             if self.blade.segments == "inextensible" and change.ramp == 0.0:
                 raise InputError(
-                    f"spool.changes.{k}.ramp is 0, but an inextensible thread cannot follow a jump of the feed; "
+                    f"spool.changes.{k}.ramp is 0, but an inextensible thread cannot follow a jump of the drive; "
                     f"give it a time, such as '1 s'"
                 )
         if self.blade.segments == "inextensible" and self.solver.method == "generalized-alpha":

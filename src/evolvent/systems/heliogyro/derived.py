@@ -105,7 +105,7 @@ def straight_inertia(case: Case, deployed: Array, *, corrected: bool) -> Array:
 
 
 def warning(case: Case, solution: Solution) -> str:
-    """Sentences on tensions below zero, a feed too fast for a steady lag, and an energy balance that does not close."""
+    """Sentences on tensions below zero, a pay-out too fast for a steady lag, and an energy balance that is off."""
     return "; ".join(text for text in (_slack(case, solution), _wraps(case, solution), _lacks(solution)) if text)
 
 
@@ -127,7 +127,7 @@ def _wraps(case: Case, solution: Solution) -> str:
     if fastest < limit or limit == 0.0:
         return ""
     return (
-        f"the feed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
+        f"the pay-out speed of {fastest:.4g} m/s is not below L0 W0 / 2 = {limit:.4g} m/s: no steady lag exists, "
         f"the blade may wrap back onto the body, which the model does not see"
     )
 

@@ -29,7 +29,7 @@ def settings_of(case: Case, assembly: Assembly, *, by_law: bool) -> dict[str, An
     Raises
     ------
     InputError
-        For a feed that pays out more than there is, or less than nothing; a run without an end, or of too many steps.
+        For a drive that pays out more than there is, or less than nothing; a run without an end, or of too many steps.
     """
     solver, step = case.solver, case.solver.step if isinstance(case.solver.step, float) else None
     end = _end(case, assembly, by_law=by_law)
@@ -60,7 +60,7 @@ def _check_steps(case: Case, step: float | None, end: float) -> None:
 
 
 def _end(case: Case, assembly: Assembly, *, by_law: bool) -> float:
-    """End of the run, s; refuses a feed that pays out more than there is, or less than nothing."""
+    """End of the run, s; refuses a drive that pays out more than there is, or less than nothing."""
     length, radius = case.blade.length, case.spool.radius
     end = _all_out(case, assembly) if case.solver.duration == "auto" else float(case.solver.duration)
     if end is None or (by_law and case.solver.duration == "auto"):
@@ -71,14 +71,14 @@ def _end(case: Case, assembly: Assembly, *, by_law: bool) -> float:
     if not case.blade.lets_go and out.max() > length * (1.0 + 1e-9):
         k = int(np.flatnonzero(out.max(axis=1) > length * (1.0 + 1e-9))[0])
         raise InputError(
-            f"the feed outruns the thread: it has paid out {out.max():.6g} m by t = {end:.6g} s, but blade.length is "
+            f"the drive outruns the thread: it has paid out {out.max():.6g} m by t = {end:.6g} s, but blade.length is "
             f"{length:g} m, all out at about {times[k]:.6g} s; shorten solver.duration, slow spool.rate, "
             f"or set blade.lets_go"
         )
     if out.min() < -1e-9 * length:
         k = int(np.flatnonzero(out.min(axis=1) < -1e-9 * length)[0])
         raise InputError(
-            f"{_feed_keys(case, by_law)} reels in more than is out: nothing is left at about {times[k]:.6g} s; "
+            f"{_drive_keys(case, by_law)} reels in more than is out: nothing is left at about {times[k]:.6g} s; "
             f"end that before, shorten solver.duration, or give a longer spool.start_length"
         )
     return end
@@ -86,13 +86,13 @@ def _end(case: Case, assembly: Assembly, *, by_law: bool) -> float:
 
 def _turned(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Angles of all spools, rad, (nt, threads)."""
-    from evolvent.kernels.feed import feed_angles
+    from evolvent.kernels.drive import drive_angles
 
     model = assembly.model
     angles = np.empty((model.threads.size, times.size))
     for row, found in zip(model.threads, angles, strict=True):
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
-        feed_angles(int(row["feed"]), parameters, int(row["law"]), times, found)
+        drive_angles(int(row["drive"]), parameters, int(row["law"]), times, found)
     return angles.T
 
 
@@ -120,16 +120,16 @@ def _all_out(case: Case, assembly: Assembly) -> float | None:
 def _never_out(case: Case, by_law: bool) -> str:
     """Why no time at which a blade is all out can be found."""
     if by_law:
-        return "laws['feed'] does not tell when a blade is all out"
+        return "laws['drive'] does not tell when a blade is all out"
     if case.spool.start_length >= case.blade.length:
         return f"spool.start_length is {case.spool.start_length:g} m, and so the blade is all out at the start"
-    return f"{_feed_keys(case, by_law)} never pays a blade all out".replace(",,", ",")
+    return f"{_drive_keys(case, by_law)} never pays a blade all out".replace(",,", ",")
 
 
-def _feed_keys(case: Case, by_law: bool) -> str:
+def _drive_keys(case: Case, by_law: bool) -> str:
     """The keys that say how the spools turn, with what stands there."""
     if by_law:
-        return "laws['feed']"
+        return "laws['drive']"
     if case.spool.table is not None:
         return "spool.table"
     rates = np.atleast_1d(np.array(case.spool.rate))

@@ -49,10 +49,10 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
             parts.Reel(
                 body="body",
                 centre=tuple(body.spool_offset * X),
-                feed_axis=tuple(X),
+                payout_axis=tuple(X),
                 spool_axis=tuple(Y),
                 radius=spool.radius,
-                feed=_feed(case, laws, k),
+                drive=_drive(case, laws, k),
             ),
             reel,
         )
@@ -116,16 +116,16 @@ def law_and_parameters(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[f
     return given, ()
 
 
-def _feed(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
-    """The feed of one blade's spool."""
+def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
+    """The drive of one blade's spool."""
     from evolvent import parts
 
     spool = case.spool
     angle = spool.start_length / spool.radius
-    law, parameters = law_and_parameters(laws, "feed")
+    law, parameters = law_and_parameters(laws, "drive")
     if law is not None:
         if spool.start_length > 0.0:
-            raise InputError("spool.start_length is given beside laws['feed'], whose angle at t = 0 says what is out")
+            raise InputError("spool.start_length is given beside laws['drive'], whose angle at t = 0 says what is out")
         return parts.LawDrive(law=law, parameters=parameters)
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)

@@ -230,7 +230,7 @@ def warnings(case: Case) -> list[str]:
         if solver.step != "auto" and float(solver.step) > bounce:
             found.append(
                 f"solver.step {solver.step:g} s is too large for the contact, on which a contact point bounces in "
-                f"{bounce:.2g} s; longer steps can feed energy in: look at energy_balance, or take step: auto"
+                f"{bounce:.2g} s; longer steps can add energy: see energy_balance, or take step: auto"
             )
         if case.contact.law == "paper" and case.contact.damping > 0.0:
             found.append(

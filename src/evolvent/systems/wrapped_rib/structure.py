@@ -71,13 +71,13 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None, begin: Start | N
             system.add(parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, ramp=ramp), f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = rib.length * (1.0 + drive.stretch)
-            path = {"feed": _feed(case, taut / hub.radius), "radius": hub.radius, "length": taut}
+            path = {"drive": _drive(case, taut / hub.radius), "radius": hub.radius, "length": taut}
             outwards = (math.cos(turn), math.sin(turn), 0.0)
             system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", zero=outwards, **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
         system.add(_layers(case, begin, k), f"layer-{k}")
     if hub.motion == "driven":
-        system.add(parts.PrescribedRotation(body="hub", feed=_feed(case, None)), "turn")
+        system.add(parts.PrescribedRotation(body="hub", drive=_drive(case, None)), "turn")
     return system
 
 
@@ -148,7 +148,7 @@ def _layers(case: Case, begin: Start, k: int) -> Any:
     )
 
 
-def _feed(case: Case, whole: float | None) -> RampDrive:
+def _drive(case: Case, whole: float | None) -> RampDrive:
     """How the hub turns, or how far a carried tip has wound; ends smoothly at the angle `whole` (rad)."""
     from evolvent import parts
 

@@ -1,4 +1,4 @@
-"""How the start of the feed shapes the lag (shared/models/thread.md, "Beyond the paper")."""
+"""How the start of the drive shapes the lag (shared/models/thread.md, "Beyond the paper")."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from helpers import SPOOL, heliogyro, run
 def test_peak_lag_of_a_ramped_start(segments: str, ramp: float, peak: float) -> None:
     """Start from 5 mm with a quintic ramp of 0 / 1 / 2 / 5 s: peak lag 20.3 / 14.3 / 13.8 / 13.6 deg (thread.md)."""
     if ramp == 0.0:
-        feed = parts.ConstantDrive(rate=SPOOL, angle=0.5)
+        drive = parts.ConstantDrive(rate=SPOOL, angle=0.5)
     else:
-        feed = parts.RampDrive(rate=0.0, angle=0.5, steps=[(0.0, ramp, SPOOL)])
+        drive = parts.RampDrive(rate=0.0, angle=0.5, steps=[(0.0, ramp, SPOOL)])
     t = np.linspace(0.0, 7.0, 701)
     method = "rk4" if segments == "springs" else "dopri5"
-    lag = run(heliogyro(feed=feed, segments=segments), t, method).lag()
+    lag = run(heliogyro(drive=drive, segments=segments), t, method).lag()
     assert lag.max() == pytest.approx(peak, abs=0.06)

@@ -2,13 +2,13 @@
 
 from numba import types
 
-from evolvent.jit import REAL, VECTOR, entry, feed_law_at, inlined, kernel
+from evolvent.jit import REAL, VECTOR, drive_law_at, entry, inlined, kernel
 
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 
 
 @inlined
-def feed_ramps(p, t):
+def drive_ramps(p, t):
     """Rates that follow one another, each reached over its own time by a quintic smooth step.
 
     Parameters
@@ -44,7 +44,7 @@ def feed_ramps(p, t):
 
 
 @kernel
-def feed_table(p, t):
+def drive_table(p, t):
     """Piecewise polynomial (up to quartic), extended by its end rates outside.
 
     Parameters
@@ -75,18 +75,18 @@ def feed_table(p, t):
 
 @entry(types.int64, VECTOR, types.int64, REAL)
 @inlined
-def feed(kind, p, address, t):
+def drive(kind, p, address, t):
     """(angle rad, rate rad/s, acceleration rad/s2) of a prescribed spool at time t."""
     if kind == RAMPS:
-        return feed_ramps(p, t)
+        return drive_ramps(p, t)
     if kind == TABLE:
-        return feed_table(p, t)
-    return feed_law_at(address)(t, p)
+        return drive_table(p, t)
+    return drive_law_at(address)(t, p)
 
 
 @entry(types.int64, VECTOR, types.int64, VECTOR, VECTOR)
 @kernel
-def feed_angles(kind, p, address, times, angles):
+def drive_angles(kind, p, address, times, angles):
     """Angles of a prescribed spool at many times, rad; times, angles : (nt,) float."""
     for k in range(times.size):
-        angles[k] = feed(kind, p, address, times[k])[0]
+        angles[k] = drive(kind, p, address, times[k])[0]

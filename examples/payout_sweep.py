@@ -16,7 +16,7 @@ import numpy as np
 import evolvent
 
 study = {
-    "study": "feed",
+    "study": "payout",
     "case": "heliogyro",
     "set": {
         "blade.segments": "inextensible",
@@ -37,7 +37,7 @@ found = evolvent.sweep(study)
 print(found)
 
 # %%
-# In steady feed the lag at the spool has a closed form, sin(lag) = 2 v / (L0 W), with v the speed of the feed. While
+# In steady pay-out the lag at the spool has a closed form, sin(lag) = 2 v / (L0 W), with v the pay-out speed. While
 # little thread is out, and W is still near its start, the mean lag of the tip should be near it.
 
 lag = np.degrees(found.tip_lag_mean.sel(blade=1))
@@ -45,9 +45,9 @@ lag.attrs = {"long_name": "mean lag of the tip", "units": "deg"}
 for offset in found["body.spool_offset"].values:
     line = lag.sel({"body.spool_offset": offset})
     (drawn,) = line.plot(marker="o", label=f"{100.0 * offset:.0f} cm")
-    feed = 0.01 * found["spool.rate"].values
-    closed = np.degrees(np.arcsin(2.0 * feed / (offset * 6.0)))
+    speed = 0.01 * found["spool.rate"].values
+    closed = np.degrees(np.arcsin(2.0 * speed / (offset * 6.0)))
     plt.plot(found["spool.rate"], closed, "--", color=drawn.get_color())
-plt.title("dashed: closed form for steady feed")
+plt.title("dashed: closed form for steady pay-out")
 plt.legend(title="spools' offset")
 plt.show()

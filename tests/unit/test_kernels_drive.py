@@ -1,4 +1,4 @@
-"""Feed laws: rate and acceleration against differences of the angle, tables against SciPy."""
+"""Drive laws: rate and acceleration against differences of the angle, tables against SciPy."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from evolvent import laws, parts
 from evolvent.builder import Builder
-from evolvent.kernels import feed as kernels
+from evolvent.kernels import drive as kernels
 
 H = 1e-4
 
 
-@laws.feed_law
+@laws.drive_law
 def swinging(t, p):
     """phi = p0 t + p1 sin(p2 t)."""
     return (
@@ -26,15 +26,15 @@ def swinging(t, p):
     )
 
 
-def evaluate(feed, times):
+def evaluate(drive, times):
     """Angle, rate and acceleration at `times`, by way of what the part writes."""
     builder = Builder((0.0, 0.0, 0.0))
-    row = feed.write(builder, "reel")
-    return np.array([feed.at(builder, row, float(t)) for t in times])
+    row = drive.write(builder, "reel")
+    return np.array([drive.at(builder, row, float(t)) for t in times])
 
 
-def check_derivatives(feed, times, tolerance):
-    before, here, after = (evaluate(feed, np.asarray(times) + h) for h in (-H, 0.0, H))
+def check_derivatives(drive, times, tolerance):
+    before, here, after = (evaluate(drive, np.asarray(times) + h) for h in (-H, 0.0, H))
     assert_allclose(here[:, 1:], (after - before)[:, :2] / (2.0 * H), rtol=0.0, atol=tolerance)
 
 
@@ -48,12 +48,12 @@ def test_ramps_rate_and_acceleration_are_derivatives(rate, angle, gaps):
     for gap, duration, after in gaps:
         listed.append((start + gap, duration, after))
         start += gap + duration
-    feed = parts.RampDrive(rate=rate, angle=angle, steps=listed)
+    drive = parts.RampDrive(rate=rate, angle=angle, steps=listed)
     corners = [t for time, duration, _ in listed for t in (time, time + duration)]
     times = np.linspace(0.0, start + 1.0, 41)
     times = times[[all(abs(t - corner) > 2.0 * H for corner in corners) for t in times]]
-    check_derivatives(feed, times, 3e-5)
-    first, last = evaluate(feed, [0.0, start + 1.0])
+    check_derivatives(drive, times, 3e-5)
+    first, last = evaluate(drive, [0.0, start + 1.0])
     assert_allclose(first, [angle, rate, 0.0], atol=1e-12)
     assert_allclose(last[1:], [listed[-1][2] if listed else rate, 0.0], atol=1e-12)
 
@@ -71,7 +71,7 @@ def test_ramp_of_no_duration_is_a_jump_of_rate():
     assert_allclose(found, [[1.9, 1.0, 0.0], [2.3, 3.0, 0.0]], atol=1e-12)
 
 
-def test_constant_feed_is_a_straight_line():
+def test_constant_drive_is_a_straight_line():
     found = evaluate(parts.ConstantDrive(rate=3.5, angle=0.2), [0.0, 4.0])
     assert_allclose(found, [[0.2, 3.5, 0.0], [14.2, 3.5, 0.0]], atol=1e-13)
 
@@ -100,9 +100,9 @@ def test_table_of_angles_is_the_cubic_spline():
 
 
 def test_table_goes_on_at_its_end_rates():
-    feed = parts.TableDrive(time=T, rate=RATE, start=0.5)
-    (first, last) = evaluate(feed, [T[0], T[-1]])
-    before, after = evaluate(feed, [T[0] - 2.0, T[-1] + 3.0])
+    drive = parts.TableDrive(time=T, rate=RATE, start=0.5)
+    (first, last) = evaluate(drive, [T[0], T[-1]])
+    before, after = evaluate(drive, [T[0] - 2.0, T[-1] + 3.0])
     assert_allclose(before, [first[0] - 2.0 * RATE[0], RATE[0], 0.0], atol=1e-13)
     assert_allclose(after, [last[0] + 3.0 * RATE[-1], RATE[-1], 0.0], atol=1e-13)
 
@@ -114,9 +114,9 @@ def test_tables_rate_and_acceleration_are_derivatives():
 
 
 def test_a_users_law_is_called_with_its_parameters():
-    feed = parts.LawDrive(law=swinging, parameters=(3.5, 0.2, 4.0))
-    check_derivatives(feed, np.linspace(0.0, 3.0, 11), 1e-6)
-    assert_allclose(evaluate(feed, [0.0])[0], [0.0, 4.3, 0.0], atol=1e-14)
+    drive = parts.LawDrive(law=swinging, parameters=(3.5, 0.2, 4.0))
+    check_derivatives(drive, np.linspace(0.0, 3.0, 11), 1e-6)
+    assert_allclose(evaluate(drive, [0.0])[0], [0.0, 4.3, 0.0], atol=1e-14)
 
 
 def test_the_kinds_have_numbers_of_their_own():
