@@ -447,8 +447,6 @@ def test_every_kind_of_rib_runs(changes):
     run = evolvent.run("wrapped-rib", {"rib.elements": 12, "solver.duration": 3} | changes)
     assert run.attrs["status"] == "success"
     assert abs(float(run.energy_balance[-1])) < 0.01
-    for name, sizes in system.layout(case_of(run)).items():
-        assert list(run.variables[name].sizes) == list(sizes), name
     assert all(np.all(np.isfinite(run[name].values)) for name in run.data_vars)
 
 

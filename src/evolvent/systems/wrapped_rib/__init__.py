@@ -14,7 +14,6 @@ Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its h
 from evolvent.definition import SystemDefinition
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.chart import study_figures
-from evolvent.systems.wrapped_rib.results import layout
 from evolvent.systems.wrapped_rib.show import figures, motion, numbers
 from evolvent.systems.wrapped_rib.simulate import plan, stepping
 from evolvent.systems.wrapped_rib.start import check_follows
@@ -30,7 +29,6 @@ class WrappedRib(SystemDefinition):
     plan = staticmethod(plan)
     stepping = staticmethod(stepping)
     check_follows = staticmethod(check_follows)
-    layout = staticmethod(layout)
     numbers = staticmethod(numbers)
     figures = staticmethod(figures)
     motion = staticmethod(motion)

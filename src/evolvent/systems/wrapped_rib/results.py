@@ -31,22 +31,6 @@ NUMERICAL_WARNED, GAIN_WARNED = 0.05, 1e-3
 FOLLOWED = 8
 
 
-def layout(case: Case) -> dict[str, dict[str, int | None]]:
-    """Numeric variables of the root, with their dimensions and sizes, None for any."""
-    time: dict[str, int | None] = {"time": None}
-    points: dict[str, int | None] = {"point": case.rib.elements * case.output.points + 1}
-    rib = time | {"rib": case.rib.count}
-    found: dict[str, dict[str, int | None]] = {"arc": dict(points), "time": time}
-    energies = [f"energy_{kind}" for kind in ("kinetic", "membrane", "bending", "elastic", "contact", "balance")]
-    found |= dict.fromkeys([*energies, "work_external", "hub_torque", "hub_angle"], time)
-    found |= {"energy_dissipated": time | {"cause": len(CAUSES)}}
-    found |= dict.fromkeys(("angular_momentum", "momentum"), time | {"axis": 3})
-    names = ("tip_speed", "tip_radius", "wrap_angle", "contact_points", "contact_force", "contact_impulse")
-    found |= dict.fromkeys((*names, "turn_points", "turn_force") if case.contact.self else names, rib)
-    found |= dict.fromkeys(("curvature", "tension", "strain"), rib | points)
-    return found | {"position": rib | points | {"axis": 3}}
-
-
 def derived(case: Case, begin: Start, solution: Solution, peaks: tuple[Array, Array]) -> Root:
     """Variables of the root.
 
