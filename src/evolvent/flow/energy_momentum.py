@@ -1,0 +1,452 @@
+"""One step that conserves energy and momentum, or dissipates what it does not resolve: its equations and their tangent.
+
+With increments dq of the coordinates over a step of length h, velocities v, means m of both ends, changes d, and
+chi = rho (1 - rho)/(1 + rho)^2 of the spectral radius rho at infinite frequency (from 1/3 to 1)::
+
+    v1 = v0 + 2/(1 + chi) (dq/h - v0 + chi/2 r dv_p)
+    0  = M (v1 - v0)/h + J(qm)^T s - Q(qm) + G(qm)^T la,        g(q1) = 0
+    s  = H (gm + chi/2 (dg - r dg_p)) - h_e                      strains g(q), energy g.H g/2 - h_e.g
+
+dv_p and dg_p belong to the step before (r = min(1, h/h_p)). Then::
+
+    E + chi/4 (|dv|^2_M + |dg|^2_H)   falls by at least   chi/4 (|dv - r dv_p|^2_M + |dg - r dg_p|^2_H)
+
+beside the work of loads and drives less what dampers take: no step gains energy, whatever its length.
+
+Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of places and
+directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
+So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
+h. Springs and distances have the factor 2 |dm|/(l0 + l1) more, contacts the direction of `kernels.contact_step`.
+
+Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change of
+the kinetic energy, and the angular momentum is kept.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types, void
+
+from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_POWERS, SPRINGS, STIFFNESS_DAMPING
+from evolvent.jit import REAL, indirect, inlined
+from evolvent.kernels import (
+    beam_loads,
+    cable,
+    contact_step,
+    element_step,
+    flexible,
+    joint,
+    loads,
+    points,
+    rigid,
+    sparse,
+    springs,
+)
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.model import MODEL
+from evolvent.pointer import Struct, array, record
+
+_I = types.int64
+#: Of a step: its start and length (s), chi, r, and the share of the contacts' stiffness.
+STEP = np.dtype([(name, np.float64) for name in ("t", "h", "chi", "ratio", "soft")])
+
+
+class EnergyStep(Struct):
+    """A step from 0 to 1.
+
+    Attributes
+    ----------
+    step : record (see `STEP`)
+    y0, y1, ym : (ny,) float, states at both ends; mean coordinates with velocities dq/h
+    dq : (nv,) float, increments; of rotations 2 tan(angle/2) about the axis, in body axes
+    la : (nj,) float, multipliers; r : (nv + nj,) float, residual
+    dv, before : (nv,) float, changes of the velocities over this step and the one before
+    strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
+    R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and places of bodies
+    gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
+    powers : (N_POWERS,) float, means over the step; contact : (1,) float, J, what contacts take
+    """
+
+    step: np.record = record(STEP)
+    y0: np.ndarray = array(1)
+    y1: np.ndarray = array(1)
+    ym: np.ndarray = array(1)
+    dq: np.ndarray = array(1)
+    la: np.ndarray = array(1)
+    r: np.ndarray = array(1)
+    dv: np.ndarray = array(1)
+    before: np.ndarray = array(1)
+    strains: np.ndarray = array(2)
+    strains_before: np.ndarray = array(2)
+    R0: np.ndarray = array(3)
+    R1: np.ndarray = array(3)
+    x0: np.ndarray = array(2)
+    x1: np.ndarray = array(2)
+    gap0: np.ndarray = array(1)
+    gap1: np.ndarray = array(1)
+    length0: np.ndarray = array(1)
+    length1: np.ndarray = array(1)
+    powers: np.ndarray = array(1)
+    contact: np.ndarray = array(1)
+
+
+ENERGY_STEP = EnergyStep._numba_type_
+
+
+@indirect(void(_I, MODEL, ENERGY_STEP))
+def measure(end, model, work):
+    """Places of bodies, gaps of joints and contacts, and lengths of springs, at the end (1) or the start (0)."""
+    t = work.step.t + (work.step.h if end == 1 else 0.0)
+    y = work.y1 if end == 1 else work.y0
+    R, x = (work.R1, work.x1) if end == 1 else (work.R0, work.x0)
+    gaps, lengths = (work.gap1, work.length1) if end == 1 else (work.gap0, work.length0)
+    bodies, markers = model.bodies, model.markers
+    rigid.kinematics(t, y, model)
+    for b in range(bodies.size):
+        for i in range(3):
+            x[b, i] = bodies[b].x[i]
+            for j in range(3):
+                R[b, i, j] = bodies[b].R[i, j]
+    for k in range(gaps.size):
+        joint.joint_geometry(t, y, k, model)
+        gaps[k] = model.flexible.joints[k].gap
+    for k in range(lengths.size):
+        a = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].a)
+        b = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].b)
+        lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+    if model.flexible.cylinders.size > 0:
+        contact_step.measure_gaps(y, end, model)
+
+
+@indirect(void(MODEL, ENERGY_STEP))
+def move(model, work):
+    """State y1 that the increments lead to, and the mean state; then `measure` the end and put bodies at the mean."""
+    n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
+    y0, y1, ym, dq = work.y0, work.y1, work.ym, work.dq
+    bodies = model.bodies
+    c, filtered = 2.0 / (1.0 + work.step.chi), 0.5 * work.step.chi * work.step.ratio
+    for i in range(n_v):
+        rate = dq[i] / h
+        ym[n_q + i] = rate
+        work.dv[i] = c * (rate - y0[n_q + i] + filtered * work.before[i])
+        y1[n_q + i] = y0[n_q + i] + work.dv[i]
+    _displace(model, work)
+    for i in range(n_q):
+        ym[i] = 0.5 * (y0[i] + y1[i])
+    measure(1, model, work)
+    for b in range(bodies.size):
+        at = bodies[b].iv - n_q
+        for i in range(3):
+            bodies[b].x[i] = 0.5 * (work.x0[b, i] + work.x1[b, i])
+            bodies[b].v[i] = (work.x1[b, i] - work.x0[b, i]) / h
+            for j in range(3):
+                bodies[b].R[i, j] = 0.5 * (work.R0[b, i, j] + work.R1[b, i, j])
+        n = bodies[b].axis
+        if bodies[b].motion == rigid.FREE:
+            theta = (dq[at + 3], dq[at + 4], dq[at + 5])
+        else:
+            p = dq[at] if bodies[b].motion == rigid.SPIN else 2.0 * math.tan(0.5 * bodies[b].rate * h)
+            theta = (p * n[0], p * n[1], p * n[2])
+        w = turn(work.R0[b], theta[0], theta[1], theta[2])
+        for i in range(3):
+            bodies[b].w[i] = w[i] / h
+
+
+@inlined
+def _displace(model, work):
+    """Coordinates of y1 = those of y0 moved by dq."""
+    n_q, y0, y1, dq = model.info.nq, work.y0, work.y1, work.dq
+    beams, bodies, own = model.flexible.beams, model.bodies, model.points
+    for k in range(beams.size):
+        q, at, size = beams[k].iq, beams[k].iv - n_q, beams[k].nodes * 3 * flexible.NODE_VECTORS[beams[k].kind]
+        for i in range(size):
+            y1[q + i] = y0[q + i] + dq[at + i]
+    for k in range(own.size):
+        q, at = own[k].iq, own[k].iv - n_q
+        for c in range(3):
+            y1[q + c] = y0[q + c] + dq[at + c]
+    for b in range(bodies.size):
+        q, at = bodies[b].iq, bodies[b].iv - n_q
+        if bodies[b].motion == rigid.SPIN:
+            y1[q] = y0[q] + 2.0 * math.atan(0.5 * dq[at])
+        elif bodies[b].motion == rigid.FREE:
+            for c in range(3):
+                y1[q + c] = y0[q + c] + dq[at + c]
+            x, y, z = 0.5 * dq[at + 3], 0.5 * dq[at + 4], 0.5 * dq[at + 5]
+            n = 1.0 / math.sqrt(1.0 + x * x + y * y + z * z)
+            a, b1, c1, d = y0[q + 3], y0[q + 4], y0[q + 5], y0[q + 6]
+            y1[q + 3] = n * (a - b1 * x - c1 * y - d * z)
+            y1[q + 4] = n * (b1 + a * x + c1 * z - d * y)
+            y1[q + 5] = n * (c1 + a * y - b1 * z + d * x)
+            y1[q + 6] = n * (d + a * z + b1 * y - c1 * x)
+
+
+@indirect(void(MODEL, ENERGY_STEP))
+def residual(model, work):
+    """Residual r of the increments dq and multipliers la; powers are means over the step, such that h times they are work.
+
+    The constraints of joints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
+    """
+    n_q, n_v, f, h, powers = model.info.nq, model.info.nv, model.flexible, work.step.h, work.powers
+    F, P, r, ym = f.F, f.P, work.r, work.ym
+    move(model, work)
+    tm = work.step.t + 0.5 * h
+    for i in range(n_v):
+        F[i] = 0.0
+        P[i] = f.G[i]
+    for i in range(N_POWERS):
+        powers[i] = 0.0
+    for b in range(model.bodies.size):
+        for i in range(6):
+            model.bodies[b].F[i] = 0.0
+    points.clear_forces(model.points)
+    if f.elements.size > 0:
+        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = add_elements(model, work)
+        if f.beam_loads.size > 0:
+            beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
+        if f.cylinders.size > 0:
+            work.contact[0] = contact_step.add_contact_step(work.y0, work.y1, h, work.step.soft, model, F)
+    if model.springs.size > 0:
+        lost, given = add_springs(tm, model, work)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+    if model.loads.size > 0:
+        powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
+    for k in range(f.joints.size):
+        powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
+    _add_points(model, work)
+    powers[DRIVEN] += _add_bodies(model, work)
+    for i in range(n_v):
+        r[i] = F[i] - P[i]
+
+
+@indirect(types.UniTuple(REAL, 2)(MODEL, ENERGY_STEP))
+def add_elements(model, work):
+    """Forces of all elements; returns powers that damping by mass and by stiffness takes, W."""
+    f, n_q, h = model.flexible, model.info.nq, work.step.h
+    chi, ratio, F, elements = work.step.chi, work.step.ratio, f.F, f.elements
+    by_mass = by_stiffness = 0.0
+    for k in range(elements.size):
+        iq, at, mass, form = elements[k].iq, elements[k].iv - n_q, elements[k].mass, elements[k].form
+        alpha, beta = elements[k].alpha, elements[k].beta
+        n = 12 if f.beams[elements[k].beam].kind == flexible.CABLE else 24
+        e0, e1, x, u = work.y0[iq : iq + n], work.y1[iq : iq + n], f.e[0, :n], work.ym[elements[k].iv :]
+        for i in range(n):
+            x[i] = work.dv[at + i] / h + alpha * u[i]
+        own, before, change = F[at : at + n], work.strains_before[k], work.strains[k]
+        if n == 12:
+            by_mass += flexible._add_inertia(f.M12[mass], 4, alpha, x, u, own)
+            by_stiffness += (
+                element_step.step_force(
+                    e0, e1, h, chi, ratio, beta, f.H12[form], f.h12[form], cable.N, before, change, f.work, own
+                )
+                / h
+            )
+            if beta != 0.0:
+                by_stiffness += cable.add_bending_damping(work.ym[iq : iq + n], u, beta, f.B12[form], own)
+        else:
+            by_mass += flexible._add_inertia(f.M24[mass], 8, alpha, x, u, own)
+            by_stiffness += (
+                element_step.step_force(
+                    e0, e1, h, chi, ratio, beta, f.H24[form], f.h24[form], 7, before, change, f.work, own
+                )
+                / h
+            )
+    return by_mass, by_stiffness
+
+
+@inlined
+def _scale_of(model, work, k):
+    """2/(l0 + l1) of a spring, by which its mean vector becomes the direction of its force; 0 without a length."""
+    total = work.length0[k] + work.length1[k]
+    return 2.0 / total if total > 0.0 else 0.0
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, MODEL, ENERGY_STEP))
+def add_springs(t, model, work):
+    """Forces of all springs over the step; returns (power dissipated, power of users' laws), W."""
+    markers, own, bodies, rows, h = model.markers, model.points, model.bodies, model.springs, work.step.h
+    dissipated = given = 0.0
+    for k in range(rows.size):
+        a = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].a)
+        b = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].b)
+        scale = _scale_of(model, work, k)
+        ex, ey, ez = scale * (b[0] - a[0]), scale * (b[1] - a[1]), scale * (b[2] - a[2])
+        mean, rate = 0.5 * (work.length0[k] + work.length1[k]), (work.length1[k] - work.length0[k]) / h
+        elastic, damping = springs.spring_tension(rows, k, mean - rows[k].length, rate, t, model.parameters)
+        if rows[k].law != 0:
+            given -= elastic * rate
+        dissipated += damping * rate
+        if rows[k].lateral_stiffness != 0.0 or rows[k].lateral_damping != 0.0:
+            fx, fy, fz, power = springs.lateral_force(rows, k, b[0] - a[0], b[1] - a[1], b[2] - a[2], b[3], b[4], b[5])
+            dissipated += power
+            springs.push_marker(markers, own, bodies, rows[k].b, b[0], b[1], b[2], fx, fy, fz)
+        T = elastic + damping
+        springs.push_marker(markers, own, bodies, rows[k].a, a[0], a[1], a[2], T * ex, T * ey, T * ez)
+        springs.push_marker(markers, own, bodies, rows[k].b, b[0], b[1], b[2], -T * ex, -T * ey, -T * ez)
+    return dissipated, given
+
+
+@inlined
+def _add_joint(t, k, row, model, work):
+    """Force of joint k along the mean, and its constraint at the step's end; returns the power of a penalty's damper."""
+    joints, la = model.flexible.joints, work.la[k]
+    if not joint.holds(work.step.t + work.step.h, joints, k):
+        work.r[row] = la
+        return 0.0
+    joint.joint_geometry(t, work.ym, k, model)
+    if joints[k].kind == joint.DISTANCE:
+        scale = 2.0 * (joints[k].gap + joints[k].value) / (work.gap0[k] + work.gap1[k] + 2.0 * joints[k].value)
+        for i in range(2):
+            for c in range(3):
+                joints[k].g[i, c] *= scale
+    force = la
+    if joints[k].kind == joint.ANGLE:  # the increment is 2 tan(angle/2)
+        at = joints[k].iv[1] - model.info.nq
+        p = 0.5 * work.dq[at]
+        force = la * (math.atan(p) / p if abs(p) > 1e-4 else 1.0 - p * p / 3.0)
+    joint.add_joint_force(k, force, model, model.flexible.F)
+    work.r[row] = work.gap1[k]
+    if joints[k].stiffness <= 0.0:
+        return 0.0
+    rate = (work.gap1[k] - work.gap0[k]) / work.step.h
+    work.r[row] = 0.5 * (work.gap0[k] + work.gap1[k]) + (joints[k].damping * rate - la) / joints[k].stiffness
+    return joints[k].damping * rate * rate
+
+
+@inlined
+def _add_points(model, work):
+    """Inertia of points less their forces."""
+    n_q, F, own = model.info.nq, model.flexible.F, model.points
+    for i in range(own.size):
+        at = own[i].iv - n_q
+        for c in range(3):
+            F[at + c] += own[i].mass * work.dv[at + c] / work.step.h - own[i].f[c]
+
+
+@inlined
+def _turned_momentum(b, model, work):
+    """R0^T R1 J w1 of a free body, and J w0: 6 numbers."""
+    J, v = model.bodies[b].inertia, model.bodies[b].iv + 3
+    w0, w1 = work.y0[v : v + 3], work.y1[v : v + 3]
+    h0 = (
+        J[0, 0] * w0[0] + J[0, 1] * w0[1] + J[0, 2] * w0[2],
+        J[1, 0] * w0[0] + J[1, 1] * w0[1] + J[1, 2] * w0[2],
+        J[2, 0] * w0[0] + J[2, 1] * w0[1] + J[2, 2] * w0[2],
+    )
+    x, y, z = turn(
+        work.R1[b],
+        J[0, 0] * w1[0] + J[0, 1] * w1[1] + J[0, 2] * w1[2],
+        J[1, 0] * w1[0] + J[1, 1] * w1[1] + J[1, 2] * w1[2],
+        J[2, 0] * w1[0] + J[2, 1] * w1[1] + J[2, 2] * w1[2],
+    )
+    x, y, z = turn_back(work.R0[b], x, y, z)
+    return x, y, z, h0[0], h0[1], h0[2]
+
+
+@inlined
+def _add_bodies(model, work):
+    """Inertia of bodies less their wrenches; returns the power of what drives bodies, W."""
+    n_q, F, bodies, h, power = model.info.nq, model.flexible.F, model.bodies, work.step.h, 0.0
+    for b in range(bodies.size):
+        at, G = bodies[b].iv - n_q, bodies[b].F
+        if bodies[b].motion == rigid.DRIVEN:
+            if bodies[b].rate != 0.0:
+                power -= bodies[b].w[0] * G[3] + bodies[b].w[1] * G[4] + bodies[b].w[2] * G[5]
+            continue
+        x, y, z = turn_back(work.R0[b], G[3], G[4], G[5])
+        if bodies[b].motion == rigid.SPIN:
+            n = bodies[b].axis
+            F[at] += bodies[b].spin_inertia * work.dv[at] / h - (n[0] * x + n[1] * y + n[2] * z)
+            continue
+        m = _turned_momentum(b, model, work)
+        torque = (x, y, z)
+        for c in range(3):
+            F[at + c] += bodies[b].mass * work.dv[at + c] / h - G[c]
+            F[at + 3 + c] += (m[c] - m[3 + c]) / h - torque[c]
+    return power
+
+
+@indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))
+def tangent(scale, model, work, matrix):
+    """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
+
+    Left out is what only slows Newton's method: see `evolvent.flow.implicit.tangent`.
+    """
+    f, n_q, n_v, h = model.flexible, model.info.nq, model.info.nv, work.step.h
+    c_mass, c_rate = 4.0 / ((1.0 + work.step.chi) * h * h), 2.0 / h
+    tm = work.step.t + 0.5 * h
+    sparse.clear(matrix)
+    if f.elements.size > 0:
+        add_element_tangents(c_mass, model, work, matrix)
+        if f.cylinders.size > 0:
+            contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
+    if model.springs.size > 0:
+        springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
+    for k in range(f.joints.size):
+        joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
+    points.add_point_tangent(c_mass, n_q, model.points, matrix)
+    _add_body_tangents(c_mass, model, work, matrix)
+
+
+@indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))
+def add_element_tangents(c_mass, model, work, matrix):
+    """Twice the derivatives of `add_elements`."""
+    f, n_q, h = model.flexible, model.info.nq, work.step.h
+    chi, ratio, elements = work.step.chi, work.step.ratio, f.elements
+    for k in range(elements.size):
+        iq, at, mass, form = elements[k].iq, elements[k].iv - n_q, elements[k].mass, elements[k].form
+        beta, factor = elements[k].beta, c_mass + 2.0 / h * elements[k].alpha
+        n = 12 if f.beams[elements[k].beam].kind == flexible.CABLE else 24
+        e0, e1 = work.y0[iq : iq + n], work.y1[iq : iq + n]
+        before, change = work.strains_before[k], work.strains[k]
+        if n == 12:
+            K, M = f.K12, f.M12[mass]
+            element_step.step_tangent(
+                e0, e1, h, chi, ratio, beta, f.H12[form], f.h12[form], cable.N, before, change, f.work, K
+            )
+            if beta != 0.0:
+                u = work.ym[elements[k].iv :]
+                cable.add_bending_damping_tangent(work.ym[iq : iq + n], u, beta, 2.0 / h, f.B12[form], K)
+        else:
+            K, M = f.K24, f.M24[mass]
+            element_step.step_tangent(
+                e0, e1, h, chi, ratio, beta, f.H24[form], f.h24[form], 7, before, change, f.work, K
+            )
+        for i in range(n // 3):
+            for j in range(n // 3):
+                m = factor * M[i, j]
+                for c in range(3):
+                    K[3 * i + c, 3 * j + c] += m
+        size = n // 2
+        for r in range(0, n, size):
+            for c in range(0, n, size):
+                add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
+
+
+@inlined
+def _add_body_tangents(c_mass, model, work, matrix):
+    """Twice the derivatives of the bodies' inertia."""
+    n_q, bodies, K = model.info.nq, model.bodies, model.flexible.K12
+    for b in range(bodies.size):
+        at = bodies[b].iv - n_q
+        if bodies[b].motion == rigid.SPIN:
+            sparse.add_entry(matrix, at, at, c_mass * bodies[b].spin_inertia)
+        elif bodies[b].motion == rigid.FREE:
+            for r in range(6):
+                for c in range(6):
+                    K[r, c] = 0.0
+            m, J = _turned_momentum(b, model, work), bodies[b].inertia
+            for c in range(3):
+                K[c, c] = c_mass * bodies[b].mass
+                x, y, z = turn(work.R1[b], J[0, c], J[1, c], J[2, c])
+                x, y, z = turn_back(work.R0[b], x, y, z)
+                ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
+                tx, ty, tz = cross(ex, ey, ez, m[0], m[1], m[2])
+                K[3, 3 + c] = c_mass * x + 2.0 / work.step.h * tx
+                K[4, 3 + c] = c_mass * y + 2.0 / work.step.h * ty
+                K[5, 3 + c] = c_mass * z + 2.0 / work.step.h * tz
+            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)

@@ -1,0 +1,196 @@
+"""Contact points of beams on cylinders over a step that conserves energy.
+
+The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change over
+a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
+lam 2 (dm - sm am)/(p0 + p1) on the point, and what answers it on the body, do the work of the gap's change exactly and
+keep both momenta. lam = K <delta1>^n (1 + a (delta1 - delta0)/h)+ is that of the step's end, which never gives back more
+than the contact's energy.
+"""
+
+import math
+
+import numpy as np
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import contact_laws, rigid
+from evolvent.kernels.contact import _add_sum
+from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+
+_I = types.int64
+
+
+@inlined
+def _frame(bodies, b, o, axis):
+    """Point and direction of a cylinder's axis, inertial axes, by the body's present place."""
+    cx, cy, cz = turn(bodies[b].R, o[0], o[1], o[2])
+    ax, ay, az = turn(bodies[b].R, axis[0], axis[1], axis[2])
+    return bodies[b].x[0] + cx, bodies[b].x[1] + cy, bodies[b].x[2] + cz, ax, ay, az
+
+
+@indirect(void(VECTOR, types.int64, MODEL))
+def measure_gaps(y, end, model):
+    """Gaps of all contact points by the state y and the bodies' present places: of a step's end (1), or its start (0).
+
+    Of points that cannot touch the gap is infinite.
+    """
+    cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
+    for k in range(cylinders.size):
+        cx, cy, cz, ax, ay, az = _frame(bodies, cylinders[k].body, cylinders[k].centre, cylinders[k].axis)
+        radius, half = cylinders[k].radius, cylinders[k].half_length
+        for i in range(cylinders[k].first, cylinders[k].last):
+            x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
+            gap, _, _, _, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
+            if end == 1:
+                contacts[i].gap1, contacts[i].distance = gap, distance
+                contacts[i].xi1 = (x - cx) * ax + (yy - cy) * ay + (z - cz) * az
+            else:
+                contacts[i].gap, contacts[i].offset = gap, distance
+                contacts[i].xi = (x - cx) * ax + (yy - cy) * ay + (z - cz) * az
+
+
+@inlined
+def _pressed(cylinder, gap0, gap1, h, soft):
+    """Normal force of the end of a step, and its derivative by the gap at the end."""
+    if gap1 >= 0.0:
+        return 0.0, 0.0
+    elastic, slope = contact_laws.elastic_force(gap1, soft * cylinder.stiffness, cylinder.exponent)
+    d = cylinder.damping if cylinder.law == contact_laws.HUNT_CROSSLEY else 0.0
+    if d == 0.0 or not math.isfinite(gap0):
+        return elastic, slope
+    factor = 1.0 - d * (gap1 - gap0) / h
+    if factor <= 0.0:
+        return 0.0, 0.0
+    return elastic * factor, slope * factor - elastic * d / h
+
+
+@indirect(REAL(VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR))
+def add_contact_step(y0, y1, h, soft, model, F):
+    """Forces of all contacts over a step into F and the bodies' wrenches, at the mean place of the bodies.
+
+    Returns the energy that the contacts take, J: work of the gaps less the change of the contacts' energy. Gaps are those
+    of `measure_gaps`; `soft` times the stiffness is taken.
+    """
+    cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
+    n_q, lost = model.info.nq, 0.0
+    for k in range(cylinders.size):
+        b = cylinders[k].body
+        cx, cy, cz, ax, ay, az = _frame(bodies, b, cylinders[k].centre, cylinders[k].axis)
+        G = cylinders[k].F
+        for c in range(6):
+            G[c] = 0.0
+        X = bodies[b].x
+        normal = energy = touching = 0.0
+        for i in range(cylinders[k].first, cylinders[k].last):
+            gap0, gap1 = contacts[i].gap, contacts[i].gap1
+            contacts[i].force = 0.0
+            before = contact_laws.contact_energy(gap0, cylinders[k].stiffness, cylinders[k].exponent)
+            if gap1 >= 0.0:
+                lost += before
+                continue
+            lam, slope = _pressed(cylinders[k], gap0, gap1, h, soft)
+            stored = contact_laws.contact_energy(gap1, cylinders[k].stiffness, cylinders[k].exponent)
+            energy += stored
+            touching += 1.0
+            contacts[i].force, contacts[i].d_gap = lam, slope
+            if lam == 0.0:
+                lost += before - stored
+                continue
+            S, iq = contacts[i].S, contacts[i].iq
+            x0, y00, z0 = contact_laws.point_position(y0, iq, S)
+            x1, y11, z1 = contact_laws.point_position(y1, iq, S)
+            mx, my, mz = 0.5 * (x0 + x1), 0.5 * (y00 + y11), 0.5 * (z0 + z1)
+            dx, dy, dz = mx - cx, my - cy, mz - cz
+            s = 0.5 * (contacts[i].xi + contacts[i].xi1)  # of a body that turns it is not dm . am
+            total = contacts[i].distance + contacts[i].offset
+            nx, ny, nz = 2.0 * (dx - s * ax) / total, 2.0 * (dy - s * ay) / total, 2.0 * (dz - s * az) / total
+            n, f = contacts[i].n, contacts[i].f
+            n[0], n[1], n[2] = nx, ny, nz
+            f[0], f[1], f[2] = lam * nx, lam * ny, lam * nz
+            lost += lam * (contacts[i].offset - contacts[i].distance) - (stored - before)
+            normal += lam
+            for j in range(4):
+                at, share = contacts[i].iv[j] - n_q, S[j]
+                F[at] -= share * f[0]
+                F[at + 1] -= share * f[1]
+                F[at + 2] -= share * f[2]
+            rigid.add_wrench(G, cx - X[0], cy - X[1], cz - X[2], -f[0], -f[1], -f[2])
+            turning = 2.0 * lam * s / total
+            tx, ty, tz = cross(ax, ay, az, turning * dx, turning * dy, turning * dz)
+            G[3] -= tx
+            G[4] -= ty
+            G[5] -= tz
+        for c in range(6):
+            bodies[b].F[c] += G[c]
+        cylinders[k].normal, cylinders[k].energy, cylinders[k].touching = normal, energy, touching
+    return lost
+
+
+@indirect(void(VECTOR, VECTOR, MODEL, SPARSE))
+def add_contact_step_tangents(y0, y1, model, matrix):
+    """Add twice the derivative of `add_contact_step`, of the last call, with respect to the step's end."""
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    cylinders, contacts = flexible.cylinders, flexible.contact_points
+    J, K, W = flexible.J[1], flexible.K12, flexible.K24
+    for r in range(12):
+        for c in range(12):
+            W[r, c] = 0.0
+    for k in range(cylinders.size):
+        b = cylinders[k].body
+        moves = bodies[b].motion != rigid.DRIVEN
+        R, X = bodies[b].R, bodies[b].x
+        _, _, _, ax, ay, az = _frame(bodies, b, cylinders[k].centre, cylinders[k].axis)
+        a, last = (ax, ay, az), -1  # contact point whose element's sum is in W
+        for i in range(cylinders[k].first, cylinders[k].last):
+            lam, slope = contacts[i].force, contacts[i].d_gap
+            if lam == 0.0:
+                continue
+            S, n = contacts[i].S, contacts[i].n
+            x0, y00, z0 = contact_laws.point_position(y0, contacts[i].iq, S)
+            x1, y11, z1 = contact_laws.point_position(y1, contacts[i].iq, S)
+            total = contacts[i].distance + contacts[i].offset
+            # direction at the end: 2 n - what the start has of it
+            px, py, pz = 0.5 * (x0 + x1) - X[0], 0.5 * (y00 + y11) - X[1], 0.5 * (z0 + z1) - X[2]
+            e = (x1 - x0, y11 - y00, z1 - z0)
+            along = e[0] * ax + e[1] * ay + e[2] * az
+            d1 = contacts[i].distance
+            n1 = (
+                (0.5 * total * n[0] + 0.5 * (e[0] - along * ax)) / d1,
+                (0.5 * total * n[1] + 0.5 * (e[1] - along * ay)) / d1,
+                (0.5 * total * n[2] + 0.5 * (e[2] - along * az)) / d1,
+            )
+            for p in range(3):
+                for q in range(3):
+                    same = 1.0 if p == q else 0.0
+                    turning = (same - a[p] * a[q] - n[p] * n1[q]) / total
+                    K[p, q] = 2.0 * (-slope * n[p] * n1[q] - lam * turning)
+            if last >= 0 and contacts[last].element != contacts[i].element:
+                _add_sum(matrix, contacts[last].iv, n_q, W)
+            last = i
+            for p in range(4):
+                for q in range(4):
+                    s = S[p] * S[q]
+                    for r in range(3):
+                        for c in range(3):
+                            W[3 * p + r, 3 * q + c] += s * K[r, c]
+            if not moves:
+                continue
+            q = flexible.e[2]
+            q[0], q[1], q[2] = turn_back(R, px, py, pz)
+            body_columns(model, b, q, True, J)
+            f = (-contacts[i].f[0], -contacts[i].f[1], -contacts[i].f[2])
+            for p in range(4):
+                add_relative(matrix, model, b, J, K, f, contacts[i].iv[p] - n_q, S[p])
+            add_relative_body(matrix, model, b, True, J, K, f)
+        if last >= 0:
+            _add_sum(matrix, contacts[last].iv, n_q, W)
+
+
+def clear_gaps(model):
+    """Forget the gaps of steps before. Not compiled."""
+    contacts = model.flexible.contact_points
+    contacts["gap"], contacts["gap1"] = np.inf, np.inf
+    contacts["force"] = 0.0

@@ -1,0 +1,449 @@
+"""Time loop of the energy-momentum method: Newton's method, stages, divided steps, error estimate, samples between steps."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types, void
+
+from evolvent.flow.energy_momentum import ENERGY_STEP, EnergyStep, measure, residual, tangent
+from evolvent.flow.implicit import energies
+from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
+from evolvent.jit import REAL, indirect, inlined
+from evolvent.kernels import joint, rigid, sparse_lu
+from evolvent.kernels.flexible import is_finite
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+from evolvent.pointer import Struct, array, record, struct
+from evolvent.solvers.balance import BALANCE
+
+_I = types.int64
+# status codes
+BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, REDUNDANT = 0, 1, -1, -2, -3, -5
+#: Counters and clock. sample, stop: the next ones; touching: points in contact at the last iteration; stages: solutions
+#: that needed softened contacts; divided: steps that were divided; wanted, length: of the next step, s, before and after
+#: it was divided; last: length of the step before, s, 0 at a start.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "touching",
+                                   "stages", "divided")]
+    + [(name, np.float64) for name in ("time", "wanted", "length", "last", "quality")],
+    align=True,
+)  # fmt: skip
+#: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
+#: beside `weight`.
+OPTIONS = np.dtype([(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass")])
+#: Places of the balance's fields in a row.
+ROW = {name: k for k, name in enumerate(BALANCE.names or ())}
+KINETIC, ELASTIC, BENDING, CONTACT, COUPLED = (ROW[n] for n in ("kinetic", "elastic", "bending", "contact", "coupled"))
+LOADS, DRIVES, BY_MASS, BY_STIFFNESS = (ROW[n] for n in ("loads", "drives", "by_mass", "by_stiffness"))
+BY_CONTACT, BY_JOINTS, BY_SPRINGS = (ROW[n] for n in ("by_contact", "by_joints", "by_springs"))
+#: Iterations without help, and those of a stage; powers of ten of the contacts' stiffness in the stages.
+PLAIN, STAGED = 12, 25
+STAGES = (-6.0, -4.5, -3.0, -1.5, 0.0)
+
+
+class EnergyLoop(Struct):
+    """What the loop carries from step to step.
+
+    Attributes
+    ----------
+    step : EnergyStep; options, loop : records
+    weight : (nv,) float, size of each unknown that counts as 1; x : (nv + nj,) float, correction
+    la0, paths : (nj,) float, multipliers of the step before; what drives change in the joints' gaps
+    balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
+    impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder
+    samples, stops : float, s; out_* : what is kept at the samples
+    """
+
+    step: EnergyStep = struct(EnergyStep)
+    options: np.record = record(OPTIONS)
+    loop: np.record = record(LOOP)
+    weight: np.ndarray = array(1)
+    x: np.ndarray = array(1)
+    la0: np.ndarray = array(1)
+    paths: np.ndarray = array(1)
+    balance0: np.ndarray = array(1)
+    balance: np.ndarray = array(1)
+    energies: np.ndarray = array(1)
+    impulse0: np.ndarray = array(1)
+    impulse: np.ndarray = array(1)
+    samples: np.ndarray = array(1)
+    stops: np.ndarray = array(1)
+    out_y: np.ndarray = array(2)
+    out_a: np.ndarray = array(2)
+    out_la: np.ndarray = array(2)
+    out_balance: np.ndarray = array(2)
+    out_cylinders: np.ndarray = array(3)
+    out_bodies: np.ndarray = array(3)
+
+
+ENERGY_LOOP = EnergyLoop._numba_type_
+
+
+def functions() -> list[Any]:
+    """Functions of the time loop."""
+    return [advance, begin, solve_step, iterate, search, fill_energies, keep_samples, accept]
+
+
+@inlined
+def _count_touching(model):
+    """A number that tells which contact points press."""
+    contacts, found = model.flexible.contact_points, 0
+    for i in range(contacts.size):
+        if contacts[i].force > 0.0:
+            found += i * i + 1
+    return found
+
+
+@inlined
+def _along(work):
+    """The residual along the correction: dq . r."""
+    found = 0.0
+    for i in range(work.step.dq.size):
+        found += work.x[i] * work.step.r[i]
+    return found
+
+
+@inlined
+def _shift(s, model, work):
+    """Move the increments by s times the correction, and evaluate."""
+    for i in range(work.step.dq.size):
+        work.step.dq[i] += s * work.x[i]
+    residual(model, work.step)
+
+
+@indirect(REAL(REAL, MODEL, ENERGY_LOOP))
+def search(before, model, work):
+    """Where along the correction the residual along it vanishes, the increments being there; from 0 to 1.
+
+    Parameters
+    ----------
+    before : float, dq . r at the start, below 0
+    """
+    _shift(1.0, model, work)
+    low, high, f_low, f_high = 0.0, 1.0, before, _along(work)
+    if not math.isfinite(f_high):
+        f_high = -1e3 * before
+    if f_high <= 0.0 or f_high < -0.5 * before:
+        return 1.0
+    at = 1.0
+    for _ in range(8):
+        s = low + (high - low) * min(max(f_low / (f_low - f_high), 0.1), 0.9)
+        _shift(s - at, model, work)
+        at = s
+        f = _along(work)
+        if abs(f) < -0.3 * before:
+            break
+        if f < 0.0:
+            low, f_low = s, f
+        else:
+            high, f_high = s, f
+    return at
+
+
+@indirect(_I(_I, _I, MODEL, SPARSE, ENERGY_LOOP))
+def iterate(most, searches, model, matrix, work):
+    """Newton's method from the present increments: the number of iterations, or a status below zero."""
+    step, loop, options = work.step, work.loop, work.options
+    n_v, n_j = model.info.nv, step.la.size
+    scale = 4.0 * options.mass / ((1.0 + options.chi) * step.step.h * step.step.h)
+    residual(model, step)
+    last, ratio, stale, touching = math.inf, 0.0, True, -1
+    for iteration in range(most):
+        if not is_finite(step.r):
+            return NOT_FINITE
+        now = _count_touching(model)
+        if stale or ratio > 0.15 or now != touching:
+            tangent(scale, model, step, matrix)
+            found = sparse_lu.factor(matrix)
+            loop.factorizations += 1
+            loop.quality = min(loop.quality, matrix.quality[0])
+            if found != 0:
+                return SINGULAR if found < 0 else REDUNDANT
+            stale = False
+        touching = now
+        for i in range(n_v):
+            work.x[i] = -2.0 * step.r[i]
+        for k in range(n_j):
+            held = model.flexible.joints[k].stiffness <= 0.0
+            work.x[n_v + k] = -scale * step.r[n_v + k] * (1.0 if held else 2.0)
+        sparse_lu.solve(matrix, work.x)
+        norm = 0.0
+        for i in range(n_v):
+            norm = max(norm, abs(work.x[i]) / work.weight[i])
+        if not math.isfinite(norm):
+            return NOT_FINITE
+        loop.iterations += 1
+        for k in range(n_j):
+            step.la[k] += 0.5 * scale * work.x[n_v + k]
+        s = 1.0
+        if searches != 0 and n_j == 0:
+            before = _along(work)
+            if before < 0.0:
+                s = search(before, model, work)
+            else:
+                _shift(1.0, model, work)
+        else:
+            _shift(1.0, model, work)
+        if iteration > 0:
+            ratio = norm / last if last > 0.0 else 0.0
+        if s == 1.0 and _count_touching(model) == touching:
+            if norm <= options.newton or (0.0 < ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options.newton):
+                return iteration + 1
+        last = norm
+    return NO_CONVERGENCE
+
+
+@inlined
+def _predict(model, work):
+    """Increments and multipliers from which Newton's method starts."""
+    step = work.step
+    n_q, h = model.info.nq, step.step.h
+    part = 0.5 * h / work.loop.last if work.loop.last > 0.0 else 0.0
+    for i in range(step.dq.size):
+        step.dq[i] = h * (step.y0[n_q + i] + min(part, 1.0) * step.before[i])
+    for k in range(step.la.size):
+        step.la[k] = work.la0[k]
+
+
+@indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
+def solve_step(model, matrix, work):
+    """Solve a step: plain, then with contacts that are stiffened in stages; iterations, or a status below zero."""
+    step = work.step.step
+    step.soft = 1.0
+    _predict(model, work)
+    found = iterate(PLAIN, 0, model, matrix, work)
+    if found > 0 or model.flexible.cylinders.size == 0:
+        return found
+    _predict(model, work)
+    work.loop.stages += 1
+    for stage in range(5):
+        step.soft = 10.0 ** (-6.0 + 1.5 * stage)
+        found = iterate(STAGED, 1, model, matrix, work)
+        if found < 0:
+            step.soft = 1.0
+            return found
+    return found
+
+
+@indirect(void(MODEL, ENERGY_LOOP))
+def fill_energies(model, work):
+    """Energies of the step's end into the balance."""
+    t = work.step.step.t + work.step.step.h
+    joints, coupled, contact = model.flexible.joints, 0.0, 0.0
+    rigid.kinematics(t, work.step.y1, model)
+    energies(t, work.step.y1, model, work.energies)
+    for k in range(joints.size):
+        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
+            coupled += 0.5 * joints[k].stiffness * work.step.gap1[k] * work.step.gap1[k]
+    for k in range(model.flexible.cylinders.size):
+        contact += model.flexible.cylinders[k].energy
+    row = work.balance
+    row[KINETIC], row[ELASTIC], row[BENDING] = work.energies[0], work.energies[1], work.energies[2]
+    row[CONTACT], row[COUPLED] = contact, coupled
+
+
+@indirect(void(MODEL, ENERGY_LOOP))
+def accept(model, work):
+    """Add a step's work and losses to the balance; its end becomes the start of the next after `keep_samples`."""
+    step, row, f = work.step, work.balance, model.flexible
+    h, powers = step.step.h, step.powers
+    given = h * powers[MARKER_LOADS]
+    for i in range(step.dq.size):
+        given += f.P[i] * step.dq[i]
+    row[LOADS] += given
+    row[DRIVES] += h * powers[DRIVEN]
+    for k in range(f.joints.size):
+        if f.joints[k].path != 0 and joint.holds(step.step.t + h, f.joints, k):
+            row[DRIVES] += step.la[k] * work.paths[k]
+    row[BY_MASS] += h * powers[MASS_DAMPING]
+    row[BY_STIFFNESS] += h * powers[STIFFNESS_DAMPING]
+    row[BY_SPRINGS] += h * powers[SPRINGS]
+    row[BY_JOINTS] += h * powers[JOINTS]
+    if f.cylinders.size > 0:
+        row[BY_CONTACT] += step.contact[0]
+    for k in range(f.cylinders.size):
+        work.impulse[k] += h * f.cylinders[k].normal
+
+
+@inlined
+def _interpolate(theta, model, work, y):
+    """State at the share theta of the step: Hermite's cubics of coordinates, straight lines of quaternions."""
+    step, n_q = work.step, model.info.nq
+    h, y0, y1 = step.step.h, step.y0, step.y1
+    for i in range(y.size):
+        y[i] = y0[i] + theta * (y1[i] - y0[i])
+    if theta >= 1.0:
+        return
+    beams, own, bodies = model.flexible.beams, model.points, model.bodies
+    for k in range(beams.size + own.size + bodies.size):
+        if k < beams.size:
+            q, v, size = beams[k].iq, beams[k].iv, 0
+            size = 6 * beams[k].nodes if beams[k].kind == 0 else 12 * beams[k].nodes
+        elif k < beams.size + own.size:
+            q, v, size = own[k - beams.size].iq, own[k - beams.size].iv, 3
+        else:
+            b = k - beams.size - own.size
+            q, v, size = bodies[b].iq, bodies[b].iv, 3 if bodies[b].motion == rigid.FREE else 1
+            if bodies[b].motion == rigid.DRIVEN:
+                continue
+        _cubic(theta, h, y0, y1, q, v, size, y)
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            rigid.normalise_quaternion(y, bodies[b].iq + 3)
+
+
+@inlined
+def _cubic(theta, h, y0, y1, q, v, size, y):
+    """Hermite's cubics of `size` coordinates from q on, whose rates stand from v on."""
+    u = 1.0 - theta
+    for i in range(size):
+        d = y1[q + i] - y0[q + i]
+        a, b = h * y0[v + i] - d, d - h * y1[v + i]
+        y[q + i] = u * y0[q + i] + theta * y1[q + i] + theta * u * (u * a + theta * b)
+        y[v + i] = (d + (1.0 - 2.0 * theta) * (u * a + theta * b) + theta * u * (b - a)) / h
+
+
+@indirect(void(MODEL, ENERGY_LOOP))
+def keep_samples(model, work):
+    """Keep the samples in the step: the state between its ends, balances on straight lines, forces of the step."""
+    step, loop, f = work.step, work.loop, model.flexible
+    t, h = step.step.t, step.step.h
+    near = 10.0 * work.options.smallest
+    while loop.sample < work.samples.size and work.samples[loop.sample] <= t + h + near:
+        n = loop.sample
+        theta = min(max((work.samples[n] - t) / h, 0.0), 1.0)
+        if theta > 1.0 - 1e-9:
+            theta = 1.0
+        _interpolate(theta, model, work, work.out_y[n])
+        for i in range(step.dq.size):
+            work.out_a[n, i] = step.dv[i] / h
+            if n == 1 and loop.steps == 0:
+                work.out_a[0, i] = step.dv[i] / h
+        for k in range(step.la.size):
+            work.out_la[n, k] = step.la[k]
+        for i in range(work.balance.size):
+            work.out_balance[n, i] = work.balance0[i] + theta * (work.balance[i] - work.balance0[i])
+        for k in range(f.cylinders.size):
+            row = work.out_cylinders[n, k]
+            for i in range(6):
+                row[i] = f.cylinders[k].F[i]
+            row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
+            row[7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
+        for b in range(model.bodies.size):
+            for i in range(6):
+                work.out_bodies[n, b, i] = model.bodies[b].F[i]
+        loop.sample += 1
+
+
+@inlined
+def _error(work):
+    """Estimated error of the step beside the tolerance: h/12 of what the change of velocity differs from the last."""
+    step, loop = work.step, work.loop
+    if loop.last == 0.0:
+        return 0.0
+    h, part, error = step.step.h, step.step.h / loop.last, 0.0
+    c = h * (1.0 / 12.0 + 0.25 * work.options.chi)
+    for i in range(step.dq.size):
+        error = max(error, c * abs(step.dv[i] - part * step.before[i]) / work.weight[i])
+    return error / work.options.tolerance
+
+
+@indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
+def begin(model, matrix, work):
+    """Energies and the first sample."""
+    step = work.step
+    step.step.t, step.step.h = work.loop.time, 0.0
+    for i in range(step.y0.size):
+        step.y1[i] = step.y0[i]
+    measure(0, model, step)
+    measure(1, model, step)
+    fill_energies(model, work)
+    for i in range(work.balance.size):
+        work.balance0[i] = work.balance[i]
+    for i in range(step.y0.size):
+        work.out_y[0, i] = step.y0[i]
+    for i in range(work.balance.size):
+        work.out_balance[0, i] = work.balance[i]
+    work.loop.sample = 1
+    return DONE
+
+
+@inlined
+def _next_start(model, work):
+    """Make the end of the step the start of the next."""
+    step = work.step
+    step.step.t = work.loop.time
+    for i in range(step.y0.size):
+        step.y0[i] = step.y1[i]
+    for i in range(step.dq.size):
+        step.before[i] = step.dv[i]
+    for k in range(step.strains.shape[0]):
+        for i in range(step.strains.shape[1]):
+            step.strains_before[k, i] = step.strains[k, i]
+    for k in range(step.la.size):
+        work.la0[k] = step.la[k]
+    for i in range(work.balance.size):
+        work.balance0[i] = work.balance[i]
+    for k in range(work.impulse.size):
+        work.impulse0[k] = work.impulse[k]
+
+
+@indirect(_I(MODEL, SPARSE, ENERGY_LOOP, _I))
+def advance(model, matrix, work, budget):
+    """Go on for `budget` steps or to the last sample; returns a status."""
+    step, loop, options = work.step, work.loop, work.options
+    adaptive, near, end = options.tolerance > 0.0, 10.0 * options.smallest, work.samples[work.samples.size - 1]
+    for _ in range(budget):
+        if loop.sample == work.samples.size:
+            return DONE
+        target, stops = end, False
+        if loop.stop < work.stops.size and work.stops[loop.stop] < end - near:
+            target, stops = work.stops[loop.stop], True
+        h, lands = loop.length, False
+        if h >= (target - loop.time) * (1.0 - 1e-9):
+            h, lands = target - loop.time, True
+        step.step.t, step.step.h = loop.time, h
+        step.step.ratio = min(1.0, h / loop.last) if loop.last > 0.0 else 0.0
+        measure(0, model, step)
+        for k in range(work.paths.size):
+            if model.flexible.joints[k].path != 0:
+                joint.joint_geometry(loop.time + h, step.y0, k, model)
+                work.paths[k] = model.flexible.joints[k].gap - step.gap0[k]
+        iterations = solve_step(model, matrix, work)
+        error = _error(work) if adaptive and iterations > 0 else 0.0
+        if iterations <= 0 or error > 1.0:
+            if h <= options.smallest:
+                return iterations if iterations <= 0 else NO_CONVERGENCE
+            if iterations <= 0:
+                loop.divided += 1
+                loop.length = 0.5 * h
+            else:
+                loop.rejected += 1
+                loop.length = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
+            continue
+        accept(model, work)
+        fill_energies(model, work)
+        t1 = target if lands else loop.time + h
+        keep_samples(model, work)
+        loop.time = t1
+        loop.steps += 1
+        _next_start(model, work)
+        loop.last = h
+        if adaptive:
+            grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
+            if grow > 1.2 or grow < 1.0:
+                loop.length = min((max(h, loop.length) if lands else h) * grow, options.longest)
+        elif not lands:
+            loop.length = min(2.0 * h, loop.wanted)
+        if lands and stops:
+            loop.stop += 1
+            loop.last = 0.0
+            for i in range(step.before.size):
+                step.before[i] = 0.0
+            for k in range(step.strains_before.shape[0]):
+                for i in range(step.strains_before.shape[1]):
+                    step.strains_before[k, i] = 0.0
+    return BUDGET

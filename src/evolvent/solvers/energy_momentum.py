@@ -1,0 +1,251 @@
+"""Runs by the energy-momentum method: plan one, run it, report how it ended."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from evolvent import families, jit
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.flow import energy_momentum as flow
+from evolvent.flow import needs
+from evolvent.flow.powers import N_POWERS
+from evolvent.kernels import contact_step
+from evolvent.kernels.sparse import SparseBlocks
+from evolvent.parts.checks import number, positive
+from evolvent.pointer import zeros_record
+from evolvent.solvers import energy_loop
+from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.implicit_setup import check_start, matrix_of, sizes
+from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
+from evolvent.solvers.sampled import Sampled, empty
+from evolvent.solvers.solution import Solution
+
+#: Name of the method.
+NAME = "energy-momentum"
+_SLICE = 0.15  # s of wall time between two looks at a running loop
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """A run, checked and prepared.
+
+    Attributes
+    ----------
+    assembly : Assembly, with a model of the run's own
+    times : (nt,) float, s, of the samples
+    step : float, s, of fixed steps; None where they follow from the tolerance
+    matrix : SparseBlocks; weight : (nv,) float; options : record `energy_loop.OPTIONS`
+    """
+
+    assembly: Assembly
+    times: np.ndarray
+    step: float | None
+    matrix: SparseBlocks
+    weight: np.ndarray
+    options: np.record
+
+    def run(self, progress: Callable[[float], None] | None = None) -> Solution:
+        """Integrate; a run that fails keeps the samples that it reached."""
+        return Run(self).solution(progress)
+
+
+def plan(
+    assembly: Assembly,
+    *,
+    samples: Any,
+    step: float | None = None,
+    tolerance: float = 1e-4,
+    spectral_radius: float = 1.0 / 3.0,
+    newton: float | None = None,
+) -> Plan:
+    """Check and prepare a run by the energy-momentum method.
+
+    Parameters
+    ----------
+    assembly : Assembly, which is left as it is
+    samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
+    step : float, s, fixed; None has it follow from `tolerance`
+    tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
+    spectral_radius : float, 1/3 to 1, at infinite frequency: 1 conserves energy, 1/3 dissipates most
+    newton : float, correction at which an iteration has converged, beside the same sizes
+
+    Raises
+    ------
+    InputError
+        For arguments out of range, parts that the method does not support, constraints that contradict the start.
+    """
+    times = sample_times(samples)
+    span = float(times[-1] - times[0])
+    rho = number("spectral_radius", spectral_radius, allowed="from 1/3 to 1")
+    if not 1.0 / 3.0 - 1e-9 <= rho <= 1.0:
+        raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 1/3 to 1")
+    if step is not None:
+        step = positive("step", step, allowed=STEP_ALLOWED)
+    tolerance = positive("tolerance", tolerance)
+    families.check(assembly, families.IMPLICIT)
+    own = dataclasses.replace(assembly, model=assembly.model.copy())
+    try_laws(own, times[0], times[-1])
+    with refusing_laws(own):
+        check_start(own, float(times[0]))
+    weight, mass = sizes(own)
+    if newton is None:
+        newton = 1e-12 if step is not None else min(1e-4 * tolerance, 1e-8)
+    options = zeros_record(
+        energy_loop.OPTIONS,
+        chi=rho * (1.0 - rho) / (1.0 + rho) ** 2,
+        tolerance=0.0 if step is not None else tolerance,
+        newton=newton,
+        smallest=1e-13 * span,
+        longest=span,
+        mass=mass,
+    )
+    return Plan(own, times, step, matrix_of(own.model), weight, options)
+
+
+def needed(model: Any) -> list[Any]:
+    """Functions that the method calls."""
+    found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
+    if model.flexible.elements.size:
+        found += [flow.add_elements, flow.add_element_tangents]
+    if model.springs.size:
+        found.append(flow.add_springs)
+    if model.flexible.cylinders.size:
+        found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
+    return found
+
+
+def workspace(of: Plan) -> energy_loop.EnergyLoop:
+    """The loop's workspace at the start of a run."""
+    assembly, model, times = of.assembly, of.assembly.model, of.times
+    f, n_v, n_b = model.flexible, int(model.info.nv), model.bodies.size
+    n_j, n_c, fields = f.joints.size, f.cylinders.size, len(BALANCE.names or ())
+    contact_step.clear_gaps(model)
+    until = f.joints["until"]
+    stops = np.unique(np.concatenate([f.beam_loads["start"] + f.beam_loads["ramp"], model.breaks, until]))
+    stops = stops[(stops > times[0]) & (stops < times[-1])]
+    step = flow.EnergyStep(
+        step=zeros_record(flow.STEP, t=times[0], chi=of.options.chi, soft=1.0),
+        **{name: assembly.y.copy() for name in ("y0", "y1", "ym")},
+        **{name: np.zeros(n_v) for name in ("dq", "dv", "before")},
+        la=np.zeros(n_j),
+        r=np.zeros(n_v + n_j),
+        strains=np.zeros((f.elements.size, 28)),
+        strains_before=np.zeros((f.elements.size, 28)),
+        **{name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")},
+        **{name: np.zeros((n_b, 3)) for name in ("x0", "x1")},
+        **{name: np.zeros(n_j) for name in ("gap0", "gap1")},
+        **{name: np.zeros(model.springs.size) for name in ("length0", "length1")},
+        powers=np.zeros(N_POWERS),
+        contact=np.zeros(1),
+    )
+    first = of.step if of.step is not None else min(1e-5 * (times[-1] - times[0]), 1e-4)
+    out = empty(model, times.size)
+    return energy_loop.EnergyLoop(
+        step=step,
+        options=of.options.copy(),
+        loop=zeros_record(energy_loop.LOOP, time=times[0], wanted=first, length=first, quality=1.0),
+        weight=of.weight,
+        x=np.zeros(n_v + n_j),
+        la0=np.zeros(n_j),
+        paths=np.zeros(n_j),
+        balance0=np.zeros(fields),
+        balance=np.zeros(fields),
+        energies=np.zeros(3),
+        impulse0=np.zeros(n_c),
+        impulse=np.zeros(n_c),
+        samples=times.copy(),
+        stops=stops,
+        out_y=np.zeros((times.size, assembly.y.size)),
+        out_a=out.acceleration,
+        out_la=out.la,
+        out_balance=np.zeros((times.size, fields)),
+        out_cylinders=out.cylinders,
+        out_bodies=out.wrenches,
+    )
+
+
+class Run:
+    """A plan that runs."""
+
+    def __init__(self, of: Plan) -> None:
+        self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
+        began = clock.perf_counter()
+        jit.load(needed(self.model))
+        self.work = workspace(of)
+        self.compile_time = clock.perf_counter() - began
+
+    @property
+    def reached(self) -> float:
+        """Time reached, s."""
+        return float(self.work.loop.time)
+
+    def solution(self, progress: Callable[[float], None] | None) -> Solution:
+        """Run to the end, or as far as the run comes."""
+        status, message = "success", "the run reached its end"
+        began, budget = clock.perf_counter(), 20
+        try:
+            code = energy_loop.begin(self.model, self.plan.matrix, self.work)
+            while code >= 0:
+                slice_began = clock.perf_counter()
+                code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+                if code != energy_loop.BUDGET:
+                    break
+                taken = max(clock.perf_counter() - slice_began, 1e-6)
+                budget = max(10, min(int(budget * min(_SLICE / taken, 4.0)), 1_000_000))
+                if progress is not None:
+                    progress(self.reached)
+            if code < 0:
+                status, message = "failed", self._why(code)
+        except KeyboardInterrupt:
+            status, message = "interrupted", f"interrupted at t = {self.reached:.6g} s; what was computed is kept"
+        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
+            failure = law_failure(self.assembly, error)
+            status, message = "failed", f"{failure}; what was computed is kept"
+        return self._solution(status, message, clock.perf_counter() - began)
+
+    def _why(self, code: int) -> str:
+        what = {
+            energy_loop.NO_CONVERGENCE: "Newton's method did not converge, however often the step was divided",
+            energy_loop.NOT_FINITE: "the forces are not finite",
+            energy_loop.SINGULAR: "the equations are singular: something is not held",
+            energy_loop.REDUNDANT: "constraints repeat or contradict one another",
+        }[code]
+        return f"failed at t = {self.reached:.6g} s: {what}; what was computed is kept"
+
+    def _solution(self, status: str, message: str, wall_time: float) -> Solution:
+        work, loop = self.work, self.work.loop
+        n, steps = int(loop.sample), int(loop.steps)
+        balance = work.out_balance[:n].copy().view(BALANCE).reshape(n).view(np.recarray)
+        return Solution(
+            assembly=self.assembly,
+            method=NAME,
+            t=self.plan.times[:n].copy(),
+            y=work.out_y[:n],
+            s=np.repeat(self.assembly.s[None], n, axis=0),
+            status=status,
+            message=message,
+            statistics={
+                "steps": steps,
+                "rejected_steps": int(loop.rejected),
+                "divided_steps": int(loop.divided),
+                "staged_steps": int(loop.stages),
+                "iterations": int(loop.iterations),
+                "factorizations": int(loop.factorizations),
+                "step": math.nan if self.plan.step is None else self.plan.step,
+                "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
+                "smallest_pivot": float(loop.quality),
+            },
+            event_times=np.zeros(0),
+            event_kinds=np.zeros(0, dtype=int),
+            wall_time=wall_time,
+            compile_time=self.compile_time,
+            kept=Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n]),
+        )
