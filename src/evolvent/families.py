@@ -23,6 +23,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import (
     beam_loads,
     contact,
+    contact_laws,
     custom,
     flexible,
     hinge,
@@ -40,11 +41,12 @@ from evolvent.model import Model
 
 Array = np.ndarray
 
-EXPLICIT, IMPLICIT, STATIC, MODES = "explicit", "implicit", "static", "modes"
+EXPLICIT, IMPLICIT, ENERGY, STATIC, MODES = "explicit", "implicit", "energy", "static", "modes"
 #: Solvers, and what messages call them.
 SOLVERS = {
     EXPLICIT: "rk4, heun and dopri5",
     IMPLICIT: "generalized-alpha",
+    ENERGY: "energy-momentum",
     STATIC: "solve_static",
     MODES: "modes",
 }
@@ -94,12 +96,13 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
     return lambda found: found[field] == value
 
 
-_NOT_EXPLICIT = EVERY - {EXPLICIT}
+_NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
+_BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
 _THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
 _THREAD_TANGENT = (
     thread.add_thread_residual,
@@ -150,8 +153,11 @@ FAMILIES = (
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(
-        "a beam", "beams", EVERY, forces=(flexible.add_elements, flexible.beam_energies, flexible.beam_momenta),
-        tangents=(flexible.add_element_tangents,),
+        "a beam", "beams", EVERY, which=_is("paper", 0), forces=_BEAM, tangents=(flexible.add_element_tangents,)
+    ),
+    Family(
+        "a beam with the paper's damping", "beams", _NOT_ENERGY, "take `damping` 'objective', or generalized-alpha",
+        which=_is("paper", 1), forces=_BEAM, tangents=(flexible.add_element_tangents,),
     ),
     Family(
         "a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0),
@@ -183,7 +189,8 @@ FAMILIES = (
         forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
-        "a custom force", "custom_forces", EVERY, forces=(custom.add_custom_forces, custom.custom_energies),
+        "a custom force", "custom_forces", _NOT_ENERGY, "take generalized-alpha",
+        forces=(custom.add_custom_forces, custom.custom_energies),
         tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),
     Family(
@@ -192,12 +199,16 @@ FAMILIES = (
         tangents=_CONTACT,
     ),
     Family(
+        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "take `law` 'hunt-crossley', or generalized-alpha",
+        which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
+    ),
+    Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT - {ENERGY}, "take generalized-alpha",
         which=lambda found: found["under"] >= 0,
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),
@@ -263,7 +274,7 @@ def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | 
     advice = f"; {family.advice}" if family is not None and family.advice else ""
     raise InputError(
         f"{owner(assembly, name, index)!r} is {what}, which {SOLVERS[solver]} "
-        f"{'does' if solver in (IMPLICIT, STATIC) else 'do'} not support{advice}"
+        f"{'does' if solver in (IMPLICIT, ENERGY, STATIC) else 'do'} not support{advice}"
     )
 
 

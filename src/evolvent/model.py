@@ -74,8 +74,8 @@ RECORDS: dict[str, np.dtype] = {
     # the nodes of all beams; paper: 1 where the damping is the paper's, which a turn of the whole feels
     "beams": _record("kind iq iv nodes first_element elements first_node paper", "length"),
     # form, bending, mass: places in the pools of `Flexible`, bending of the form of that alone; force, tangent, energy:
-    # addresses of `kernels.element_calls`
-    "elements": _record("beam iq iv form bending mass force tangent energy", "length alpha beta thickness"),
+    # addresses of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
+    "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a drive moves the row

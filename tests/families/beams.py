@@ -31,12 +31,14 @@ def rod(found: System, count: int, material: Any, kind: str, **fields: Any) -> N
     found.add(parts.Joint(a=ORIGIN, b="rod.root", type=kind, stiffness=1e5, turn_stiffness=2e4), "root")
 
 
-def cantilever(part: str, sag: float, shares: Array, add: Callable[[System], Any], gravity: float = 0.0) -> Case:
+def cantilever(
+    part: str, sag: float, shares: Array, add: Callable[[System], Any], gravity: float = 0.0, **fields: Any
+) -> Case:
     """A clamped beam that sinks by `sag` at its tip; shares : of its modes in that."""
 
     def system() -> System:
         found = System(gravity=(0.0, -gravity, 0.0))
-        rod(found, 4, SOFT, "clamp")
+        rod(found, 4, SOFT, "clamp", **fields)
         add(found)
         return found
 
@@ -55,6 +57,14 @@ def beam() -> Case:
     q = MASS * 0.02
     shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
     return cantilever("rod", q / (8.0 * EI), shares, lambda found: None, gravity=0.02)
+
+
+@of("a beam with the paper's damping")
+def paper_beam() -> Case:
+    """As without damping, of which there is next to none."""
+    shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
+    sag, damped = MASS * 0.02 / (8.0 * EI), {"damping": "paper", "stiffness_damping": 1e-9}
+    return cantilever("rod", sag, shares, lambda found: None, gravity=0.02, **damped)
 
 
 @of("a load on a beam")
@@ -160,6 +170,15 @@ def contact() -> Case:
     """The tip on a cylinder."""
     centre = (1.0, SUNK - 0.2, 0.0)
     drum = parts.CylinderContact(body="ground", beams=["rod"], radius=0.2, centre=centre, stiffness=K_TOUCH, points=1)
+    return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
+
+
+@of("a contact with the paper's law")
+def paper_contact() -> Case:
+    """As of the other laws, without damping."""
+    centre = (1.0, SUNK - 0.2, 0.0)
+    given: dict[str, Any] = {"radius": 0.2, "centre": centre, "stiffness": K_TOUCH, "points": 1, "law": "paper"}
+    drum = parts.CylinderContact(body="ground", beams=["rod"], damping=0.0, **given)
     return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
 
 

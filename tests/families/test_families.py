@@ -18,8 +18,9 @@ from numba import config
 import evolvent
 from evolvent import InputError, families
 from evolvent import model as mdl
-from evolvent.families import EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
+from evolvent.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
 from evolvent.solvers import solve
+from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
@@ -33,6 +34,8 @@ VARIANTS = {
     "dopri5": (EXPLICIT, 1e-6),
     "alpha-step": (IMPLICIT, 5e-4),
     "alpha-tolerance": (IMPLICIT, 1e-3),
+    "energy-step": (ENERGY, 5e-4),
+    "energy-tolerance": (ENERGY, 1e-3),
     "static": (STATIC, 1e-6),
     "modes": (MODES, 1e-6),
 }
@@ -50,6 +53,10 @@ def solved(case: Case, variant: str) -> Any:
         return solve_implicit(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
     if variant == "alpha-tolerance":
         return solve_implicit(assembly, samples=samples, tolerance=1e-7, spectral_radius=0.9)
+    if variant == "energy-step":
+        return solve_energy(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
+    if variant == "energy-tolerance":
+        return solve_energy(assembly, samples=samples, tolerance=1e-6, spectral_radius=0.9)
     if variant == "static":
         return solve_static(assembly, time=case.time, rotating=case.rotating)
     count = np.size(case.poles) if case.poles is not None else 1

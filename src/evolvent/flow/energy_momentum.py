@@ -18,8 +18,8 @@ directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 |dm|/(l0 + l1) more, contacts the direction of `kernels.contact_step`.
 
-Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change of
-the kinetic energy, and the angular momentum is kept.
+Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change
+of the kinetic energy, and the angular momentum is kept.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ from evolvent.kernels import (
     contact_step,
     element_step,
     flexible,
+    hinge,
+    hinge_step,
     joint,
     loads,
     points,
@@ -67,7 +69,8 @@ class EnergyStep(Struct):
     strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and places of bodies
     gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
-    powers : (N_POWERS,) float, means over the step; contact : (1,) float, J, what contacts take
+    hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
+    powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
     """
 
     step: np.record = record(STEP)
@@ -89,6 +92,8 @@ class EnergyStep(Struct):
     gap1: np.ndarray = array(1)
     length0: np.ndarray = array(1)
     length1: np.ndarray = array(1)
+    hinge0: np.ndarray = array(2)
+    hinge1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     contact: np.ndarray = array(1)
 
@@ -117,6 +122,8 @@ def measure(end, model, work):
         a = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].a)
         b = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].b)
         lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+    if model.flexible.hinges.size > 0:
+        hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
     if model.flexible.cylinders.size > 0:
         contact_step.measure_gaps(y, end, model)
 
@@ -186,11 +193,11 @@ def _displace(model, work):
 
 @indirect(void(MODEL, ENERGY_STEP))
 def residual(model, work):
-    """Residual r of the increments dq and multipliers la; powers are means over the step, such that h times they are work.
+    """Residual r of the increments dq and multipliers la; powers are means over the step.
 
     The constraints of joints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
     """
-    n_q, n_v, f, h, powers = model.info.nq, model.info.nv, model.flexible, work.step.h, work.powers
+    n_v, f, h, powers = model.info.nv, model.flexible, work.step.h, work.powers
     F, P, r, ym = f.F, f.P, work.r, work.ym
     move(model, work)
     tm = work.step.t + 0.5 * h
@@ -208,13 +215,17 @@ def residual(model, work):
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
         if f.cylinders.size > 0:
-            work.contact[0] = contact_step.add_contact_step(work.y0, work.y1, h, work.step.soft, model, F)
+            work.contact[0], work.contact[1] = contact_step.add_contact_step(
+                work.y0, work.y1, h, work.step.soft, model, F
+            )
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
+    if f.hinges.size > 0:
+        powers[JOINTS] += hinge_step.add_hinge_step(ym, h, f.switches, work.hinge0, work.hinge1, model, F)
     for k in range(f.joints.size):
         powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
     _add_points(model, work)
@@ -239,12 +250,12 @@ def add_elements(model, work):
         own, before, change = F[at : at + n], work.strains_before[k], work.strains[k]
         if n == 12:
             by_mass += flexible._add_inertia(f.M12[mass], 4, alpha, x, u, own)
-            by_stiffness += (
-                element_step.step_force(
-                    e0, e1, h, chi, ratio, beta, f.H12[form], f.h12[form], cable.N, before, change, f.work, own
-                )
-                / h
-            )
+            H, hh = f.H12[form], f.h12[form]
+            if elements[k].stretch != 0:
+                lost = element_step.stretch_step_force(e0, e1, h, chi, ratio, beta, H, hh, before, change, f.work, own)
+            else:
+                lost = element_step.step_force(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, own)
+            by_stiffness += lost / h
             if beta != 0.0:
                 by_stiffness += cable.add_bending_damping(work.ym[iq : iq + n], u, beta, f.B12[form], own)
         else:
@@ -292,7 +303,7 @@ def add_springs(t, model, work):
 
 @inlined
 def _add_joint(t, k, row, model, work):
-    """Force of joint k along the mean, and its constraint at the step's end; returns the power of a penalty's damper."""
+    """Force of joint k along the mean, and its constraint at the end; returns the power of a penalty's damper."""
     joints, la = model.flexible.joints, work.la[k]
     if not joint.holds(work.step.t + work.step.h, joints, k):
         work.r[row] = la
@@ -386,6 +397,8 @@ def tangent(scale, model, work, matrix):
             contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
+    if f.hinges.size > 0:
+        hinge.add_hinge_tangents(work.ym, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
@@ -405,11 +418,13 @@ def add_element_tangents(c_mass, model, work, matrix):
         before, change = work.strains_before[k], work.strains[k]
         if n == 12:
             K, M = f.K12, f.M12[mass]
-            element_step.step_tangent(
-                e0, e1, h, chi, ratio, beta, f.H12[form], f.h12[form], cable.N, before, change, f.work, K
-            )
-            if beta != 0.0:
-                u = work.ym[elements[k].iv :]
+            H, hh, u = f.H12[form], f.h12[form], work.ym[elements[k].iv :]
+            if elements[k].stretch != 0:
+                em = work.ym[iq : iq + n]
+                cable.cable_stretch_tangent(em, u, beta, 2.0 / h, H, hh, f.B12[form], f.work, K)
+            else:
+                element_step.step_tangent(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, K)
+            if beta != 0.0 and elements[k].stretch == 0:
                 cable.add_bending_damping_tangent(work.ym[iq : iq + n], u, beta, 2.0 / h, f.B12[form], K)
         else:
             K, M = f.K24, f.M24[mass]

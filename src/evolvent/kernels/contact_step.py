@@ -1,10 +1,11 @@
 """Contact points of beams on cylinders over a step that conserves energy.
 
-The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change over
-a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
-lam 2 (dm - sm am)/(p0 + p1) on the point, and what answers it on the body, do the work of the gap's change exactly and
-keep both momenta. lam = K <delta1>^n (1 + a (delta1 - delta0)/h)+ is that of the step's end, which never gives back more
-than the contact's energy.
+The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
+over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
+lam 2 (dm - sm am)/(p0 + p1) on the point, and its reaction on the body, do the work of the gap's change exactly
+and keep both momenta. Of the law Hunt-Crossley lam = K <delta1>^n (1 + a (delta1 - delta0)/h)+ is that of the step's
+end, which never gives back more than the contact's energy; of the law CONSERVATIVE the change of that energy over
+delta1 - delta0, which gives back all of it.
 """
 
 import math
@@ -54,28 +55,59 @@ def measure_gaps(y, end, model):
 
 @inlined
 def _pressed(cylinder, gap0, gap1, h, soft):
-    """Normal force of the end of a step, and its derivative by the gap at the end."""
-    if gap1 >= 0.0:
+    """Normal force over a step, and its derivative by the gap at the end."""
+    if gap1 == math.inf:
         return 0.0, 0.0
-    elastic, slope = contact_laws.elastic_force(gap1, soft * cylinder.stiffness, cylinder.exponent)
-    d = cylinder.damping if cylinder.law == contact_laws.HUNT_CROSSLEY else 0.0
-    if d == 0.0 or not math.isfinite(gap0):
-        return elastic, slope
-    factor = 1.0 - d * (gap1 - gap0) / h
-    if factor <= 0.0:
-        return 0.0, 0.0
-    return elastic * factor, slope * factor - elastic * d / h
+    rate = (gap1 - gap0) / h if math.isfinite(gap0) else 0.0
+    lam, by_gap, by_rate = contact_laws.normal_force(
+        cylinder.law, gap1, rate, gap0, soft * cylinder.stiffness, cylinder.exponent, cylinder.damping
+    )
+    return lam, by_gap + (by_rate / h if rate != 0.0 else 0.0)
 
 
-@indirect(REAL(VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR))
+@inlined
+def _rub(point, cylinder, body, move, arm, normal, lam, h):
+    """Friction on a contact point over a step, and the energy of its bristle before and after: (x, y, z, U0, U1).
+
+    Parameters
+    ----------
+    move : displacement of the point; arm : its mean place from the body's origin; normal : unit vector; inertial axes
+
+    Notes
+    -----
+    The bristle slides against the body by the displacement less v h + w h x arm, means over the step, whose work with
+    the force is exact. Its force is that of the step's end, and never gives back more than its energy.
+    """
+    R, v, w, q = body.R, body.v, body.w, point.stick
+    bx, by, bz = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
+    sx, sy, sz = contact_laws.tangential(
+        move[0] - h * (v[0] + bx), move[1] - h * (v[1] + by), move[2] - h * (v[2] + bz), normal[0], normal[1], normal[2]
+    )
+    ux, uy, uz = turn(R, q[0], q[1], q[2])
+    ux, uy, uz = contact_laws.tangential(ux, uy, uz, normal[0], normal[1], normal[2])
+    found = contact_laws.friction(
+        ux, uy, uz, sx, sy, sz, lam, cylinder.friction, cylinder.stick_stiffness, cylinder.stick_damping, h
+    )
+    half, q1, t = 0.5 * cylinder.stick_stiffness, point.stick1, point.t
+    before = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    q1[0], q1[1], q1[2] = turn_back(R, found[3], found[4], found[5])
+    after = half * (q1[0] * q1[0] + q1[1] * q1[1] + q1[2] * q1[2])
+    t[0], t[1], t[2] = found[8], found[9], found[10]
+    point.along, point.across, point.by_normal = found[11], found[12], found[13]
+    point.drag1[0], point.drag1[1], point.drag1[2] = found[0], found[1], found[2]
+    slip = -(found[0] * sx + found[1] * sy + found[2] * sz) - (after - before)
+    return found[0], found[1], found[2], slip, after
+
+
+@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR))
 def add_contact_step(y0, y1, h, soft, model, F):
     """Forces of all contacts over a step into F and the bodies' wrenches, at the mean place of the bodies.
 
-    Returns the energy that the contacts take, J: work of the gaps less the change of the contacts' energy. Gaps are those
-    of `measure_gaps`; `soft` times the stiffness is taken.
+    Returns the energies that normal forces and friction take, J. Gaps are those of `measure_gaps`; `soft` times the
+    stiffness is taken.
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
-    n_q, lost = model.info.nq, 0.0
+    n_q, lost, rubbed = model.info.nq, 0.0, 0.0
     for k in range(cylinders.size):
         b = cylinders[k].body
         cx, cy, cz, ax, ay, az = _frame(bodies, b, cylinders[k].centre, cylinders[k].axis)
@@ -86,19 +118,21 @@ def add_contact_step(y0, y1, h, soft, model, F):
         normal = energy = touching = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
             gap0, gap1 = contacts[i].gap, contacts[i].gap1
-            contacts[i].force = 0.0
+            contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
+            q, q1 = contacts[i].stick, contacts[i].stick1
+            held = 0.5 * cylinders[k].stick_stiffness * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+            q1[0] = q1[1] = q1[2] = 0.0
             before = contact_laws.contact_energy(gap0, cylinders[k].stiffness, cylinders[k].exponent)
-            if gap1 >= 0.0:
-                lost += before
-                continue
-            lam, slope = _pressed(cylinders[k], gap0, gap1, h, soft)
             stored = contact_laws.contact_energy(gap1, cylinders[k].stiffness, cylinders[k].exponent)
+            lam, slope = _pressed(cylinders[k], gap0, gap1, h, soft)
             energy += stored
-            touching += 1.0
-            contacts[i].force, contacts[i].d_gap = lam, slope
+            if gap1 < 0.0:
+                touching += 1.0
             if lam == 0.0:
                 lost += before - stored
+                rubbed += held
                 continue
+            contacts[i].force, contacts[i].d_gap = lam, slope
             S, iq = contacts[i].S, contacts[i].iq
             x0, y00, z0 = contact_laws.point_position(y0, iq, S)
             x1, y11, z1 = contact_laws.point_position(y1, iq, S)
@@ -112,12 +146,23 @@ def add_contact_step(y0, y1, h, soft, model, F):
             f[0], f[1], f[2] = lam * nx, lam * ny, lam * nz
             lost += lam * (contacts[i].offset - contacts[i].distance) - (stored - before)
             normal += lam
+            if cylinders[k].friction > 0.0:
+                size = math.sqrt(nx * nx + ny * ny + nz * nz)
+                ex, ey, ez = mx - X[0], my - X[1], mz - X[2]
+                found = _rub(
+                    contacts[i], cylinders[k], bodies[b], (x1 - x0, y11 - y00, z1 - z0), (ex, ey, ez),
+                    (nx / size, ny / size, nz / size), lam, h,
+                )  # fmt: skip
+                f[0], f[1], f[2] = f[0] + found[0], f[1] + found[1], f[2] + found[2]
+                rubbed += found[3]
+                energy += found[4]
+                rigid.add_wrench(G, ex, ey, ez, -found[0], -found[1], -found[2])
             for j in range(4):
                 at, share = contacts[i].iv[j] - n_q, S[j]
                 F[at] -= share * f[0]
                 F[at + 1] -= share * f[1]
                 F[at + 2] -= share * f[2]
-            rigid.add_wrench(G, cx - X[0], cy - X[1], cz - X[2], -f[0], -f[1], -f[2])
+            rigid.add_wrench(G, cx - X[0], cy - X[1], cz - X[2], -lam * nx, -lam * ny, -lam * nz)
             turning = 2.0 * lam * s / total
             tx, ty, tz = cross(ax, ay, az, turning * dx, turning * dy, turning * dz)
             G[3] -= tx
@@ -126,7 +171,7 @@ def add_contact_step(y0, y1, h, soft, model, F):
         for c in range(6):
             bodies[b].F[c] += G[c]
         cylinders[k].normal, cylinders[k].energy, cylinders[k].touching = normal, energy, touching
-    return lost
+    return lost, rubbed
 
 
 @indirect(void(VECTOR, VECTOR, MODEL, SPARSE))
@@ -148,7 +193,9 @@ def add_contact_step_tangents(y0, y1, model, matrix):
             lam, slope = contacts[i].force, contacts[i].d_gap
             if lam == 0.0:
                 continue
-            S, n = contacts[i].S, contacts[i].n
+            S, n, t = contacts[i].S, contacts[i].n, contacts[i].t
+            size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+            unit = (n[0] / size, n[1] / size, n[2] / size)
             x0, y00, z0 = contact_laws.point_position(y0, contacts[i].iq, S)
             x1, y11, z1 = contact_laws.point_position(y1, contacts[i].iq, S)
             total = contacts[i].distance + contacts[i].offset
@@ -166,7 +213,10 @@ def add_contact_step_tangents(y0, y1, model, matrix):
                 for q in range(3):
                     same = 1.0 if p == q else 0.0
                     turning = (same - a[p] * a[q] - n[p] * n1[q]) / total
-                    K[p, q] = 2.0 * (-slope * n[p] * n1[q] - lam * turning)
+                    tt = t[p] * t[q]
+                    drag = contacts[i].along * tt + contacts[i].across * (same - unit[p] * unit[q] - tt)
+                    pressed = slope * (n[p] - contacts[i].by_normal * t[p]) * n1[q]
+                    K[p, q] = 2.0 * (drag - pressed - lam * turning)
             if last >= 0 and contacts[last].element != contacts[i].element:
                 _add_sum(matrix, contacts[last].iv, n_q, W)
             last = i
@@ -189,8 +239,18 @@ def add_contact_step_tangents(y0, y1, model, matrix):
             _add_sum(matrix, contacts[last].iv, n_q, W)
 
 
+@indirect(void(MODEL))
+def end_contacts(model):
+    """Make the bristles of a step's end those of the next one's start."""
+    contacts = model.flexible.contact_points
+    for i in range(contacts.size):
+        for c in range(3):
+            contacts[i].stick[c] = contacts[i].stick1[c]
+
+
 def clear_gaps(model):
     """Forget the gaps of steps before. Not compiled."""
     contacts = model.flexible.contact_points
     contacts["gap"], contacts["gap1"] = np.inf, np.inf
     contacts["force"] = 0.0
+    contacts["stick"], contacts["stick1"], contacts["t"] = 0.0, 0.0, 0.0

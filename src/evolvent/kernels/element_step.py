@@ -1,18 +1,21 @@
 """Elements over a step that conserves energy: stresses of the mean strains, forces along the mean shape.
 
-The products g of an element's nodal vectors (`kernels.ancf`) are quadratic in its coordinates, so that their change over
-a step is dg = J(vm) dq exactly, vm the mean of both ends; and the energy is quadratic in g, so that its change is
+The products g of an element's nodal vectors (`kernels.ancf`) are quadratic in its coordinates, so that their change
+over a step is dg = J(vm) dq exactly, vm the mean of both ends; and the energy is quadratic in g, so that its change is
 dg . s exactly, s = H (g0 + g1)/2 - h. The step adds chi/2 H (dg - ratio dg_p), dg_p the change over the step before,
 which dissipates what it does not resolve, and damping, b H dg/h.
 """
 
+import math
+
 from evolvent.jit import inlined, matrix_view
 from evolvent.kernels.ancf import add_force, multiply, nodal_vectors, products, write_tangent
+from evolvent.kernels.cable import _add_stress, _derivative, _dot
 
 
 @inlined
 def _mean_stress(e0, e1, h, chi, ratio, b, H, hh, n, before, change, work):
-    """Mean vectors into work[:3 n], those of the end after them, the stress s after these; returns the damping's loss."""
+    """Mean vectors into work[:3 n], then those of the end, then the stress s; returns the loss by damping."""
     m = n * (n + 1) // 2
     v, w, s = work[: 3 * n], work[3 * n : 6 * n], work[6 * n : 6 * n + m]
     g, x = work[6 * n + m : 6 * n + 2 * m], work[6 * n + 2 * m : 6 * n + 3 * m]
@@ -67,3 +70,43 @@ def step_tangent(e0, e1, h, chi, ratio, b, H, hh, n, before, change, work, K):
     for i in range(3 * n):
         w[i] *= factor
     write_tangent(H, work[6 * n : 6 * n + m], work[: 3 * n], w, n, matrix_view(work, 6 * n + m, 3 * n, m), K)
+
+
+@inlined
+def stretch_step_force(e0, e1, h, chi, ratio, b, H, hh, before, change, work, f):
+    """As `step_force` of a cable with engineering strain (`cable.cable_stretch_energy`), without the bending's damping.
+
+    Notes
+    -----
+    With a = r,x, q = r,xx and w = 1/(a.a) the stretch |a| changes by am . da over its mean, and the square of the
+    curvature, q.q w - (a.q)^2 w^2, by wm d(q.q) + ((q.q)m - 2 wm ((a.q)^2)m) dw - 2 (w^2)m (a.q)m d(a.q), where
+    dw = -w0 w1 d(a.a). The filter acts on the stretch, whose changes are `change`.
+    """
+    v0, v1, lost = work[:9], work[9:18], 0.0
+    nodal_vectors(e0, 3, v0)
+    nodal_vectors(e1, 3, v1)
+    for p in range(3):
+        a0, q0, a1, q1 = (
+            _derivative(H, p, 0, v0),
+            _derivative(H, p, 3, v0),
+            _derivative(H, p, 0, v1),
+            _derivative(H, p, 3, v1),
+        )
+        aa0, aa1, aq0, aq1 = _dot(a0, a0), _dot(a1, a1), _dot(a0, q0), _dot(a1, q1)
+        l0, l1, w0, w1 = math.sqrt(aa0), math.sqrt(aa1), 1.0 / aa0, 1.0 / aa1
+        d, mean = l1 - l0, 0.5 * (l0 + l1)
+        change[p] = d
+        N = H[3, p] * (mean - hh[p] + 0.5 * chi * (d - ratio * before[p]) + b * d / h)
+        lost += b / h * H[3, p] * d * d
+        wm, ww, aq, qq = (
+            0.5 * (w0 + w1),
+            0.5 * (w0 * w0 + w1 * w1),
+            0.5 * (aq0 + aq1),
+            0.5 * (_dot(q0, q0) + _dot(q1, q1)),
+        )
+        EI = H[3, 3 + p]
+        on_a = N / mean - EI * (qq - wm * (aq0 * aq0 + aq1 * aq1)) * w0 * w1
+        am = (0.5 * (a0[0] + a1[0]), 0.5 * (a0[1] + a1[1]), 0.5 * (a0[2] + a1[2]))
+        qm = (0.5 * (q0[0] + q1[0]), 0.5 * (q0[1] + q1[1]), 0.5 * (q0[2] + q1[2]))
+        _add_stress(H, p, am, qm, on_a, -EI * ww * aq, EI * wm, f)
+    return lost

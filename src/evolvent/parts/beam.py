@@ -285,6 +285,7 @@ class Beam(Part):
                 force=jit.slot(functions.force),
                 tangent=jit.slot(functions.tangent),
                 energy=jit.slot(functions.energy),
+                stretch=int(self.formulation == "cable_stretch"),
                 length=self.length / n,
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,

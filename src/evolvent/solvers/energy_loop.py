@@ -1,4 +1,4 @@
-"""Time loop of the energy-momentum method: Newton's method, stages, divided steps, error estimate, samples between steps."""
+"""Time loop of the energy-momentum method: Newton's method, divided steps, error estimate, samples between steps."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numba import types, void
 
-from evolvent.flow.energy_momentum import ENERGY_STEP, EnergyStep, measure, residual, tangent
+from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import joint, rigid, sparse_lu
+from evolvent.kernels import contact_step, hinge, hinge_step, joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -23,12 +23,12 @@ _I = types.int64
 # status codes
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, REDUNDANT = 0, 1, -1, -2, -3, -5
 #: Counters and clock. sample, stop: the next ones; touching: points in contact at the last iteration; stages: solutions
-#: that needed softened contacts; divided: steps that were divided; wanted, length: of the next step, s, before and after
-#: it was divided; last: length of the step before, s, 0 at a start.
+#: that needed softened contacts; divided: steps that were divided; wanted, length: of the next step, s, before and
+#: after it was divided; last: length of the step before, s, 0 at a start.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "touching",
-                                   "stages", "divided")]
-    + [(name, np.float64) for name in ("time", "wanted", "length", "last", "quality")],
+                                   "stages", "divided", "latches")]
+    + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality")],
     align=True,
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
@@ -38,7 +38,9 @@ OPTIONS = np.dtype([(name, np.float64) for name in ("chi", "tolerance", "newton"
 ROW = {name: k for k, name in enumerate(BALANCE.names or ())}
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED = (ROW[n] for n in ("kinetic", "elastic", "bending", "contact", "coupled"))
 LOADS, DRIVES, BY_MASS, BY_STIFFNESS = (ROW[n] for n in ("loads", "drives", "by_mass", "by_stiffness"))
-BY_CONTACT, BY_JOINTS, BY_SPRINGS = (ROW[n] for n in ("by_contact", "by_joints", "by_springs"))
+BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
+    ROW[n] for n in ("by_contact", "by_friction", "by_joints", "by_springs")
+)
 #: Iterations without help, and those of a stage; powers of ten of the contacts' stiffness in the stages.
 PLAIN, STAGED = 12, 25
 STAGES = (-6.0, -4.5, -3.0, -1.5, 0.0)
@@ -55,6 +57,7 @@ class EnergyLoop(Struct):
     balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
     impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder
     samples, stops : float, s; out_* : what is kept at the samples
+    log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
     """
 
     step: EnergyStep = struct(EnergyStep)
@@ -71,6 +74,9 @@ class EnergyLoop(Struct):
     impulse: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
+    log_t: np.ndarray = array(1)
+    log_k: np.ndarray = array(1, np.int64)
+    out_s: np.ndarray = array(2, np.int64)
     out_y: np.ndarray = array(2)
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
@@ -189,9 +195,9 @@ def iterate(most, searches, model, matrix, work):
             _shift(1.0, model, work)
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
-        if s == 1.0 and _count_touching(model) == touching:
-            if norm <= options.newton or (0.0 < ratio < 0.9 and norm * ratio / (1.0 - ratio) <= options.newton):
-                return iteration + 1
+        left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
+        if s == 1.0 and min(norm, left) <= options.newton and _count_touching(model) == touching:
+            return iteration + 1
         last = norm
     return NO_CONVERGENCE
 
@@ -240,6 +246,8 @@ def fill_energies(model, work):
             coupled += 0.5 * joints[k].stiffness * work.step.gap1[k] * work.step.gap1[k]
     for k in range(model.flexible.cylinders.size):
         contact += model.flexible.cylinders[k].energy
+    if model.flexible.hinges.size > 0:
+        coupled += hinge_step.hinge_energy(model.flexible.switches, model)
     row = work.balance
     row[KINETIC], row[ELASTIC], row[BENDING] = work.energies[0], work.energies[1], work.energies[2]
     row[CONTACT], row[COUPLED] = contact, coupled
@@ -264,6 +272,8 @@ def accept(model, work):
     row[BY_JOINTS] += h * powers[JOINTS]
     if f.cylinders.size > 0:
         row[BY_CONTACT] += step.contact[0]
+        row[BY_FRICTION] += step.contact[1]
+        contact_step.end_contacts(model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
 
@@ -271,7 +281,7 @@ def accept(model, work):
 @inlined
 def _interpolate(theta, model, work, y):
     """State at the share theta of the step: Hermite's cubics of coordinates, straight lines of quaternions."""
-    step, n_q = work.step, model.info.nq
+    step = work.step
     h, y0, y1 = step.step.h, step.y0, step.y1
     for i in range(y.size):
         y[i] = y0[i] + theta * (y1[i] - y0[i])
@@ -318,6 +328,8 @@ def keep_samples(model, work):
         if theta > 1.0 - 1e-9:
             theta = 1.0
         _interpolate(theta, model, work, work.out_y[n])
+        for i in range(f.switches.size):
+            work.out_s[n, i] = f.switches[i]
         for i in range(step.dq.size):
             work.out_a[n, i] = step.dv[i] / h
             if n == 1 and loop.steps == 0:
@@ -360,12 +372,17 @@ def begin(model, matrix, work):
         step.y1[i] = step.y0[i]
     measure(0, model, step)
     measure(1, model, step)
-    fill_energies(model, work)
-    for i in range(work.balance.size):
-        work.balance0[i] = work.balance[i]
     for i in range(step.y0.size):
         work.out_y[0, i] = step.y0[i]
+    for k in range(model.flexible.hinges.size):
+        model.flexible.hinges[k].angle = step.hinge1[k, 2]
+        model.flexible.hinges[k].rate = 0.0
+    fill_energies(model, work)
+    hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    for i in range(model.flexible.switches.size):
+        work.out_s[0, i] = model.flexible.switches[i]
     for i in range(work.balance.size):
+        work.balance0[i] = work.balance[i]
         work.out_balance[0, i] = work.balance[i]
     work.loop.sample = 1
     return DONE
@@ -391,6 +408,20 @@ def _next_start(model, work):
         work.impulse0[k] = work.impulse[k]
 
 
+@inlined
+def _latch(t, model, work):
+    """Latch the hinges that have reached their latches at the end of a step; returns whether any has."""
+    hinges, s, found = model.flexible.hinges, model.flexible.switches, False
+    for k in range(hinges.size):
+        if hinge.latch_reached(s, hinges, k):
+            s[hinges[k].switch + 1] = 1
+            work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, k
+            work.loop.latches += 1
+            found = True
+    hinge.end_hinge_step(s, hinges)
+    return found
+
+
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP, _I))
 def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
@@ -402,7 +433,7 @@ def advance(model, matrix, work, budget):
         target, stops = end, False
         if loop.stop < work.stops.size and work.stops[loop.stop] < end - near:
             target, stops = work.stops[loop.stop], True
-        h, lands = loop.length, False
+        h, lands = min(loop.length, loop.event_step, hinge.longest_step(model.flexible.hinges)), False
         if h >= (target - loop.time) * (1.0 - 1e-9):
             h, lands = target - loop.time, True
         step.step.t, step.step.h = loop.time, h
@@ -424,6 +455,11 @@ def advance(model, matrix, work, budget):
                 loop.rejected += 1
                 loop.length = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
             continue
+        part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
+        if part < 1.0 and h * part > options.smallest:
+            loop.event_step = h * part
+            continue
+        loop.event_step = math.inf
         accept(model, work)
         fill_energies(model, work)
         t1 = target if lands else loop.time + h
@@ -432,6 +468,7 @@ def advance(model, matrix, work, budget):
         loop.steps += 1
         _next_start(model, work)
         loop.last = h
+        latched = _latch(t1, model, work)
         if adaptive:
             grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
             if grow > 1.2 or grow < 1.0:
@@ -440,6 +477,7 @@ def advance(model, matrix, work, budget):
             loop.length = min(2.0 * h, loop.wanted)
         if lands and stops:
             loop.stop += 1
+        if latched or (lands and stops):
             loop.last = 0.0
             for i in range(step.before.size):
                 step.before[i] = 0.0

@@ -16,7 +16,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step
+from evolvent.kernels import contact_step, hinge_step, joint
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -26,7 +26,7 @@ from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_setup import check_start, matrix_of, sizes
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.sampled import Sampled, empty
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "energy-momentum"
@@ -90,7 +90,11 @@ def plan(
     if step is not None:
         step = positive("step", step, allowed=STEP_ALLOWED)
     tolerance = positive("tolerance", tolerance)
-    families.check(assembly, families.IMPLICIT)
+    families.check(assembly, families.ENERGY)
+    cords = np.flatnonzero(assembly.model.flexible.joints["kind"] == joint.CORD)
+    if cords.size:
+        name = families.owner(assembly, "joints", int(cords[0]))
+        raise InputError(f"{name!r} is a cord on a drum, which {NAME} does not support; take generalized-alpha")
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):
@@ -110,6 +114,11 @@ def plan(
     return Plan(own, times, step, matrix_of(own.model), weight, options)
 
 
+def solve_energy(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
+    """Integrate an assembled model by the energy-momentum method: `plan`, whose options these are, and run."""
+    return plan(assembly, **options).run(progress)
+
+
 def needed(model: Any) -> list[Any]:
     """Functions that the method calls."""
     found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
@@ -117,8 +126,11 @@ def needed(model: Any) -> list[Any]:
         found += [flow.add_elements, flow.add_element_tangents]
     if model.springs.size:
         found.append(flow.add_springs)
+    if model.flexible.hinges.size:
+        found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
+        found.append(contact_step.end_contacts)
     return found
 
 
@@ -128,6 +140,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
     f, n_v, n_b = model.flexible, int(model.info.nv), model.bodies.size
     n_j, n_c, fields = f.joints.size, f.cylinders.size, len(BALANCE.names or ())
     contact_step.clear_gaps(model)
+    f.switches[:] = assembly.s
     until = f.joints["until"]
     stops = np.unique(np.concatenate([f.beam_loads["start"] + f.beam_loads["ramp"], model.breaks, until]))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
@@ -143,15 +156,18 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((n_b, 3)) for name in ("x0", "x1")},
         **{name: np.zeros(n_j) for name in ("gap0", "gap1")},
         **{name: np.zeros(model.springs.size) for name in ("length0", "length1")},
+        **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
-        contact=np.zeros(1),
+        contact=np.zeros(2),
     )
     first = of.step if of.step is not None else min(1e-5 * (times[-1] - times[0]), 1e-4)
     out = empty(model, times.size)
     return energy_loop.EnergyLoop(
         step=step,
         options=of.options.copy(),
-        loop=zeros_record(energy_loop.LOOP, time=times[0], wanted=first, length=first, quality=1.0),
+        loop=zeros_record(
+            energy_loop.LOOP, time=times[0], wanted=first, length=first, event_step=math.inf, quality=1.0
+        ),
         weight=of.weight,
         x=np.zeros(n_v + n_j),
         la0=np.zeros(n_j),
@@ -166,6 +182,9 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         out_y=np.zeros((times.size, assembly.y.size)),
         out_a=out.acceleration,
         out_la=out.la,
+        log_t=np.zeros(f.hinges.size),
+        log_k=np.zeros(f.hinges.size, dtype=np.int64),
+        out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
         out_bodies=out.wrenches,
@@ -222,14 +241,14 @@ class Run:
 
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
         work, loop = self.work, self.work.loop
-        n, steps = int(loop.sample), int(loop.steps)
+        n, steps, latches = int(loop.sample), int(loop.steps), int(loop.latches)
         balance = work.out_balance[:n].copy().view(BALANCE).reshape(n).view(np.recarray)
         return Solution(
             assembly=self.assembly,
             method=NAME,
             t=self.plan.times[:n].copy(),
             y=work.out_y[:n],
-            s=np.repeat(self.assembly.s[None], n, axis=0),
+            s=work.out_s[:n],
             status=status,
             message=message,
             statistics={
@@ -241,10 +260,11 @@ class Run:
                 "factorizations": int(loop.factorizations),
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
+                "events": latches,
                 "smallest_pivot": float(loop.quality),
             },
-            event_times=np.zeros(0),
-            event_kinds=np.zeros(0, dtype=int),
+            event_times=work.log_t[:latches],
+            event_kinds=first_latch(self.model) + work.log_k[:latches],
             wall_time=wall_time,
             compile_time=self.compile_time,
             kept=Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n]),
