@@ -12,7 +12,7 @@ from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import thread
-from evolvent.solvers import drive, implicit, payout
+from evolvent.solvers import drive, energy_momentum, implicit, payout
 from evolvent.solvers.laws import refusing_laws
 
 if TYPE_CHECKING:
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 #: Methods that `simulate` takes by name.
-METHODS = (*drive.METHODS, implicit.NAME)
+METHODS = (*drive.METHODS, implicit.NAME, energy_momentum.NAME)
+#: Solver of `evolvent.families` by the name of an implicit method.
+_IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.ENERGY}
 #: Samples of a run where no interval is given.
 SAMPLES = 400
 #: Default tolerance and spectral radius of generalized-alpha: vibrations that the steps resolve keep their energy.
@@ -86,8 +88,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if method != "auto":
         if method not in METHODS:
             raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
-        solver = families.IMPLICIT if method == implicit.NAME else families.EXPLICIT
-        families.check(assembly, solver)
+        families.check(assembly, _IMPLICIT.get(method, families.EXPLICIT))
         return method, "as asked for"
     refused = {}
     for solver in (families.EXPLICIT, families.IMPLICIT):
@@ -147,14 +148,16 @@ def plan(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
             f"beside `tolerance`"
         )
-    if method == implicit.NAME:
+    if method in _IMPLICIT:
         options: dict[str, Any] = {"step": step}
         options["tolerance"] = TOLERANCE if tolerance is None else tolerance
         options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
-        return implicit.plan(assembly, samples=samples, **options), why
+        solver = implicit.plan if method == implicit.NAME else energy_momentum.plan
+        return solver(assembly, samples=samples, **options), why
     if spectral_radius is not None:
         raise InputError(
-            f"spectral_radius is {spectral_radius!r}, but the method is {method}; only generalized-alpha has one"
+            f"spectral_radius is {spectral_radius!r}, but the method is {method}; only "
+            f"{implicit.NAME} and {energy_momentum.NAME} have one"
         )
     options = {"method": method}
     if method == "dopri5":

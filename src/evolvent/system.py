@@ -117,11 +117,11 @@ class System:
         ----------
         until : float, s, or a text with a unit ("20 s"), end of the run; needed unless the system was read from a case
         every : float, s, or a text, between samples; a 400th of the run if left out
-        method : {"auto", "generalized-alpha", "dopri5", "rk4", "heun"}
+        method : {"auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"}
             "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
         step : float, s, or a text, of a method with fixed steps; chosen if left out
         tolerance : float, of an adaptive method
-        spectral_radius : float, 0 to 1, of generalized-alpha at infinite frequency
+        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum
         progress : called with the time reached (s), a few times a second
 
         Returns

@@ -11,7 +11,9 @@ dv_p and dg_p belong to the step before (r = min(1, h/h_p)). Then::
 
     E + chi/4 (|dv|^2_M + |dg|^2_H)   falls by at least   chi/4 (|dv - r dv_p|^2_M + |dg - r dg_p|^2_H)
 
-beside the work of loads and drives less what dampers take: no step gains energy, whatever its length.
+beside the work of loads and drives less what dampers take: no step gains energy, whatever its length. The linear
+momentum is kept; the angular one only without the filter of velocities (chi = 0 in the first line), which is left out
+where nothing holds the system from outside.
 
 Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of places and
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
@@ -52,8 +54,8 @@ from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
 
 _I = types.int64
-#: Of a step: its start and length (s), chi, r, and the share of the contacts' stiffness.
-STEP = np.dtype([(name, np.float64) for name in ("t", "h", "chi", "ratio", "soft")])
+#: Of a step: its start and length (s), chi of strains and of velocities, r, and the share of the contacts' stiffness.
+STEP = np.dtype([(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft")])
 
 
 class EnergyStep(Struct):
@@ -134,7 +136,7 @@ def move(model, work):
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     y0, y1, ym, dq = work.y0, work.y1, work.ym, work.dq
     bodies = model.bodies
-    c, filtered = 2.0 / (1.0 + work.step.chi), 0.5 * work.step.chi * work.step.ratio
+    c, filtered = 2.0 / (1.0 + work.step.chi_v), 0.5 * work.step.chi_v * work.step.ratio
     for i in range(n_v):
         rate = dq[i] / h
         ym[n_q + i] = rate
@@ -388,7 +390,7 @@ def tangent(scale, model, work, matrix):
     Left out is what only slows Newton's method: see `evolvent.flow.implicit.tangent`.
     """
     f, n_q, n_v, h = model.flexible, model.info.nq, model.info.nv, work.step.h
-    c_mass, c_rate = 4.0 / ((1.0 + work.step.chi) * h * h), 2.0 / h
+    c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
     tm = work.step.t + 0.5 * h
     sparse.clear(matrix)
     if f.elements.size > 0:

@@ -59,8 +59,9 @@ def _pressed(cylinder, gap0, gap1, h, soft):
     if gap1 == math.inf:
         return 0.0, 0.0
     rate = (gap1 - gap0) / h if math.isfinite(gap0) else 0.0
+    law = contact_laws.CONSERVATIVE if gap0 < 0.0 else cylinder.law
     lam, by_gap, by_rate = contact_laws.normal_force(
-        cylinder.law, gap1, rate, gap0, soft * cylinder.stiffness, cylinder.exponent, cylinder.damping
+        law, gap1, rate, gap0, soft * cylinder.stiffness, cylinder.exponent, cylinder.damping
     )
     return lam, by_gap + (by_rate / h if rate != 0.0 else 0.0)
 

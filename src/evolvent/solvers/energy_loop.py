@@ -154,7 +154,7 @@ def iterate(most, searches, model, matrix, work):
     """Newton's method from the present increments: the number of iterations, or a status below zero."""
     step, loop, options = work.step, work.loop, work.options
     n_v, n_j = model.info.nv, step.la.size
-    scale = 4.0 * options.mass / ((1.0 + options.chi) * step.step.h * step.step.h)
+    scale = 4.0 * options.mass / (step.step.h * step.step.h)
     residual(model, step)
     last, ratio, stale, touching = math.inf, 0.0, True, -1
     for iteration in range(most):
@@ -220,7 +220,7 @@ def solve_step(model, matrix, work):
     step = work.step.step
     step.soft = 1.0
     _predict(model, work)
-    found = iterate(PLAIN, 0, model, matrix, work)
+    found = iterate(PLAIN if model.flexible.cylinders.size > 0 else STAGED, 0, model, matrix, work)
     if found > 0 or model.flexible.cylinders.size == 0:
         return found
     _predict(model, work)

@@ -16,7 +16,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, hinge_step, joint
+from evolvent.kernels import contact_step, hinge_step, joint, rigid, sides, springs
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -74,7 +74,8 @@ def plan(
     samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
     step : float, s, fixed; None has it follow from `tolerance`
     tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
-    spectral_radius : float, 1/3 to 1, at infinite frequency: 1 conserves energy, 1/3 dissipates most
+    spectral_radius : float, 1/3 to 1, at infinite frequency: 1 conserves energy, 1/3 dissipates most. Where nothing
+        holds the system from outside the strains alone are filtered, which keeps the angular momentum.
     newton : float, correction at which an iteration has converged, beside the same sizes
 
     Raises
@@ -119,6 +120,18 @@ def solve_energy(assembly: Assembly, *, progress: Callable[[float], None] | None
     return plan(assembly, **options).run(progress)
 
 
+def is_held(model: Any) -> bool:
+    """Whether something joins, pushes or pulls on the system from outside, beside gravity and loads."""
+    f, free = model.flexible, model.bodies["motion"] == rigid.FREE
+    joints, hinges, markers = f.joints, f.hinges, model.markers
+    fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
+    fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
+    fixed += [~free[f.cylinders["body"]]]
+    used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
+    fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
+    return any(bool(np.any(one)) for one in fixed)
+
+
 def needed(model: Any) -> list[Any]:
     """Functions that the method calls."""
     found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
@@ -140,12 +153,13 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
     f, n_v, n_b = model.flexible, int(model.info.nv), model.bodies.size
     n_j, n_c, fields = f.joints.size, f.cylinders.size, len(BALANCE.names or ())
     contact_step.clear_gaps(model)
+    chi = float(of.options.chi)
     f.switches[:] = assembly.s
     until = f.joints["until"]
     stops = np.unique(np.concatenate([f.beam_loads["start"] + f.beam_loads["ramp"], model.breaks, until]))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     step = flow.EnergyStep(
-        step=zeros_record(flow.STEP, t=times[0], chi=of.options.chi, soft=1.0),
+        step=zeros_record(flow.STEP, t=times[0], chi=chi, chi_v=chi if is_held(model) else 0.0, soft=1.0),
         **{name: assembly.y.copy() for name in ("y0", "y1", "ym")},
         **{name: np.zeros(n_v) for name in ("dq", "dv", "before")},
         la=np.zeros(n_j),

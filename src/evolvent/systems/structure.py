@@ -21,7 +21,7 @@ class Simulate(Section):
 
     until: units.Duration = Field(description="end of the run")
     every: units.Duration | None = Field(None, description="time between samples; left out, a 400th of the run")
-    method: Literal["auto", "generalized-alpha", "dopri5", "rk4", "heun"] = Field(
+    method: Literal["auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"] = Field(
         "auto", description="auto chooses from the parts; the results say which method it is, and why"
     )
     step: units.Duration | None = Field(None, description="of a method with fixed steps; chosen if left out")
@@ -29,7 +29,9 @@ class Simulate(Section):
     absolute_tolerance: units.Tolerance | None = Field(
         None, description="of dopri5, beside tolerance; a hundredth of it if left out"
     )
-    spectral_radius: units.Fraction | None = Field(None, description="of generalized-alpha, at infinite frequency")
+    spectral_radius: units.Fraction | None = Field(
+        None, description="of generalized-alpha and energy-momentum, at infinite frequency"
+    )
 
     def settings(self) -> dict[str, Any]:
         """Arguments of `System.simulate`."""
