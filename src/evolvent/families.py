@@ -23,7 +23,6 @@ from evolvent.errors import InputError
 from evolvent.kernels import (
     beam_loads,
     contact,
-    contact_laws,
     custom,
     flexible,
     hinge,
@@ -197,10 +196,6 @@ FAMILIES = (
         "a contact without friction", "cylinders", EVERY,
         which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
-    ),
-    Family(
-        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "take `law` 'hunt-crossley', or generalized-alpha",
-        which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",

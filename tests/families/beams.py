@@ -173,15 +173,6 @@ def contact() -> Case:
     return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
 
 
-@of("a contact with the paper's law")
-def paper_contact() -> Case:
-    """As of the other laws, without damping."""
-    centre = (1.0, SUNK - 0.2, 0.0)
-    given: dict[str, Any] = {"radius": 0.2, "centre": centre, "stiffness": K_TOUCH, "points": 1, "law": "paper"}
-    drum = parts.CylinderContact(body="ground", beams=["rod"], damping=0.0, **given)
-    return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
-
-
 @of("a layer on other turns")
 def layer() -> Case:
     """The tip on a short beam below it, as seen from an axis far below."""

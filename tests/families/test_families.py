@@ -56,7 +56,7 @@ def solved(case: Case, variant: str) -> Any:
     if variant == "energy-step":
         return solve_energy(assembly, samples=samples, step=case.end / 2000.0, spectral_radius=0.9)
     if variant == "energy-tolerance":
-        return solve_energy(assembly, samples=samples, tolerance=1e-6, spectral_radius=0.9)
+        return solve_energy(assembly, samples=samples, tolerance=1e-7, spectral_radius=0.9)
     if variant == "static":
         return solve_static(assembly, time=case.time, rotating=case.rotating)
     count = np.size(case.poles) if case.poles is not None else 1

@@ -16,7 +16,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, hinge_step, joint, rigid, sides, springs
+from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, rigid, sides, springs
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -92,10 +92,8 @@ def plan(
         step = positive("step", step, allowed=STEP_ALLOWED)
     tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.ENERGY)
-    cords = np.flatnonzero(assembly.model.flexible.joints["kind"] == joint.CORD)
-    if cords.size:
-        name = families.owner(assembly, "joints", int(cords[0]))
-        raise InputError(f"{name!r} is a cord on a drum, which {NAME} does not support; take generalized-alpha")
+    _refuse(assembly, "joints", "kind", joint.CORD, "a cord on a drum")
+    _refuse(assembly, "cylinders", "law", contact_laws.PAPER, "a contact with the paper's law")
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):
@@ -113,6 +111,14 @@ def plan(
         mass=mass,
     )
     return Plan(own, times, step, matrix_of(own.model), weight, options)
+
+
+def _refuse(assembly: Assembly, family: str, field: str, value: int, what: str) -> None:
+    """Refuse records of a family that the method supports otherwise."""
+    found = np.flatnonzero(families.records(assembly.model, family)[field] == value)
+    if found.size:
+        name = families.owner(assembly, family, int(found[0]))
+        raise InputError(f"{name!r} is {what}, which {NAME} does not support; take generalized-alpha")
 
 
 def solve_energy(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
