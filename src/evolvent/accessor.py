@@ -29,8 +29,8 @@ class RunAccessor:
 
     @property
     def _system(self) -> Any:
-        """Definition of the system that was run."""
-        return cases.system(self._run.attrs["system"])
+        """The definition that the run is shown by."""
+        return cases.presenter(self._run)
 
     def names(self) -> list[str]:
         """Full names of all variables over time."""

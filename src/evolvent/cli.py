@@ -278,7 +278,7 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     """Figures and animation of a run."""
     from evolvent import animation, cases
 
-    figures, motion = cases.system(found.attrs["system"]).figures(found), animation.of_run(found)
+    figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
     if not figures and motion is None:
         click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
         return
@@ -296,7 +296,7 @@ def _table(found: xr.Dataset) -> None:
     status = found.attrs["status"]
     message = found.attrs["message"].removeprefix(status).lstrip()
     rows = [("status", status if status == "success" else f"{status}: {message}")]
-    rows += [(number.label, number.value) for number in cases.system(found.attrs["system"]).numbers(found)]
+    rows += [(number.label, number.value) for number in cases.presenter(found).numbers(found)]
     wide = max(len(label) for label, _ in rows)
     room = max(shutil.get_terminal_size().columns - wide - 2, 20)
     plain = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb"

@@ -184,11 +184,14 @@ def _check(run: Any) -> None:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
     case = None
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
-        case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
-        if case.system != attrs["system"]:
-            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
+        content = cases.parse_yaml(attrs["case"], "its case")
+        if not (getattr(run, "children", None) and cases.lacks_package(content)):
+            case = cases.load(content)
+        of = case.system if case is not None else content["system"]
+        if of != attrs["system"]:
+            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {of!r}")
     _check_groups(run)
-    for name, sizes in cases.system(attrs["system"]).layout(case).items():
+    for name, sizes in cases.presenter(run).layout(case).items():
         variable = _variable(run, name)
         if variable is None:
             raise InputError(f"the variable {name!r} is missing")

@@ -1,0 +1,121 @@
+"""What a new user meets first: cases without a system, units of gravity, messages, files of packages not installed."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import evolvent as ev
+from evolvent import cases, parts, studies
+from evolvent.errors import InputError
+
+FALL = {"gravity": [0, 0, "-9.81 m/s^2"], "parts": {"ball": {"kind": "point", "mass": "1 kg"}}, "simulate": {"until": 1}}
+
+
+def ball() -> ev.System:
+    system = ev.System(gravity=(0, 0, "-9.81 m/s^2"))
+    system.add(parts.Point(mass=1.0), "ball")
+    return system
+
+
+def test_a_case_of_parts_needs_no_system() -> None:
+    """Parts alone are a structure: for `load`, for checks field by field, and in a study."""
+    case = cases.load(FALL)
+    assert case.system == "structure"
+    assert cases.load(FALL, {"parts.ball.mass": "2 kg"}).parts["ball"].mass == 2.0
+    assert cases.problems(FALL) == {}
+    assert list(cases.problems(FALL | {"simulate": {"until": -1}})) == ["simulate.until"]
+    study = {"case": FALL, "over": {"parts.ball.mass": ["1 kg", "2 kg"]}, "keep": ["ball.position.z.last"]}
+    assert studies.read(study).count == 2
+    with pytest.raises(InputError, match="the key 'system' is missing"):
+        cases.load({"simulate": {"until": 1}})
+
+
+def test_gravity_takes_a_unit() -> None:
+    for gravity in [(0, 0, -9.81), (0, 0, "-9.81 m/s^2"), [0, 0, "-981 cm/s^2"], np.array([0.0, 0.0, -9.81])]:
+        system = ev.System(gravity=gravity)
+        system.add(parts.Point(mass=1.0), "ball")
+        assert system.simulate(until=1.0)["ball"].position.values[-1] == pytest.approx([0.0, 0.0, -4.905])
+    for wrong in (9.81, (0, 0), (0, 0, float("nan")), (0, 0, "9.81 m")):
+        with pytest.raises(InputError, match=r"^gravity is .* a list of 3 values, such as \[0, 0, 1 m/s\^2\]"):
+            ev.System(gravity=wrong)  # type: ignore[arg-type]
+
+
+def test_no_parts_are_refused() -> None:
+    for analyse in (lambda s: s.simulate(until=1), lambda s: s.equilibrium(), lambda s: s.modes()):
+        with pytest.raises(InputError, match="the system has no parts; add one"):
+            analyse(ev.System())
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (parts.Force(at="tether", force=(1, 0, 0)), "'tether' is a Thread, not a body, point or beam; a mass at its end"),
+        (parts.Force(at="reel", force=(1, 0, 0)), "'reel' is a Reel, not a body, point or beam$"),
+        (parts.Force(at="hub.antenna", force=(1, 0, 0)), "'hub' has no point 'antenna'; its key `points` names none$"),
+        (parts.Force(at="hbu", force=(1, 0, 0)), "'push' refers to 'hbu', but no part is called that; did you mean 'hub'"),
+    ],
+)
+def test_what_nothing_can_be_attached_to(part: parts.Force, message: str) -> None:
+    system = ev.System()
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0), "hub")
+    system.add(parts.Reel(body="hub", radius=0.1, drive=parts.ConstantDrive(rate=1.0)), "reel")
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=4), "tether")
+    system.add(part, "push")
+    with pytest.raises(InputError, match=message):
+        system.assemble()
+
+
+def test_a_file_written_from_a_case_keeps_its_sections() -> None:
+    case = FALL | {"modes": {"count": 3}, "equilibrium": {"time": "2 s"}}
+    text = ev.load(case).copy().to_yaml()
+    again = cases.load(cases.parse_yaml(text, "text"))
+    assert (again.modes.count, again.equilibrium.time) == (3, 2.0)
+    assert ev.load(cases.parse_yaml(text, "text")).to_yaml() == text
+    assert "modes" not in ball().to_yaml()
+
+
+def test_values_and_units_stay_on_one_line() -> None:
+    """A part with many keys is written a key a line, not on one that is broken between a number and its unit."""
+    system = ev.System()
+    for name in ("a", "b"):
+        system.add(parts.RigidBody(mass=1.0, inertia=1.0), name)
+    hinge = parts.RotationalSpring(
+        a="a", b="b", axis=(0, 0, 1), stiffness=0.1, damping=0.05, rest=0.1, latch=0.0, latch_stiffness=1e3,
+        latch_damping=20.0,
+    )  # fmt: skip
+    system.add(hinge, "hinge")
+    text = system.to_yaml()
+    assert "    damping: 0.05 N m s/rad\n" in text
+    assert cases.load(cases.parse_yaml(text, "text")).parts["hinge"] == hinge
+
+
+def test_an_animation_is_a_page(tmp_path) -> None:
+    run = ball().simulate(until=1.0)
+    with pytest.raises(InputError, match=r"an animation is a page, whose file ends with .html; `evolvent export"):
+        run.ev.animate(tmp_path / "fall.gif")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("missing", ["system", "part"])
+def test_a_run_of_a_package_that_is_not_installed(tmp_path, missing: str) -> None:
+    """Its file opens with all its data, and is shown as any structure is."""
+    run = ball().simulate(until=1.0)
+    if missing == "system":
+        run.attrs |= {"system": "umbrella", "case": "system: umbrella\nribs: 8\n"}
+    else:
+        run.attrs["case"] = run.attrs["case"].replace("kind: point", "kind: umbrella-rib")
+    ev.save(run, tmp_path / "run.nc")
+    back = ev.open(tmp_path / "run.nc")
+    assert back["ball"].position.values[-1, 2] == pytest.approx(-4.905)
+    assert [figure.name for figure in cases.presenter(back).figures(back)] == ["point", "energy-balance"]
+    assert back.ev.table()
+    assert back.ev.motion() is not None
+    # what is damaged is refused all the same
+    run.attrs["case"] = "system: structure\nparts: {}\nsimulat: {}\n"
+    ev.save(run, tmp_path / "run.nc")
+    with pytest.raises(InputError, match="no whole run of evolvent"):
+        ev.open(tmp_path / "run.nc")
+    assert json.loads(run.attrs["statistics"])["steps"] > 0
