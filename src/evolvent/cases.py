@@ -149,7 +149,7 @@ def _outside_cases() -> dict[str, str]:
 
 def unusable() -> list[str]:
     """Sentences on systems and parts of other packages that cannot be loaded."""
-    found = []
+    found: list[str] = []
     if importlib.metadata.entry_points(group="evolvent.parts"):  # parts take long to load
         from evolvent.parts import registry
 
@@ -287,7 +287,7 @@ _PlainDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 class _Dumper(_PlainDumper):  # type: ignore[misc]
-    """YAML whose mappings of plain values stand on one line, if they fit: a line's end never parts a value and its unit."""
+    """YAML whose mappings of plain values stand on one line where they fit, so that no line ends before a unit."""
 
     def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
         node = super().represent_mapping(tag, mapping, flow_style)

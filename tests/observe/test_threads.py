@@ -177,7 +177,13 @@ def from_a_satellite(drive: parts.RampDrive, *, spool_axis: tuple[float, float, 
         "reel",
     )  # fmt: skip
     thread = parts.Thread(
-        reel="reel", length=10.0, line_density=1e-6, nodes=10, tip_mass=1.0, segments="inextensible", direction=(1, 0, 0)
+        reel="reel",
+        length=10.0,
+        line_density=1e-6,
+        nodes=10,
+        tip_mass=1.0,
+        segments="inextensible",
+        direction=(1, 0, 0),
     )
     system.add(thread, "tether")
     return system

@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 
 import evolvent as ev
-from evolvent import cases, parts, studies
+from evolvent import cases, parts, show, studies
 from evolvent.errors import InputError
+from evolvent.studies import draw
 
-FALL = {"gravity": [0, 0, "-9.81 m/s^2"], "parts": {"ball": {"kind": "point", "mass": "1 kg"}}, "simulate": {"until": 1}}
+FALL = {
+    "gravity": [0, 0, "-9.81 m/s^2"],
+    "parts": {"ball": {"kind": "point", "mass": "1 kg"}},
+    "simulate": {"until": 1},
+}
 
 
 def ball() -> ev.System:
@@ -52,10 +57,16 @@ def test_no_parts_are_refused() -> None:
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        (parts.Force(at="tether", force=(1, 0, 0)), "'tether' is a Thread, not a body, point or beam; a mass at its end"),
+        (
+            parts.Force(at="tether", force=(1, 0, 0)),
+            "'tether' is a Thread, not a body, point or beam; a mass at its end",
+        ),
         (parts.Force(at="reel", force=(1, 0, 0)), "'reel' is a Reel, not a body, point or beam$"),
         (parts.Force(at="hub.antenna", force=(1, 0, 0)), "'hub' has no point 'antenna'; its key `points` names none$"),
-        (parts.Force(at="hbu", force=(1, 0, 0)), "'push' refers to 'hbu', but no part is called that; did you mean 'hub'"),
+        (
+            parts.Force(at="hbu", force=(1, 0, 0)),
+            "'push' refers to 'hbu', but no part is called that; did you mean 'hub'",
+        ),
     ],
 )
 def test_what_nothing_can_be_attached_to(part: parts.Force, message: str) -> None:
@@ -119,3 +130,96 @@ def test_a_run_of_a_package_that_is_not_installed(tmp_path, missing: str) -> Non
     with pytest.raises(InputError, match="no whole run of evolvent"):
         ev.open(tmp_path / "run.nc")
     assert json.loads(run.attrs["statistics"])["steps"] > 0
+
+
+# ------------------------------------------------------------------------------------------------ pictures
+
+
+def solids(case: dict, name: str) -> list:
+    """What a body of a case is drawn as, at the start."""
+    motion = ev.load(case).simulate(until=1e-3, every=1e-3).ev.motion()
+    return next(list(frame.solids) for frame in motion.frames if frame.name == name)
+
+
+def without_shapes(name: str) -> dict:
+    case = cases.content_of(name)
+    for part in case["parts"].values():
+        part.pop("shape", None)
+    return case
+
+
+def test_bars_of_a_mechanism_end_at_its_joints() -> None:
+    """Bodies of the Andrews mechanism without shapes: a bar, and a triangle whose third corner is the spring's end."""
+    case = without_shapes("andrews-mechanism")
+    (bar,) = solids(case, "K2")
+    assert bar.profile[1][0] - bar.profile[0][0] == pytest.approx(28e-3)
+    assert bar.centre == pytest.approx((-2.5e-3, 0.0, 0.0))
+    sides = [solid.profile[1][0] - solid.profile[0][0] for solid in solids(case, "K3")]
+    assert sides == pytest.approx([35e-3, np.hypot(20e-3, 17e-3), np.hypot(20e-3, 18e-3)])
+    # a body whose moments of inertia tell its shape is a box all the same
+    case["parts"]["K2"]["inertia"] = [1e-7, 2e-7, 2.5e-7]
+    (box,) = solids(case, "K2")
+    edges = np.array(box.edges)
+    assert 0.00365 / 12.0 * (edges[1] ** 2 + edges[2] ** 2) == pytest.approx(1e-7)
+
+
+def test_a_spinning_body_without_mass_reaches_its_drum() -> None:
+    (disc,) = solids(without_shapes("yo-yo-despin"), "body")
+    assert disc.size == pytest.approx(np.hypot(1.5, 0.3))
+    assert disc.axis == pytest.approx((0.0, 0.0, 1.0))
+
+
+def test_numbers_beside_the_picture_are_of_the_hinges_first() -> None:
+    run = ev.load("solar-array").simulate(until=0.1, every=0.1)
+    names = [name.partition(" [")[0] for name in run.ev.motion().numbers]
+    assert names == ["hinge 1.angle", "hinge 1.torque", "hinge 2.angle", "hinge 3.angle"]
+
+
+def test_a_taut_wire_shows_its_force_and_a_bent_beam_its_curvature() -> None:
+    wire = ev.load("spinning-tether").simulate(until=1.0).ev.motion()
+    assert next(iter(wire.lines[0].values)) == "axial force [N]"
+    boom = ev.load("boom-slew").simulate(until=1.0).ev.motion()
+    assert next(iter(boom.lines[0].values)) == "curvature [m-1]"
+
+
+def test_the_end_mass_of_a_thread_is_marked() -> None:
+    system = ev.System()
+    system.add(parts.RigidBody(mass=100.0, inertia=20.0, angular_velocity=(0, 0, 1)), "hub")
+    system.add(parts.Reel(body="hub", radius=0.1, drive=parts.RampDrive(rate=0.0, angle=5.0)), "reel")
+    tether = parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=4, tip_mass=1.0, segments="inextensible")
+    system.add(tether, "tether")
+    run = system.simulate(until=0.1, every=0.1)
+    (mark,) = run.ev.motion().marks
+    np.testing.assert_array_equal(mark.points[:, 0], run["tether"].tip_position)
+
+
+def test_labels_of_figures_fit_and_are_those_of_all_lines() -> None:
+    """A long text gives way to the variable's name; that of one joint does not stand beside another one's force."""
+    run = ev.load("andrews-mechanism").simulate(until=1e-3)
+    joints = next(figure for figure in run.ev._system.figures(run) if figure.name == "joint")
+    assert [panel.y_label for panel in joints.panels] == ["angle, rad", "x of force, N", "y of force, N"]
+    boom = ev.load("boom-slew").simulate(until=2.0)
+    assert show.figure(boom, ["boom.tip_deflection.y"]).panels[0].y_label == "tip deflection, m"
+    assert show.figure(boom, ["hub.rate"]).panels[0].y_label == "angular velocity, rad/s"
+
+
+def test_round_off_is_not_drawn() -> None:
+    """The hub of a balanced satellite stays where it is: its position, 1e-14 m, is no figure beside tips 20 m away."""
+    run = ev.load("wire-boom-satellite").simulate(until=0.5)
+    assert 0.0 < float(abs(run["hub"].position).max()) < 1e-11
+    bodies = next(figure for figure in run.ev._system.figures(run) if figure.name == "rigid-body")
+    assert [panel.y_label for panel in bodies.panels] == ["angular velocity, rad/s"]
+
+
+def test_a_vector_of_a_study_is_drawn_by_components() -> None:
+    """Over one key each component is a line; over two the one that varies most is the map."""
+    case = FALL | {"simulate": {"until": 1.0, "every": 0.5}}
+    over = {"parts.ball.mass": [1.0, 2.0], "gravity.2": [-9.81, -1.62, -3.71]}
+    found = studies.sweep({"study": "fall", "case": case, "over": over, "keep": ["ball.position.last"]})
+    (title,) = (axis.get_title(loc="left") for axis in draw.figures(found)["ball_position_last"].axes[:1])
+    assert title == "at axis = z"
+    del over["parts.ball.mass"]
+    found = studies.sweep({"study": "fall", "case": case, "over": over, "keep": ["ball.position.last"]})
+    (axis,) = draw.figures(found)["ball_position_last"].axes
+    assert [line.get_label() for line in axis.lines] == ["x", "y", "z"]
+    assert sorted(axis.lines[2].get_ydata()) == pytest.approx([-4.905, -1.855, -0.81])
