@@ -40,7 +40,7 @@ def test_the_file_is_the_program(tmp_path: Any) -> None:
 
 
 def test_the_array_and_the_tether(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The page's programs run: latches lock, locked hinges have the modes of a chain of panels, the thread stays taut."""
+    """The programs run: latches lock, locked hinges have the modes of a chain of panels, the thread stays taut."""
     page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "array-and-tether.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
@@ -59,7 +59,7 @@ def test_the_array_and_the_tether(tmp_path: Any, monkeypatch: pytest.MonkeyPatch
     np.testing.assert_allclose(names["modes"].frequency_hz[6:], np.sqrt(squares[2:]) / (2.0 * np.pi), rtol=1e-6)
     assert "warning" not in flight.attrs
     momentum = flight.angular_momentum.sel(axis="z").values
-    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-5)
+    np.testing.assert_allclose(momentum, momentum[0], rtol=1e-3)  # wound thread of 20 g is ignored
     assert {path.name for path in tmp_path.iterdir()} == {"angles.png", "array.html", "tether.png", "tether.html"}
 
 
