@@ -102,17 +102,22 @@ def _attached(view: View, name: str) -> Iterator[tuple[Any, Array]]:
     for part in view.assembly.parts.values():
         fields = getattr(type(part), "model_fields", {})
         values = [getattr(part, key) for key in fields if key not in ("kind", "type", "points")]
-        for value in [one for v in values for one in (v if isinstance(v, list) else [v])]:
+        for value in [one for v in values for one in ([v] if _is_place(v) or not isinstance(v, tuple | list) else v)]:
             place = _place_on(value, name, points)
             if place is not None:
                 centre = getattr(part, "centre", None)
                 yield part, np.array(centre, dtype=float) if isinstance(centre, tuple) else place
 
 
+def _is_place(value: Any) -> bool:
+    """Whether a value is a place in the axes of a body, such as ("hub", (0, 0, 1))."""
+    return isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], tuple) and isinstance(value[0], str)
+
+
 def _place_on(value: Any, name: str, points: Any) -> Array | None:
     """The place that a reference names on a body; None of other references, and of what is none."""
-    if isinstance(value, tuple) and len(value) == 2 and value[0] == name:
-        return np.array(value[1], dtype=float)
+    if _is_place(value):
+        return np.array(value[1], dtype=float) if value[0] == name else None
     if not isinstance(value, str):
         return None
     try:

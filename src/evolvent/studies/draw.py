@@ -17,6 +17,7 @@ from evolvent import cases
 from evolvent.figures import Figure as Described
 from evolvent.plots import PALETTE, sheet
 from evolvent.results import make_folder, writing
+from evolvent.show import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,6 +144,7 @@ def _along(axis: Any, side: str, values: xr.DataArray) -> tuple[np.ndarray]:
 
 
 def _label(values: xr.DataArray) -> str:
-    """Name with unit."""
+    """Name with unit; keys of a case have theirs as the case writes them."""
     unit = str(values.attrs.get("units", "1"))
+    unit = unit if "/" in unit or "^" in unit else unit_text(unit)
     return str(values.name) if unit in ("1", "") else f"{values.name}, {unit}"
