@@ -71,7 +71,8 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
         color: int | float = first + k if count <= _NAMED else k / max(count - 1, 1)
         own = name if label is None else label
         named = count <= _NAMED or k in (0, count - 1)
-        lines.append(Line(x=time, y=columns[:, k], label=f"{own}{tags[k]}" if named else "", color=color))
+        label_k, marker = f"{own}{tags[k]}" if named else "", "" if time.size > 1 else "o"
+        lines.append(Line(x=time, y=columns[:, k], label=label_k, color=color, marker=marker))
     return lines
 
 

@@ -79,6 +79,21 @@ def test_what_nothing_can_be_attached_to(part: parts.Force, message: str) -> Non
         system.assemble()
 
 
+def test_names_of_the_variables_of_a_run_are_refused() -> None:
+    """Every variable and dimension beside the groups of parts: a part of that name could not be kept in the results."""
+    run = ball().simulate(until=1.0)
+    for name in {*run.to_dataset().variables, *run.dims}:
+        with pytest.raises(InputError, match=f"the name of a part is '{name}', which is that of a run's own variable"):
+            ball().add(parts.Point(mass=1.0), name)
+    with pytest.raises(InputError, match="parts: the name of a part is 'energy', which is that of a run's own"):
+        cases.load({"parts": {"energy": {"kind": "point", "mass": 1}}})
+
+
+def test_a_single_sample_is_a_mark() -> None:
+    rest = ev.load("boom-slew").equilibrium()
+    assert [line.marker for line in show.figure(rest, ["hub.rate"]).panels[0].lines] == ["o"] * 3
+
+
 def test_a_file_written_from_a_case_keeps_its_sections() -> None:
     case = FALL | {"modes": {"count": 3}, "equilibrium": {"time": "2 s"}}
     text = ev.load(case).copy().to_yaml()
