@@ -71,7 +71,7 @@ def write(motion: Motion, path: str | os.PathLike[str]) -> str:
             f"`evolvent export RUN.NC --to gif` or mp4 writes films"
         )
     with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(motion)[0])
+        pathlib.Path(temporary).write_bytes(page(motion, playing=motion.time.size > 1)[0])
     return os.fspath(path)
 
 

@@ -94,6 +94,22 @@ def test_a_single_sample_is_a_mark() -> None:
     assert [line.marker for line in show.figure(rest, ["hub.rate"]).panels[0].lines] == ["o"] * 3
 
 
+def test_an_equilibrium_is_shown(call, tmp_path) -> None:
+    """A page of one frame, which does not play; the command writes it, and results never over the case."""
+    (tmp_path / "boom.yaml").write_text(cases.text("boom-slew"))
+    for words in (["equilibrium"], ["modes", "--count", "3"]):
+        code, _, err = call(words[0], "boom.yaml", *words[1:], "-o", "boom.yaml")
+        assert (code, err) == (2, "evolvent: -o 'boom.yaml' is the case file itself; name another, such as 'run.nc'\n")
+    code, out, err = call("equilibrium", "boom.yaml", "--figures", "rest", "-o", "rest.nc")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[-1] == "figures: equilibrium.html in rest"
+    page = (tmp_path / "rest" / "equilibrium.html").read_text(encoding="utf-8")
+    assert '"playing":false' in page.replace(" ", "")
+    rest = ev.open(tmp_path / "rest.nc")
+    assert rest.sizes["time"] == 1
+    assert rest.ev.animate(tmp_path / "rest.html") == str(tmp_path / "rest.html")
+
+
 def test_a_file_written_from_a_case_keeps_its_sections() -> None:
     case = FALL | {"modes": {"count": 3}, "equilibrium": {"time": "2 s"}}
     text = ev.load(case).copy().to_yaml()
