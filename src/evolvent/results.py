@@ -145,6 +145,8 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         dataset = _load(name)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
+    if {"frequency_hz", "damping_ratio"} <= set(dataset.variables):
+        raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads it")
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
         raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")
     try:

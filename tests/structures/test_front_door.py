@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import evolvent as ev
 from evolvent import cases, parts, show, studies
@@ -108,6 +109,13 @@ def test_an_equilibrium_is_shown(call, tmp_path) -> None:
     rest = ev.open(tmp_path / "rest.nc")
     assert rest.sizes["time"] == 1
     assert rest.ev.animate(tmp_path / "rest.html") == str(tmp_path / "rest.html")
+
+
+def test_a_file_of_modes_is_no_run(tmp_path) -> None:
+    ev.load("boom-slew").modes(count=2).save(tmp_path / "modes.nc")
+    with pytest.raises(InputError, match=r"it holds modes, not a run; xarray\.open_dataset reads it"):
+        ev.open(tmp_path / "modes.nc")
+    assert xr.open_dataset(tmp_path / "modes.nc", engine="h5netcdf").frequency_hz.size == 2
 
 
 def test_a_file_written_from_a_case_keeps_its_sections() -> None:
