@@ -115,6 +115,9 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
     definition = cases.system(loaded.system)
     system: System = definition.build(loaded)
     system.settings = {name: value for name, value in definition.settings(loaded).items() if value is not None}
+    if loaded.system == "structure":
+        given = loaded.model_dump(mode="json", exclude_defaults=True)
+        system.sections = {name: given[name] for name in ("equilibrium", "modes") if name in given}
     return system
 
 

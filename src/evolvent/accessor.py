@@ -29,8 +29,8 @@ class RunAccessor:
 
     @property
     def _system(self) -> Any:
-        """Definition of the system that was run."""
-        return cases.system(self._run.attrs["system"])
+        """The definition that the run is shown by."""
+        return cases.presenter(self._run)
 
     def names(self) -> list[str]:
         """Full names of all variables over time."""
@@ -73,19 +73,22 @@ class RunAccessor:
         return found
 
     def animate(self, path: str | os.PathLike[str]) -> str:
-        """Write the animation as one HTML page; returns its path.
+        """Write the animation, or of a single sample, such as an equilibrium, the picture as one HTML page.
+
+        Returns its path.
 
         Raises
         ------
         InputError
-            If the run holds too little to move, or the file cannot be written.
+            If the run holds nothing to draw, or the file cannot be written.
         """
         from evolvent import animation
+        from evolvent.results import unfinished
 
-        found = animation.of_run(self._run)
-        if found is None or found.time.size < 2:
-            raise InputError("the run holds a single sample or nothing to draw, which makes no animation")
-        return animation.write(found, path)
+        found = self.motion()
+        if found is None:
+            raise InputError("the run holds nothing to draw, which makes no animation")
+        return animation.write(found.labelled(unfinished(self._run)), path)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run as NetCDF."""

@@ -34,6 +34,8 @@ MOST_VALUES = 200_000_000
 MOST_STEPS = 1e9
 #: Share of the energy that the method itself may take before a run warns.
 NUMERICAL_LOSS = 0.01
+#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release.
+PUSH = 0.05
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
 
 
@@ -205,7 +207,12 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
 
 
 def warning_of(solution: Solution) -> str:
-    """A sentence on a run whose method has taken much of its energy; '' of others."""
+    """Sentences on a run whose method has taken much of its energy, and on threads that push; '' of others."""
+    return "; ".join(text for text in (_numerical_loss(solution), *_slack(solution)) if text)
+
+
+def _numerical_loss(solution: Solution) -> str:
+    """A sentence where the method itself has taken much of the energy."""
     defect = solution.energy_defect
     finite = defect[np.isfinite(defect)]
     scale = float(np.nanmax(np.abs(solution.energy), initial=0.0)) if finite.size else 0.0
@@ -218,6 +225,25 @@ def warning_of(solution: Solution) -> str:
         f"the method itself has taken {100.0 * lost / scale:.2g} % of the largest energy; "
         f"take a smaller tolerance or step, or a higher spectral_radius"
     )
+
+
+def _slack(solution: Solution) -> list[str]:
+    """A sentence for each thread whose segments push by more than `PUSH` of its largest tension."""
+    model, found = solution.assembly.model, []
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
+    if not names or not solution.t.size:
+        return []
+    for index, row in enumerate(model.threads):
+        first = int(row["node"])
+        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
+        least, k = tension.min(axis=1), int(np.argmin(tension.min(axis=1)))
+        pushes = least < -PUSH * max(float(tension.max()), 0.0) - 1e-9
+        if np.any(pushes):
+            found.append(
+                f"{names[index]!r} pushes where a thread would go slack: tension below zero in {int(pushes.sum())} of "
+                f"{pushes.size} samples, at worst {least[k]:.3g} N at t = {solution.t[k]:.6g} s"
+            )
+    return found
 
 
 def tree(

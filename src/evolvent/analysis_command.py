@@ -30,6 +30,18 @@ def _options(loaded: Any) -> dict[str, Any]:
     return found
 
 
+def _claim(output: str | None, figures: str | None, case: str) -> None:
+    """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
+    from evolvent import results
+
+    if output is not None:
+        results.claim(output)
+        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
+            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    if figures is not None:
+        results.claim_folder(figures)
+
+
 _SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
 
 
@@ -46,10 +58,7 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
     """
     from evolvent import results
 
-    if output is not None:
-        results.claim(output)
-    if figures is not None:
-        results.claim_folder(figures)
+    _claim(output, figures, case)
     loaded, system = _loaded(case, assignments)
     own = getattr(loaded, "modes", None)
     wanted = count or (own.count if own is not None else 10)
@@ -69,14 +78,12 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 @click.argument("case", metavar="CASE|FILE")
 @_SET
 @click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
-def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> None:
+@click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for a page that shows it in 3-D.")
+def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None) -> None:
     """Find the equilibrium of a CASE under its loads, from its start."""
     from evolvent import results, show
 
-    if output is not None:
-        results.claim(output)
-        if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
-            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    _claim(output, figures, case)
     loaded, system = _loaded(case, assignments)
     section = getattr(loaded, "equilibrium", None)
     steps = section.load_steps if section is not None else None
@@ -93,5 +100,9 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> 
     if output is not None:
         results.save(found, output)
         click.echo(f"results: {output}")
+    if figures is not None:
+        results.make_folder(figures)
+        found.ev.animate(os.path.join(figures, "equilibrium.html"))
+        click.echo(f"figures: equilibrium.html in {figures}")
     if failed is not None:
         raise failed

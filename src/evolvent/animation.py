@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.errors import InputError
 from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results import unfinished, writing
 from evolvent.solids import SECTORS, Solid
@@ -47,7 +48,7 @@ _SMALL, _MANY = 0.02, 24
 
 def of_run(run: Any) -> Motion | None:
     """The motion of a run, labelled if the run did not end as it should; None if it holds too little to move."""
-    motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
+    motion: Motion | None = cases.presenter(run).motion(run)
     return None if motion is None or motion.time.size < 2 else motion.labelled(unfinished(run))
 
 
@@ -62,10 +63,15 @@ def write(motion: Motion, path: str | os.PathLike[str]) -> str:
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written, or its name does not end with .html.
     """
+    if not os.fspath(path).lower().endswith((".html", ".htm")):
+        raise InputError(
+            f"cannot write {os.fspath(path)!r}: an animation is a page, whose file ends with .html; "
+            f"`evolvent export RUN.NC --to gif` or mp4 writes films"
+        )
     with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(motion)[0])
+        pathlib.Path(temporary).write_bytes(page(motion, playing=motion.time.size > 1)[0])
     return os.fspath(path)
 
 

@@ -207,7 +207,8 @@ class Builder:
             points = self.body_points.get(name, {})
             if on is not None and on not in points:
                 what = f"node {on}" if isinstance(on, int) else f"point {on!r}"
-                raise InputError(f"{key} is {where!r}; {name!r} has no {what}; {nearest(str(on), points)}")
+                known = nearest(str(on), points) if points else "its key `points` names none"
+                raise InputError(f"{key} is {where!r}; {name!r} has no {what}; {known}")
             return self._on_body(index, points[on] if isinstance(on, str) else (0.0, 0.0, 0.0), on is None)
         if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
             raise InputError(
@@ -225,6 +226,10 @@ class Builder:
         """Family and index of the part that a place is on."""
         family, index = self.names.get(name, ("", -1))
         if family not in ("bodies", "points", "beams"):
+            if name in self.specs:
+                kind = type(self.specs[name]).__name__
+                advice = "; a mass at its end is its key `tip_mass`" if family == "threads" else ""
+                raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
             known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams")]
             raise InputError(
                 f"{key} is {where!r}; no body, point or beam is called {name!r}; {nearest(str(name), known)}"

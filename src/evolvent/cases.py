@@ -92,6 +92,43 @@ def system(name: str) -> Any:
     return found
 
 
+def presenter(run: Any) -> Any:
+    """The definition whose tables and figures a run is shown by.
+
+    That of its system; of a run with parts, whose system is of a package that is not installed, that of any structure.
+
+    Raises
+    ------
+    InputError
+        If the system is not known, and the run has no parts.
+    """
+    name = run.attrs["system"]
+    if getattr(run, "children", None) and not _is_usable(name):
+        return system("structure")
+    return system(name)
+
+
+def _is_usable(name: Any) -> bool:
+    """Whether there is a system of that name, which can be loaded."""
+    try:
+        system(name)
+    except InputError:
+        return False
+    return True
+
+
+def lacks_package(content: Any) -> bool:
+    """Whether a case has a system, or parts of a kind, that is not known here: those of a package outside."""
+    from evolvent.parts import registry
+
+    if not isinstance(content, Mapping) or not isinstance(content.get("system"), str):
+        return False
+    parts = content.get("parts")
+    given = parts.values() if content["system"] == "structure" and isinstance(parts, Mapping) else ()
+    kinds = [part.get("kind") for part in given if isinstance(part, Mapping)]
+    return not _is_usable(content["system"]) or any(kind not in registry.kinds() for kind in kinds)
+
+
 @functools.cache
 def _files() -> dict[str, pathlib.Path]:
     """Files of the cases that come with the package, by name."""
@@ -111,8 +148,12 @@ def _outside_cases() -> dict[str, str]:
 
 
 def unusable() -> list[str]:
-    """Sentences on systems of other packages that cannot be loaded."""
-    found = []
+    """Sentences on systems and parts of other packages that cannot be loaded."""
+    found: list[str] = []
+    if importlib.metadata.entry_points(group="evolvent.parts"):  # parts take long to load
+        from evolvent.parts import registry
+
+        found += registry.unusable().values()
     for name in _outside():
         try:
             system(name)
@@ -239,8 +280,28 @@ def parse_yaml(source: str, name: str) -> Any:
         raise InputError(f"{name}: this is not YAML ({' '.join(str(error).split())})") from None
 
 
+#: Longest mapping, in letters, that is written on one line.
+_LONGEST_LINE = 90
 #: The one of C, where the library has it, which is ten times faster.
-_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+_PlainDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+class _Dumper(_PlainDumper):  # type: ignore[misc]
+    """YAML whose mappings of plain values stand on one line where they fit, so that no line ends before a unit."""
+
+    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
+        node = super().represent_mapping(tag, mapping, flow_style)
+        if node.flow_style and _letters(node) > _LONGEST_LINE:
+            node.flow_style = False
+        return node
+
+
+def _letters(node: yaml.Node) -> int:
+    """About how many letters a node takes on one line."""
+    if isinstance(node, yaml.ScalarNode):
+        return len(node.value) + 2
+    inner = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+    return 2 + sum(map(_letters, inner))
 
 
 def to_yaml(case: Section) -> str:
@@ -335,7 +396,7 @@ def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> d
         Dotted key of a field, or of a section, '' for none -> one sentence. Empty if all is well.
     """
     try:
-        content = copied(content)
+        content = with_system(copied(content)) if kind is None else copied(content)
         kind = _kind(content) if kind is None else kind
         kind.model_validate(content)
     except ValidationError as error:
@@ -413,7 +474,17 @@ def _kind(content: Mapping[str, Any]) -> type[Section]:
 
 
 def _content(case: Any) -> dict[str, Any]:
-    """Content of a case as nested dicts that may be changed."""
+    """Content of a case as nested dicts that may be changed, with its system."""
+    return with_system(_read(case))
+
+
+def with_system(content: dict[str, Any]) -> dict[str, Any]:
+    """Content of a case with its key ``system``: one that has parts and no system is a structure."""
+    return {"system": "structure", **content} if "parts" in content and "system" not in content else content
+
+
+def _read(case: Any) -> dict[str, Any]:
+    """Content of a case as it is written."""
     if isinstance(case, (Section, Mapping)):
         return copied(case.model_dump() if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):

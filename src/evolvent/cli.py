@@ -1,4 +1,4 @@
-"""The command line: list, show, schema, run, modes, equilibrium, sweep, identify, studio, info, plot, export, report.
+"""The command line: list, show, parts, schema, run, modes, equilibrium, sweep, identify, studio, info, plot and so on.
 
 All that a user asked for is left on disk even where nobody reads what is printed.
 """
@@ -6,14 +6,16 @@ All that a user asked for is left on disk even where nobody reads what is printe
 from __future__ import annotations
 
 import contextlib
+import inspect
 import json
 import math
 import os
+import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Protocol, get_args, get_origin, runtime_checkable
 
 import click
 
@@ -127,12 +129,93 @@ def list_cases() -> None:
 
 
 @commands.command()
-@click.argument("case")
+@click.argument("case", metavar="CASE|FILE")
 def show(case: str) -> None:
-    """Print a built-in CASE or study, to be kept in a file and edited."""
+    """Print a built-in CASE or study, to be kept in a file and edited; of a case FILE all keys, defaults included."""
     from evolvent import cases, studies
 
-    click.echo(studies.text(case) if case in studies.built_in() else cases.text(case), nl=False)
+    if case in studies.built_in():
+        click.echo(studies.text(case), nl=False)
+    elif case not in cases.built_in() and re.search(r"[./\\]", case):
+        click.echo(cases.to_yaml(cases.load(case)), nl=False)
+    else:
+        click.echo(cases.text(case), nl=False)
+
+
+@commands.command("parts")
+@click.argument("kind", required=False)
+def list_parts(kind: str | None) -> None:
+    """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
+    from evolvent.parts import registry
+    from evolvent.schema import descriptions, marks
+
+    if kind is None:
+        for sentence in registry.unusable().values():
+            click.echo(f"evolvent: {sentence}", err=True)
+        _print_rows(
+            [(name, inspect.cleandoc(part.__doc__ or "").splitlines()[0]) for name, part in registry.kinds().items()]
+        )
+        return
+    part = registry.kinds().get(kind)
+    if part is None:
+        raise InputError(f"no part is of the kind {kind!r}; {registry.not_known(kind)}")
+    rows: list[tuple[str, str]] = []
+    texts = descriptions(part)
+    for name, field in part.model_fields.items():
+        if name == "kind":
+            continue
+        own = list(marks(field))
+        unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
+        default = field.get_default(call_default_factory=True)
+        if field.is_required():
+            value = ", needed"
+        else:
+            value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
+        rows.append((f"{name}{unit}{value}", " ".join(filter(None, [texts[name], _choices(field.annotation, own)]))))
+    _say(inspect.cleandoc(part.__doc__ or "").splitlines()[0])
+    _print_rows(rows)
+
+
+def _unit_of(mark: Any) -> str:
+    """Unit of the values that an annotation reads, '' for none."""
+    return str(getattr(getattr(mark, "quantity", mark), "unit", "") or "")
+
+
+@runtime_checkable
+class _WithKinds(Protocol):
+    """An annotation of a key that holds one of several kinds of sections, by name."""
+
+    kinds: Mapping[str, type[Section]]
+
+
+def _choices(annotation: Any, own: Sequence[Any]) -> str:
+    """The words, or the sections with their keys, that a key may take, as a sentence; '' of other keys."""
+    from evolvent.parts.profile import KINDS, Profile
+
+    if get_origin(annotation) is Literal:
+        return f"One of {', '.join(map(str, get_args(annotation)))}."
+    if _holds(annotation, Profile):
+        return f"Rows [time, value], or one of {', '.join(KINDS)}."
+    for mark in own:
+        if isinstance(mark, _WithKinds):
+            each = (f"{name}: {{{', '.join(kind.model_fields)}}}" for name, kind in mark.kinds.items())
+            return f"One of {'; '.join(each)}."
+    return ""
+
+
+def _holds(annotation: Any, kind: type) -> bool:
+    """Whether a class, or one derived from it, stands in an annotation."""
+    own = isinstance(annotation, type) and issubclass(annotation, kind)
+    return own or any(_holds(one, kind) for one in get_args(annotation))
+
+
+def _written(default: Any) -> str:
+    """A default as a case file has it."""
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, tuple):
+        return f"[{', '.join(map(_written, default))}]"
+    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 @commands.command()
@@ -278,7 +361,7 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
     """Figures and animation of a run."""
     from evolvent import animation, cases
 
-    figures, motion = cases.system(found.attrs["system"]).figures(found), animation.of_run(found)
+    figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
     if not figures and motion is None:
         click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
         return
@@ -296,14 +379,19 @@ def _table(found: xr.Dataset) -> None:
     status = found.attrs["status"]
     message = found.attrs["message"].removeprefix(status).lstrip()
     rows = [("status", status if status == "success" else f"{status}: {message}")]
-    rows += [(number.label, number.value) for number in cases.system(found.attrs["system"]).numbers(found)]
+    rows += [(number.label, number.value) for number in cases.presenter(found).numbers(found)]
+    _print_rows(rows, status=status)
+
+
+def _print_rows(rows: Sequence[tuple[str, str]], *, status: str = "") -> None:
+    """Print labels and texts, which are wrapped beside them; a row labelled "status" is coloured."""
     wide = max(len(label) for label, _ in rows)
     room = max(shutil.get_terminal_size().columns - wide - 2, 20)
     plain = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb"
     well = status in ("success", "stopped by event")
     for label, value in rows:
         lines = textwrap.wrap(value, room, break_on_hyphens=False) or [""]
-        if label == "status" and not plain:
+        if status and label == "status" and not plain:
             lines[0] = lines[0].replace(status, click.style(status, fg="green" if well else "red", bold=not well), 1)
         name = f"{label:<{wide}}" if plain else click.style(f"{label:<{wide}}", dim=True)
         for line in lines:

@@ -244,11 +244,19 @@ def _linear(values: Array, between: int) -> Array:
 
 
 def _numbers(run: xr.DataTree) -> dict[str, Array]:
-    """Some numbers over time that stand beside the picture."""
-    found: dict[str, Array] = {}
+    """Some numbers over time that stand beside the picture: one of each part before another one of any.
+
+    Joints come last: where a spring turns a joint, its angle is the one that was asked for.
+    """
+    listed: list[tuple[int, bool, str, str]] = []
     for part in variables.parts(run):
-        for name in json.loads(run[part].attrs.get("plots", "[]")):
-            variable = run[part][name] if name in run[part].data_vars else None
-            if variable is not None and variable.dims == ("time",) and len(found) < _NUMBERS:
-                found[f"{part}.{name} [{variable.attrs.get('units', '1')}]"] = variable.values
+        held = (name for name in json.loads(run[part].attrs.get("plots", "[]")) if name in run[part].data_vars)
+        single = [name for name in held if run[part][name].dims == ("time",)]
+        listed += [(k, run[part].attrs.get("kind") == "joint", part, name) for k, name in enumerate(single)]
+    shown = sorted(listed, key=lambda entry: (entry[1], entry[0]))[:_NUMBERS]
+    order = variables.parts(run)
+    found: dict[str, Array] = {}
+    for _, _, part, name in sorted(shown, key=lambda entry: (order.index(entry[2]), entry[0])):
+        variable = variables.group_of(run, part)[name]
+        found[f"{part}.{name} [{variable.attrs.get('units', '1')}]"] = variable.values
     return found

@@ -46,7 +46,7 @@ SOLVERS = {
     EXPLICIT: "rk4, heun and dopri5",
     IMPLICIT: "generalized-alpha",
     ENERGY: "energy-momentum",
-    STATIC: "solve_static",
+    STATIC: "equilibrium",
     MODES: "modes",
 }
 EVERY = frozenset(SOLVERS)
@@ -132,12 +132,14 @@ FAMILIES = (
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "take segments 'springs', or dopri5", which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
+        "take segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
         forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", frozenset({EXPLICIT}),
-        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5", which=_is("drive", FREE),
+        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        which=_is("drive", FREE),
         forces=(thread.spring_thread, *_THREAD),
     ),
     Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),

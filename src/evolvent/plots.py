@@ -25,7 +25,8 @@ _STYLE: Any = {
     "axes.titlesize": 10,
     "font.size": 10,
     "grid.alpha": 0.25,
-    "legend.frameon": False,
+    "legend.edgecolor": "none",
+    "legend.framealpha": 0.8,
     "legend.fontsize": 9,
 }
 

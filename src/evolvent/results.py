@@ -147,6 +147,8 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         dataset = _load(name)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
+    if {"frequency_hz", "damping_ratio"} <= set(dataset.variables):
+        raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads it")
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
         raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")
     try:
@@ -185,9 +187,11 @@ def _check(run: Any) -> None:
         if not mapping:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
-        case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
-        if case.system != attrs["system"]:
-            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
+        content = cases.parse_yaml(attrs["case"], "its case")
+        lacking = getattr(run, "children", None) and cases.lacks_package(content)
+        of = content.get("system", "structure") if lacking else cases.load(content).system
+        if of != attrs["system"]:
+            raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {of!r}")
     _check_groups(run)
     _check_variables(run, "")
     for name, group in getattr(run, "children", {}).items():

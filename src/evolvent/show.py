@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 _NAMED = 7
 #: Most characters of a panel's label.
 _LONGEST_LABEL = 30
+#: Share of a variable's largest value in any part, below which it is round-off.
+_NOISE = 1e-12
 #: Most rows of the table that parts take.
 _ROWS = 14
 
@@ -69,7 +71,8 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
         color: int | float = first + k if count <= _NAMED else k / max(count - 1, 1)
         own = name if label is None else label
         named = count <= _NAMED or k in (0, count - 1)
-        lines.append(Line(x=time, y=columns[:, k], label=f"{own}{tags[k]}" if named else "", color=color))
+        label_k, marker = f"{own}{tags[k]}" if named else "", "" if time.size > 1 else "o"
+        lines.append(Line(x=time, y=columns[:, k], label=label_k, color=color, marker=marker))
     return lines
 
 
@@ -112,7 +115,12 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
         lines: list[Line] = []
         for full, _ in group:
             lines += lines_of(run, full, first=len(lines))
-        label = label_of(group[0][1]) if len(group) == 1 else unit_text(str(group[0][1].attrs.get("units", "")))
+        one = group[0][1]
+        label = (
+            _panel_label(one, str(one.name).rpartition(".")[2])
+            if len(group) == 1
+            else unit_text(str(one.attrs.get("units", "")))
+        )
         drawn.append(Panel(x_label="", y_label=label, lines=lines))
     last = drawn[-1]
     drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
@@ -128,7 +136,8 @@ def figures(run: xr.DataTree) -> list[Figure]:
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
-    return [_kind_figure(run, kind, own) for kind, own in kinds.items()] + [balance_figure(run)]
+    drawn = [_kind_figure(run, kind, own) for kind, own in kinds.items()]
+    return [figure for figure in drawn if figure.panels] + [balance_figure(run)]
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
@@ -140,9 +149,14 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
                 order.setdefault(variable, []).append(part)
     panels = []
     for variable, owners in order.items():
-        found = variables.get(run, f"{owners[0]}.{variable}")
-        label = _panel_label(found, variable)
-        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part)) for part in owners}
+        every = [variables.get(run, f"{part}.{variable}") for part in owners]
+        found = every[0]
+        same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
+        label = _panel_label(found, variable, short=not same_text)
+        least = _NOISE * _largest(run, variable)
+        lines = {part: _moving(lines_of(run, f"{part}.{variable}", label=part), least) for part in owners}
+        if not any(lines.values()):
+            continue
         if len(owners) < 3 or found.ndim == 1:
             panels.append(
                 Panel(x_label="", y_label=label, lines=_coloured([one for own in lines.values() for one in own]))
@@ -158,26 +172,38 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:
             panels.append(
                 Panel(x_label="", y_label=f"{tag.lstrip('.')} of {label}" if tag else label, lines=_coloured(same))
             )
-    last = panels[-1]
-    panels[-1] = dataclasses.replace(last, x_label="time, s")
+    if panels:
+        panels[-1] = dataclasses.replace(panels[-1], x_label="time, s")
     title = kind.replace("-", " ").capitalize()
     return Figure(name=kind, title=title, panels=panels, size=(8.0, 1.2 + 2.4 * len(panels)))
 
 
-def _panel_label(found: xr.DataArray, variable: str) -> str:
-    """Axis label of a variable; of one with a long text its name, so that it fits beside a panel."""
+def _panel_label(found: xr.DataArray, variable: str, *, short: bool = False) -> str:
+    """Axis label of a variable; of one with a long text, or `short`, its name, so that it fits beside a panel."""
     label = label_of(found)
-    if len(label) <= _LONGEST_LABEL:
+    if len(label) <= _LONGEST_LABEL and not short:
         return label
     unit = unit_text(str(found.attrs.get("units", "")))
     return variable.replace("_", " ") + (f", {unit}" if unit != "1" else "")
 
 
-def _moving(lines: list[Line]) -> list[Line]:
-    """Lines of the components of one variable, without those that stay at zero beside the others."""
+def _moving(lines: list[Line], least: float) -> list[Line]:
+    """Lines of the components of one variable, without those that stay at zero beside the others.
+
+    None where all are round-off, below `least` and not 0.
+    """
     sizes = [float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines]
+    if 0.0 < max(sizes) < least:
+        return []
     kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-9 * max(sizes)]
     return kept or lines[:1]
+
+
+def _largest(run: xr.DataTree, variable: str) -> float:
+    """Largest value that any part has of a variable, such as of a position."""
+    groups = (variables.group_of(run, part) for part in variables.parts(run))
+    held = (group[variable].values for group in groups if variable in group)
+    return max((float(np.nanmax(np.abs(values), initial=0.0)) for values in held), default=0.0)
 
 
 def _coloured(lines: list[Line]) -> list[Line]:
@@ -209,7 +235,7 @@ def balance_figure(run: xr.DataTree) -> Figure:
     lines = [Line(x=time, y=sign * root[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
     defect = Line(x=time, y=root["energy_defect"].values, color=0)
     panels = [
-        Panel(x_label="", y_label="energy, J", lines=lines),
+        Panel(x_label="", y_label="energy, J", lines=lines, y_zero=True),
         Panel(x_label="time, s", y_label="defect of the balance, J", lines=[defect]),
     ]
     return Figure(name="energy-balance", title="Energy balance", panels=panels, size=(8.0, 6.0), heights=(3.0, 1.5))

@@ -7,7 +7,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic_core import PydanticCustomError
 
+from evolvent import units
 from evolvent.builder import Assembly, Builder
 from evolvent.errors import InputError, RunFailed, nearest
 from evolvent.parts.base import Part, check_name
@@ -15,15 +17,18 @@ from evolvent.parts.base import Part, check_name
 if TYPE_CHECKING:
     import xarray as xr
 
+_GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
+
 
 class System:
     """A mechanical system, composed part by part.
 
     Parameters
     ----------
-    gravity : (3,) float, m/s2, inertial frame; acts on every mass
+    gravity : (3,) float, m/s2, or with a unit in the last entry, inertial frame; acts on every mass
     title : str, what the system is, for the titles of pictures
     settings : mapping, optional, arguments that `simulate` takes where they are left out
+    sections : mapping, optional, other sections of the case that the system was read from, for `to_yaml`
 
     Examples
     --------
@@ -36,16 +41,19 @@ class System:
 
     def __init__(
         self,
-        gravity: Sequence[float] = (0.0, 0.0, 0.0),
+        gravity: Sequence[Any] = (0.0, 0.0, 0.0),
         *,
         title: str = "",
         settings: Mapping[str, Any] | None = None,
+        sections: Mapping[str, Mapping[str, Any]] | None = None,
     ) -> None:
-        self._gravity = np.array(gravity, dtype=float)
-        if self._gravity.shape != (3,) or not np.all(np.isfinite(self._gravity)):
-            raise InputError(f"gravity is {gravity!r}; it must be 3 finite numbers")
+        try:
+            self._gravity = np.array(_GRAVITY.read(gravity))
+        except PydanticCustomError as error:
+            raise InputError(f"gravity is {gravity!r}; {error.message()}") from None
         self._parts: dict[str, Part] = {}
         self.settings = dict(settings or {})
+        self.sections = {name: dict(content) for name, content in (sections or {}).items()}
         self.title = title
 
     def add(self, part: Part, name: str | None = None) -> str:
@@ -79,7 +87,7 @@ class System:
 
     def copy(self) -> System:
         """The same parts in a system of its own."""
-        other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings)
+        other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings, sections=self.sections)
         other._parts = dict(self._parts)
         return other
 
@@ -89,9 +97,11 @@ class System:
         Raises
         ------
         InputError
-            If a part refers to one that is not there, parts refer to one another in a circle, or the start breaks a
-            constraint.
+            If there is no part, a part refers to one that is not there, parts refer to one another in a circle, or the
+            start breaks a constraint.
         """
+        if not self._parts:
+            raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
         builder = Builder(self._gravity)
         for name in self._in_order():
             part = self._parts[name]
@@ -283,7 +293,7 @@ class System:
         content["parts"] = {name: self._written(name) for name in self._parts}
         if found:
             content["simulate"] = found
-        return cases.dump(content)
+        return cases.dump(content | self.sections)
 
     def _written(self, name: str) -> dict[str, Any]:
         """A part as a case file holds it."""

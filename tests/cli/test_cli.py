@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from PIL import Image
 
 import evolvent
 from evolvent import cases, results
+from evolvent.parts.registry import kinds
 
 QUICK = [
     "--set",
@@ -50,6 +52,36 @@ def test_list_show_schema(call):
         code, out, _ = call(*words)
         assert code == 0
         assert "Usage" in out
+
+
+def test_show_a_file(call, tmp_path):
+    (tmp_path / "fall.yaml").write_text("parts: {ball: {kind: point, mass: 200 g}}\nsimulate: {until: 1 s}\n")
+    code, out, _ = call("show", "fall.yaml")
+    assert code == 0
+    shown = cases.load(cases.parse_yaml(out, "out"))
+    assert shown == cases.load(tmp_path / "fall.yaml")
+    assert "method: auto" in out  # a default
+    code, _, err = call("show", "fal")
+    assert code == 2
+    assert err.startswith("evolvent: no case is called 'fal'")
+
+
+def test_parts_and_their_keys(call):
+    code, out, err = call("parts")
+    assert (code, err) == (0, "")
+    assert {line.split("  ")[0] for line in out.splitlines() if line[0] != " "} == set(kinds())
+    for kind in kinds():
+        code, out, _ = call("parts", kind)
+        assert code == 0
+        assert set(kinds()[kind].model_fields) - {"kind"} <= set(re.findall(r"^(\w+)", out, re.MULTILINE))
+    out = " ".join(call("parts", "beam")[1].split())
+    assert "length [m], needed Length of the axis without stress." in out
+    assert "rectangle: {thickness, width}; tube: {radius, thickness}" in out
+    assert "One of spherical, revolute, clamp, distance." in " ".join(call("parts", "joint")[1].split())
+    assert "ramp: {rate, angle, steps}" in " ".join(call("parts", "reel")[1].split())
+    assert "Rows [time, value], or one of table, ramp, sine" in " ".join(call("parts", "torque")[1].split())
+    code, _, err = call("parts", "baem")
+    assert (code, err) == (2, "evolvent: no part is of the kind 'baem'; did you mean 'beam'?\n")
 
 
 def test_run_leaves_table_results_and_figures(call, tmp_path):
@@ -189,7 +221,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: equilibrium, export, identify, info, list, modes, plot",
+        "no command is given; known: equilibrium, export, identify, info, list, modes, parts, plot",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),

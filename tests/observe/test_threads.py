@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import evolvent
 from evolvent import System, analysis, parts
@@ -161,3 +162,82 @@ def test_a_free_spool() -> None:
     masses = np.array([0.21, 0.02, 0.02, 0.02, 0.02])
     kinetic = 0.5 * np.sum(np.where(rows, masses * np.sum(v**2, axis=-1), 0.0), axis=1) + 0.5 * 0.01 * rate**2
     close(found.of("thread", "energy_kinetic"), kinetic)
+
+
+def from_a_satellite(drive: parts.RampDrive, *, spool_axis: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> System:
+    """A reel on a satellite that spins about z pays out a thread of nearly no mass with an end mass of 1 kg."""
+    system = System()
+    inertia = (15.0, 20.0, 20.0)
+    system.add(parts.RigidBody(mass=100.0, inertia=inertia, angular_velocity=(0.0, 0.0, 0.5)), "satellite")
+    system.add(
+        parts.Reel(
+            body="satellite", radius=0.05, centre=(0.5, 0.0, 0.0), payout_axis=(1.0, 0.0, 0.0), spool_axis=spool_axis,
+            drive=drive,
+        ),
+        "reel",
+    )  # fmt: skip
+    thread = parts.Thread(
+        reel="reel",
+        length=10.0,
+        line_density=1e-6,
+        nodes=10,
+        tip_mass=1.0,
+        segments="inextensible",
+        direction=(1, 0, 0),
+    )
+    system.add(thread, "tether")
+    return system
+
+
+def test_lag_of_a_thread_whose_spool_turns_about_the_spin_axis() -> None:
+    """Rate of the satellite and lag of the end mass: those of two bodies on a straight thread, by SciPy."""
+    every, spin_up = 1.0, 5.0
+    run = from_a_satellite(parts.RampDrive(rate=0.0, angle=10.0, steps=[(0.0, spin_up, 2.0)])).simulate(
+        until=60.0, every=every, tolerance=1e-9
+    )
+    M, J, m = 100.0, 20.0, 1.0
+    arm = np.array([0.5, -0.05])  # the thread leaves at the spool's centre + radius (X x Y)
+
+    def length(t: float) -> tuple[float, float, float]:
+        """Of the thread, its rate and acceleration: the spool's rate grows by a quintic step."""
+        s = min(t / spin_up, 1.0)
+        angle = 10.0 + 2.0 * (spin_up * (s**6 - 3.0 * s**5 + 2.5 * s**4) + max(t - spin_up, 0.0))
+        growth = 30.0 * s**4 - 60.0 * s**3 + 30.0 * s**2
+        return 0.05 * angle, 0.1 * (6.0 * s**5 - 15.0 * s**4 + 10.0 * s**3), 0.1 * growth / spin_up
+
+    def rates(t: float, y: Array) -> list[float]:
+        th, w, al, al_t = y
+        q = np.array([[np.cos(th), -np.sin(th)], [np.sin(th), np.cos(th)]]) @ arm
+        across, e = np.array([-q[1], q[0]]), np.array([np.cos(al), np.sin(al)])
+        moment, (L, L_t, L_tt) = q[0] * e[1] - q[1] * e[0], length(t)
+        T = (w * w * (q @ e) - L_tt + L * al_t**2) / (1.0 / M + 1.0 / m + moment * (across @ e) / J)
+        w_t = T * moment / J
+        hook = T * e / M + w_t * across - w * w * q  # acceleration of the point where the thread leaves
+        return [w, w_t, al_t, -(hook @ np.array([-e[1], e[0]]) + 2.0 * L_t * al_t) / L]
+
+    found = solve_ivp(rates, (0.0, 60.0), [0.0, 0.5, 0.0, 0.5], t_eval=run.time.values, rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(run["satellite"].rate.sel(axis="z"), found.y[1], rtol=0.0, atol=2e-6)
+    np.testing.assert_allclose(run["tether"].tip_lag, found.y[0] - found.y[2], rtol=0.0, atol=2e-5)
+    assert abs(run["tether"].tip_lag).max() > 0.5  # it swings far in the plane of the spin
+    assert "warning" not in run.attrs
+
+
+def test_lag_on_a_body_that_does_not_spin() -> None:
+    """Without a plane of the spin the signed lag is that in the plane of pay-out axis and spool axis."""
+    system = System()
+    system.add(parts.RigidBody(mass=1e6, inertia=1e6), "satellite")
+    drive = parts.RampDrive(rate=0.0, angle=10.0)
+    system.add(parts.Reel(body="satellite", radius=0.05, drive=drive, spool_axis=(0.0, 1.0, 0.0)), "reel")
+    thread = parts.Thread(reel="reel", length=10.0, line_density=1.0, nodes=20, segments="inextensible")
+    system.add(thread, "tether")
+    system.add(parts.UniformLoad(thread="tether", force=(1.0, 0.2, 0.0)), "wind")
+    found = system.simulate(until=0.3)["tether"]
+    assert float(found.lag.max()) > 0.005
+    np.testing.assert_allclose(found.tip_lag, -found.lag.isel(node=0), atol=1e-9)
+
+
+def test_a_thread_that_pushes_is_warned_of() -> None:
+    """A spool that speeds up by 1 m/s2 pushes an end mass that flies off by 0.25 m/s2: the warning names the thread."""
+    system = from_a_satellite(parts.RampDrive(rate=0.0, angle=10.0, steps=[(0.0, 1.0, 20.0)]))
+    warning = system.simulate(until=5.0).attrs["warning"]
+    assert warning.startswith("'tether' pushes where a thread would go slack: tension below zero in ")

@@ -14,11 +14,10 @@ import sys
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.integrate import solve_ivp
 
 import evolvent
-from evolvent import InputError, parts, studies
+from evolvent import InputError, cases, parts, studies
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "plugin"
 
@@ -82,6 +81,10 @@ def test_the_command_finds_the_system(command, tmp_path):
     code, out, err = command("info", "mast.nc")
     assert code == 0, err
     assert out.startswith("evolvent run of pantograph")
+    # in this process the package is not installed: the file opens, and is shown as any structure
+    back = evolvent.open(tmp_path / "mast.nc")
+    assert back["mast_length"].sizes["time"] > 1
+    assert "energy-balance" in [figure.name for figure in cases.presenter(back).figures(back)]
     assert re.search(r"mast_length +m +\(time\) +length of the mast", out)
 
 
@@ -123,7 +126,7 @@ def test_a_structure_with_the_part(command, tmp_path):
     shutil.copy(EXAMPLE / "guyed-mass.yaml", tmp_path)
     code, _, err = command("run", "guyed-mass.yaml", "-o", "mass.nc", "--no-figures")
     assert code == 0, err
-    found = xr.open_datatree(tmp_path / "mass.nc", engine="h5netcdf").load()  # evolvent.open asks for the package
+    found = evolvent.open(tmp_path / "mass.nc")  # in this process the package is not installed
     mass, k, g, v = 2.0, 2000.0, 9.81, 1.0
     time, z = found["time"].values, found["mass"]["position"].values[:, 2]
     back = 2.0 * v / g  # it falls freely until the cable is tight again
@@ -151,7 +154,8 @@ def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, insta
     broken = installed / "broken-0.1.dist-info"
     broken.mkdir()
     (broken / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 0.1\n")
-    (broken / "entry_points.txt").write_text("[evolvent.systems]\nbroken = no_such_module:System\n")
+    points = "[evolvent.systems]\nbroken = no_such_module:System\n[evolvent.parts]\nhoop = no_such_module:Hoop\n"
+    (broken / "entry_points.txt").write_text(points)
     try:
         code, out, err = command("list")
         assert code == 0
@@ -161,6 +165,16 @@ def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, insta
         code, _, err = command("run", "case.yaml")
         assert code == 2
         assert "the system 'broken' of 'no_such_module:System' cannot be loaded" in err
+        # a part stops the cases that use it, and no others
+        (tmp_path / "case.yaml").write_text("parts: {a: {kind: point, mass: 1 kg}}\nsimulate: {until: 1 s}\n")
+        assert command("run", "case.yaml", "--no-figures")[0] == 0
+        code, out, err = command("parts")
+        assert code == 0
+        assert "tension-cable " in out
+        assert "the plug-in 'hoop' of the package 'broken' cannot be loaded: ModuleNotFoundError" in err
+        code, _, err = command("run", "case.yaml", "--set", "parts.a.kind=hoop")
+        assert code == 2
+        assert err.startswith("evolvent: parts.a.kind is 'hoop'; the plug-in 'hoop' of the package 'broken' cannot be")
     finally:
         shutil.rmtree(broken)
 

@@ -375,7 +375,7 @@ def test_bad_arguments(options, told):
 
 
 def test_threads_are_refused():
-    with pytest.raises(InputError, match=r"'blade' is a thread .*, which solve_static does not support"):
+    with pytest.raises(InputError, match=r"'blade' is a thread .*, which equilibrium does not support"):
         solve_static(heliogyro(segments="springs"))
 
 

@@ -407,7 +407,7 @@ def test_figures(study, reference, tmp_path, monkeypatch):
     assert found["blade_1_lag_max"].axes[0].get_title(loc="left") == "at blade_1_node = 0"
     axes = found["body_rate_last"].axes
     assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate, rad/s", "blade.nodes")
-    assert axes[1].get_ylabel() == "body_rate_last, rad s-1"
+    assert axes[1].get_ylabel() == "body_rate_last, rad/s"
     line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
     assert line.get_xlabel() == "spool.rate, rad/s"
     np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])

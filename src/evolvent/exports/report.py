@@ -52,7 +52,7 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
 
 
 def _page(run: Any, date: datetime.datetime) -> str:
-    module = cases.system(run.attrs["system"])
+    module = cases.presenter(run)
     figures = module.figures(run)
     title = _title(run)
     sections = [
@@ -92,7 +92,7 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: in
 
 
 def _title(run: Any) -> str:
-    motion = cases.system(run.attrs["system"]).motion(run)
+    motion = cases.presenter(run).motion(run)
     system: str = run.attrs["system"].replace("-", " ").capitalize()
     if motion is None or motion.title.startswith(system):
         return system

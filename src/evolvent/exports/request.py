@@ -109,7 +109,7 @@ def motion_of(run: Any) -> Motion:
     InputError
         If the run holds too little for that.
     """
-    motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
+    motion: Motion | None = cases.presenter(run).motion(run)
     if motion is None:
         raise InputError("the run holds too little: there is no motion to export")
     return motion

@@ -57,7 +57,7 @@ def write(run: Any, path: str, request: Request) -> str:
     rows = request.samples(count)
     moments = request.samples(count, most=MOST_SHAPES)
     motion = motion_of(run).at(moments)
-    numbers = cases.system(run.attrs["system"]).numbers(run)
+    numbers = cases.presenter(run).numbers(run)
     run = variables.flat(run)
     held = _held(run, motion)
     narrow, wide = [], []

@@ -10,6 +10,8 @@ from evolvent.observe.variables import Observed, cross, norm
 from evolvent.observe.view import View, root_axes
 
 Array = np.ndarray
+#: Angle, rad, by which a beam must bend for its curvature to be its first colour: a taut wire shows its force.
+_BENT = 1e-3
 
 
 def observe_beam(view: View, name: str) -> Observed:
@@ -39,7 +41,8 @@ def observe_beam(view: View, name: str) -> Observed:
     found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
     found.coordinate("arc_node", "node", np.linspace(0.0, length, count + 1), "m", "length from the root to the node")
     line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
-    line["values"] = ["curvature", "axial_force"]
+    bends = float(np.nanmax(found.variables["curvature"].values, initial=0.0)) * length > _BENT
+    line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
     found.drawn = [{"line": line | _section_drawn(part.section, nodes, axes, found)}]
     found.plots = ["tip_deflection"]
     return found

@@ -263,7 +263,12 @@ def observe_hinge(view: View, name: str) -> Observed:
     torque, energy, lost = (np.array([law[k] for law in laws]) for k in (0, 3, 4))
     found.scalar("angle", angle, "rad", "angle of the second side as seen from the first, any number of turns")
     found.scalar("rate", rate, "rad s-1", "rate of the angle")
-    found.scalar("torque", torque, "N m", "torque of spring, damper, stops and latch that resists the angle")
+    found.scalar(
+        "torque",
+        torque,
+        "N m",
+        "torque of the hinge, that of spring, damper, stops and latch together, which resists the angle",
+    )
     found.scalar("energy_elastic", energy, "J", "elastic energy of spring, stops and latch")
     found.scalar("dissipation", lost, "W", "power dissipated by the dampers of hinge and latch")
     found.scalar("latched", latched, "1", "1 once the latch has locked")

@@ -10,6 +10,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.springs import spring_tension
 from evolvent.motion import quaternions
 from evolvent.observe.joints import reactions
+from evolvent.observe.shapes import solids_of
 from evolvent.observe.variables import Observed, Variable, dot, norm, turned, turned_back
 from evolvent.observe.view import View
 
@@ -48,7 +49,7 @@ def observe_body(view: View, name: str) -> Observed:
         spin = inertia * rate[:, None] * turned(pose.R, row["axis"])
         found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about its axis, inertial axes")
         found.scalar("energy_kinetic", 0.5 * inertia * rate**2, "J", "kinetic energy")
-    solids = solids_of(view.part(name), mass, row["inertia"])
+    solids = solids_of(view, name, row)
     found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
     found.plots = ["rate"]
     if row["iq"] >= 0 and angle is None:
@@ -66,32 +67,6 @@ def attitude(view: View, row: Any) -> Array:
     scalar = start[0] * w - u @ start[1:]
     vector = w[:, None] * start[1:] + start[0] * u + np.cross(start[1:], u)
     return np.concatenate([scalar[:, None], vector], axis=1)
-
-
-def solids_of(part: Any, mass: float, inertia: np.ndarray) -> list[dict[str, Any]]:
-    """What a body is drawn as: its shape, or the box of uniform density with its mass and moments of inertia.
-
-    Notes
-    -----
-    Edges a, b, c of that box: a^2 = 6 (Iy + Iz - Ix)/m and so on; none of a body without mass.
-    """
-    shape: Any = getattr(part, "shape", None)
-    match type(shape).__name__:
-        case "Box":
-            return [{"box": {"edges": list(shape.size)}}]
-        case "Cylinder":
-            ends = [[-0.5 * shape.length, shape.radius], [0.5 * shape.length, shape.radius]]
-            return [{"revolution": {"profile": ends, "centre": [0.0, 0.0, 0.0], "axis": list(shape.axis)}}]
-        case "Sphere":
-            angles = np.linspace(0.0, np.pi, 17)
-            profile = [[-shape.radius * float(np.cos(a)), shape.radius * float(np.sin(a))] for a in angles]
-            return [{"revolution": {"profile": profile, "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0]}}]
-    moments = np.diag(inertia)
-    if mass <= 0.0 or not np.any(moments):
-        return []
-    squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
-    thin = 0.02 * np.sqrt(max(float(squares.max()), 0.0))
-    return [{"box": {"edges": [max(float(np.sqrt(max(x, 0.0))), thin) for x in squares]}}]
 
 
 def observe_point(view: View, name: str) -> Observed:

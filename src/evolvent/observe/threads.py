@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.observe.variables import Observed, cross, dot, norm, turned
-from evolvent.observe.view import View
+from evolvent.observe.variables import Observed, cross, norm, turned, turned_back
+from evolvent.observe.view import Pose, View
 from evolvent.solvers.sampled import angular_momentum as sums_about_origin
 
 Array = np.ndarray
@@ -20,7 +20,7 @@ def observe_thread(view: View, name: str) -> Observed:
     Notes
     -----
     The lag of a node is the angle from the pay-out axis to the line from the departure point Q to the node, in the axes
-    of the reel's body (Tenenbaum 2014, eq. 19); the signed one is its part in the plane of the body's spin.
+    of the reel's body (Tenenbaum 2014, eq. 19); the signed one is its part in the plane that the body's spin sweeps.
     """
     index, found = view.index(name), Observed()
     row = view.model.threads[index]
@@ -100,6 +100,8 @@ def _draw(view: View, name: str, found: Observed) -> None:
         drawn |= {"width": width, "across": "chord"}
     force = {"name": f"pull of {name}", "points": "hub_position", "vectors": "hub_force", **own}
     found.drawn = [{"line": drawn}, {"forces": force}]
+    if view.part(name).tip_mass > 0.0 and row["copies"] == 1:
+        found.drawn.append({"marks": {"points": ["tip_position"]}})
 
 
 def _copies(view: View, row: np.record) -> dict[str, Any]:
@@ -129,13 +131,23 @@ def lags(view: View, row: np.record, x: Array, released: Array) -> tuple[Array, 
     pose = view.pose(int(row["body"]))
     Q = pose.x + turned(pose.R, row["departure"])
     own = np.einsum("tji,tnj->tni", pose.R, x - Q[:, None])
-    ahead, across = own @ row["payout_axis"], own @ row["chord"]
+    ahead, across = own @ row["payout_axis"], own @ _leading(pose, row)
     off = norm(own - ahead[..., None] * row["payout_axis"])
     seen = released & (norm(own) > 1e-9)
-    ahead_turns = dot(pose.w[:1], turned(pose.R[:1], np.cross(row["payout_axis"], row["chord"])))[0]
-    sense = -1.0 if ahead_turns < 0.0 else 1.0
     lag = np.where(seen, np.arctan2(off, ahead), np.nan)
-    return lag, np.where(seen, np.arctan2(-sense * across, ahead), np.nan)
+    return lag, np.where(seen, np.arctan2(-across, ahead), np.nan)
+
+
+def _leading(pose: Pose, row: np.record) -> Array:
+    """Direction, body axes, in which the spin at the start moves what is out along the pay-out axis.
+
+    Of a body that does not spin across the pay-out axis, the axis of the spool.
+    """
+    rate = turned_back(pose.R[:1], pose.w[:1])
+    moved = cross(rate, row["payout_axis"][None])[0]
+    size = float(norm(moved))
+    found: Array = moved / size if size > 1e-9 * max(float(norm(rate[0])), 1e-3) else row["chord"]
+    return found
 
 
 def observe_reel(view: View, name: str) -> Observed:

@@ -37,7 +37,7 @@ class Beam(Part):
     section : Rectangle, Tube, Rod, General or Taper
         Cross-section; y is the beam's normal, z the third direction.
     material : Material, or the name of a known one
-        Isotropic and linearly elastic.
+        Isotropic and linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, cfrp, kapton, steel.
     elements : int
         Number of elements.
     formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}

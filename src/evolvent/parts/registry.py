@@ -20,31 +20,49 @@ from evolvent.schema import sentence, shown, urgent
 GROUP = "evolvent.parts"
 
 
-@functools.cache
 def kinds() -> Mapping[str, type[Part]]:
     """Every kind of part that a case file may name: "rigid-body" -> RigidBody, and so on.
 
     A package outside adds one by an entry point of the group ``evolvent.parts``, whose object is a subclass of
-    `parts.base.Part` with a field ``kind`` of its own.
-
-    Raises
-    ------
-    InputError
-        If a package's part cannot be loaded, is none, or has a kind that is taken; the message names the package.
+    `parts.base.Part` with a field ``kind`` of its own. Those that cannot be used are left out, see `unusable`.
     """
+    return _found()[0]
+
+
+def unusable() -> Mapping[str, str]:
+    """Sentences on parts of packages outside that cannot be loaded, are none, or have a kind that is taken, by name."""
+    return _found()[1]
+
+
+def not_known(kind: Any) -> str:
+    """What to say of a kind that no part has: why that of a package cannot be used, or the nearest one."""
+    if isinstance(kind, str) and kind in unusable():
+        return unusable()[kind]
+    return nearest(str(kind), kinds())
+
+
+@functools.cache
+def _found() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
+    """Kinds of parts that can be used, and why others cannot."""
     from evolvent import parts
 
+    wrong: dict[str, str] = {}
     found: dict[str, type[Part]] = {}
     for name in parts.__all__:
         part = getattr(parts, name)
         if isinstance(part, type) and issubclass(part, Part):
             found[part.model_fields["kind"].default] = part
     for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: e.name):
-        kind, part = _load(entry)
+        try:
+            kind, part = _load(entry)
+        except InputError as error:
+            wrong[entry.name] = str(error)
+            continue
         if kind in found:
-            raise InputError(f"the plug-in {_called(entry)} adds a part of kind {kind!r}, which is already known")
-        found[kind] = part
-    return MappingProxyType(found)
+            wrong[entry.name] = f"the plug-in {_called(entry)} adds a part of kind {kind!r}, which is already known"
+        else:
+            found[kind] = part
+    return MappingProxyType(found), MappingProxyType(wrong)
 
 
 def _called(entry: importlib.metadata.EntryPoint) -> str:
@@ -119,7 +137,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
             wrong(f"{here}.kind is missing; known: {', '.join(sorted(kinds()))}", given, name, "kind")
         elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
             word = given["kind"]
-            wrong(f"{here}.kind is {shown(word)}; {nearest(str(word), kinds())}", word, name, "kind")
+            wrong(f"{here}.kind is {shown(word)}; {not_known(word)}", word, name, "kind")
         else:
             part = kinds()[given["kind"]]
             try:

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +17,15 @@ from evolvent import cases
 from evolvent.figures import Figure as Described
 from evolvent.plots import PALETTE, sheet
 from evolvent.results import make_folder, writing
+from evolvent.show import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Most outputs that are drawn.
 _MOST = 24
+#: Letters that a line of the title holds.
+_TITLE = 72
 
 
 def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
@@ -60,7 +64,9 @@ def picture(figure: Figure) -> bytes:
 
 
 def figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """One figure for every output, over the keys that vary; of an output that is no number, its first entry.
+    """One figure for every output, over the keys that vary; of an output that is no number, the entry that varies most.
+
+    Over one key the components of a vector are lines of one figure.
 
     Parameters
     ----------
@@ -69,22 +75,35 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
     grid = dataset.attrs["sample"] == "grid"
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
     shown = keys[:2] if grid else ["case"]
+    dataset = dataset.sortby([key for key in shown if grid and dataset[key].dtype.kind in "iuf"])
     found: dict[str, Figure] = {}
     for name, variable in dataset.data_vars.items():
-        drawn = variable.isel({dim: 0 for dim in variable.dims if dim not in shown})
-        numeric = set(shown) <= set(variable.dims) and variable.dtype.kind == "f"
-        varies = numeric and np.unique(drawn.values[~np.isnan(drawn.values)]).size > 1
-        if varies and keys and len(found) < _MOST:
-            rest = [str(dim) for dim in variable.dims if dim not in shown and variable.sizes[dim] > 1]
-            found[re.sub(r"\W", "_", str(name))] = _figure(drawn, keys, rest, grid)
+        if not (keys and set(shown) <= set(variable.dims) and variable.dtype.kind == "f" and len(found) < _MOST):
+            continue
+        rest = [str(dim) for dim in variable.dims if dim not in shown and variable.sizes[dim] > 1]
+        drawn = _most_varying(variable, shown)
+        if np.unique(drawn.values[~np.isnan(drawn.values)]).size > 1:
+            lines = variable.isel({d: 0 for d in variable.dims if d not in (*shown, *rest)})
+            together = grid and len(keys) == 1 and rest == ["axis"]
+            found[re.sub(r"\W", "_", str(name))] = _figure(lines if together else drawn, keys, rest, grid)
     return found
 
 
+def _most_varying(variable: xr.DataArray, shown: list[str]) -> xr.DataArray:
+    """The entry, over the dimensions that are not shown, with the largest range over those that are."""
+    rest = [d for d in variable.dims if d not in shown]
+    if not rest:
+        return variable
+    ranges = (variable.max(shown) - variable.min(shown)).fillna(-1.0)
+    at = np.unravel_index(int(np.argmax(ranges.transpose(*rest).values)), [variable.sizes[d] for d in rest])
+    return variable.isel({dim: int(k) for dim, k in zip(rest, at, strict=True)})
+
+
 def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Figure:
-    """A line, a map, or a panel of marks for each key; `rest` are dimensions at whose beginning it is drawn."""
+    """A line for each component, a map, or a panel of marks for each key; of the dimensions `rest` one entry."""
     from matplotlib.figure import Figure as Sheet
 
-    what = str(drawn.attrs.get("long_name", drawn.name))
+    what = "\n".join(textwrap.wrap(str(drawn.attrs.get("long_name", drawn.name)), _TITLE))
     sheet = Sheet(figsize=(7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys)), layout="constrained")
     sheet.suptitle(what, x=0.01, ha="left", fontsize=12, fontweight="bold")
     axes = sheet.subplots(1 if grid else len(keys), 1, squeeze=False)[:, 0]
@@ -97,14 +116,20 @@ def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -
             mesh = axis.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
             sheet.colorbar(mesh, ax=axis, label=_label(drawn))
         else:
-            axis.plot(x, drawn.values, "o-" if grid else "o", color=PALETTE[0 if grid else 1], markersize=3.5)
+            parted = "axis" in drawn.dims
+            for k, one in enumerate(drawn.transpose("axis", key)) if parted else [(0 if grid else 1, drawn)]:
+                label = str(one["axis"].item()) if parted and "axis" in one.coords else None
+                axis.plot(x, one.values, "o-" if grid else "o", color=PALETTE[k], markersize=3.5, label=label)
+            if parted:
+                axis.legend(frameon=False)
             axis.set_ylabel(_label(drawn))
             axis.grid(alpha=0.25)
-    if rest:
-        told = (
-            f"{_label(drawn[dim])} = {drawn[dim].item()}" if dim in drawn.coords else f"{dim}: first" for dim in rest
+    if rest and "axis" not in drawn.dims:
+        chosen = (
+            f"{_label(drawn[dim])} = {drawn[dim].item()}" if dim in drawn.coords else f"{dim}: that varies most"
+            for dim in rest
         )
-        axes[0].set_title(f"at {', '.join(told)}", loc="left", fontsize=10)
+        axes[0].set_title(f"at {', '.join(chosen)}", loc="left", fontsize=10)
     return sheet
 
 
@@ -119,6 +144,7 @@ def _along(axis: Any, side: str, values: xr.DataArray) -> tuple[np.ndarray]:
 
 
 def _label(values: xr.DataArray) -> str:
-    """Name with unit."""
+    """Name with unit; keys of a case have theirs as the case writes them."""
     unit = str(values.attrs.get("units", "1"))
+    unit = unit if "/" in unit or "^" in unit else unit_text(unit)
     return str(values.name) if unit in ("1", "") else f"{values.name}, {unit}"

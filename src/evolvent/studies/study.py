@@ -253,7 +253,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
         raise InputError(f"the study's key 'case' is missing; {nearest('', cases.built_in())}, or a file, or keys")
     case = content["case"]
     if isinstance(case, dict):
-        return dict(case)
+        return cases.with_system(dict(case))
     if not isinstance(case, str):
         raise InputError(
             f"case is {schema.shown(case)}; it must be the name of a built-in case, a file, or a case's keys"
@@ -269,7 +269,7 @@ def _case(content: Mapping[str, Any], folder: pathlib.Path) -> dict[str, Any]:
         found = cases.parse_yaml(_source(path), case)
     if not isinstance(found, dict):
         raise InputError(f"{case}: a case is a mapping of keys to values, this is not")
-    return found
+    return cases.with_system(found)
 
 
 def _section(content: Mapping[str, Any], key: str) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from evolvent import cases
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError
 from evolvent.parts.base import Part, Reference
-from evolvent.parts.registry import kinds
+from evolvent.parts.registry import kinds, not_known
 from evolvent.references import check_name
 from evolvent.schema import Section, by_name, marks
 
@@ -62,7 +62,7 @@ def added(parts: Mapping[str, Any], name: str, content: Mapping[str, Any]) -> Pa
     """
     if kind_of(content) is None:
         kind = content.get("kind")
-        raise InputError(f"the kind of the part is {kind!r}; {nearest(str(kind), kinds())}")
+        raise InputError(f"the kind of the part is {kind!r}; {not_known(kind)}")
     return {**parts, checked_name(parts, name): dict(content)}
 
 
@@ -134,7 +134,7 @@ def part_problems(name: Any, content: Any, key: str = "parts") -> dict[str, str]
     if kind is None:
         if "kind" not in content:
             return {"": f"the kind is missing; known: {', '.join(sorted(kinds()))}"}
-        return {"": f"the kind is {content['kind']!r}; {nearest(str(content['kind']), kinds())}"}
+        return {"": f"the kind is {content['kind']!r}; {not_known(content['kind'])}"}
     return cases.problems(content, kind)
 
 

@@ -263,7 +263,7 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
     from evolvent import results
 
     found = results.open(path)
-    module = cases.system(found.attrs["system"])
+    module = cases.presenter(found)
     return found, module.numbers(found), module.figures(found)
 
 
