@@ -49,6 +49,11 @@ STEP_ALLOWED = "a finite time above 0, or None"
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
+def cache_name(assembly: Assembly, method: str) -> str:
+    """Name by which `codecache` knows whether the functions of a run are compiled; beams need more of them."""
+    return f"{method} with beams" if method in METHODS and assembly.model.flexible.beams.size else method
+
+
 def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode, float]:
     """The fastest mode of a model, and the stability limit of a method on it, s.
 
@@ -269,7 +274,7 @@ class _Run:
             failure = law_failure(self.assembly, error, _moments(self.work, self.tableau))
             status, message = "failed", f"{failure}; what was computed is kept"
         wall_time = clock.perf_counter() - began
-        codecache.mark_warm(self.plan.method)
+        codecache.mark_warm(cache_name(self.assembly, self.plan.method))
         work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.events)
         return Solution(
             assembly=self.assembly,
@@ -360,7 +365,8 @@ def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspa
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = "take a smaller `rtol`"
     if of.step is not None:
-        smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` dopri5"
+        other = "generalized-alpha" if of.assembly.model.flexible.beams.size else "dopri5"
+        smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
         f"the steps do not resolve the motion{what_may_jump(of.assembly)}; {smaller}"
