@@ -12,7 +12,8 @@ from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import thread
-from evolvent.solvers import drive, implicit
+from evolvent.solvers import drive, implicit, payout
+from evolvent.solvers.laws import refusing_laws
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,8 @@ SAMPLES = 400
 TOLERANCE, SPECTRAL_RADIUS = 1e-5, 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
+#: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
+MOST_STEPS = 1e9
 #: Share of the energy that the method itself may take before a run warns.
 NUMERICAL_LOSS = 0.01
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
@@ -152,9 +155,18 @@ def plan(
     Raises
     ------
     InputError
-        As of `choose_method` and of the solvers; also for an option that the method does not have.
+        As of `choose_method`, of the solvers and of `payout.check`; for an option that the method does not have, and
+        for too many steps.
     """
     method, why = choose_method(assembly, method)
+    duration = float(samples[-1] - samples[0])
+    if step is not None and 0.0 < MOST_STEPS * step < duration:
+        raise InputError(
+            f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
+            f"{MOST_STEPS:.0e}; take a longer `step`, or shorten `until`"
+        )
+    with refusing_laws(assembly):
+        payout.check(assembly, float(samples[-1]))
     if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
         raise InputError(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "

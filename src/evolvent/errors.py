@@ -41,7 +41,8 @@ def in_keys(message: str, keys: Mapping[str, str]) -> str:
     Parameters
     ----------
     message : str, that names arguments in backticks, or as the first word of "argument is value"
-    keys : mapping, argument -> key; what is not in it stays
+    keys : mapping, argument -> key; what is not in it stays. An argument with a dot is a part's, such as
+        "reel-*.drive", where * stands for the rest of a part's name; it is found anywhere in the message
 
     Examples
     --------
@@ -53,6 +54,9 @@ def in_keys(message: str, keys: Mapping[str, str]) -> str:
     first = re.match(r"(\w+) is ", message)
     if first and first[1] in keys:
         message = keys[first[1]] + re.sub(r"^ is None\b", " is auto", message[len(first[1]) :])
+    for argument in (key for key in keys if "." in key):
+        pattern = re.escape(argument).replace(r"\*", r"[\w-]+") + ("" if argument.endswith(".") else r"(?![\w-])")
+        message = re.sub(rf"(?<![\w.-]){pattern}", keys[argument], message)
     message = re.sub(r"\bor None\b", "or auto", message)
     return re.sub(r"`(\w+)`", lambda found: keys.get(found[1], found[0]), message)
 

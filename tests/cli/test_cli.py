@@ -215,7 +215,7 @@ BAD = {
     "figures in a file": (["run", "heliogyro", "-o", "a", "--figures", "a/b"], "for -o writes the file 'a'"),
     "figures and none": (["run", "heliogyro", "--no-figures", "--figures", "b"], "give one of them"),
     "too many steps": (["run", "heliogyro", "--set", "solver.step=1 ns"], "1.4e+11 steps over"),
-    "too stiff": (["run", "heliogyro", "--set", "blade.stiffness=1e12"], "lower blade.stiffness"),
+    "too stiff": (["run", "heliogyro", "--set", "blade.stiffness=1e15"], "less damping or stiffness"),
     "plot without a name": (["plot", ""], "cannot read '': the name is empty"),
     "unknown shown": (["show", "heliogiro"], "did you mean 'heliogyro'?"),
     "unknown schema": (["schema", "helio"], "did you mean 'heliogyro'?"),

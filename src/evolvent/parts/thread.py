@@ -94,21 +94,24 @@ class Thread(Part):
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)
         centre = np.array(reel.centre)
-        drive = reel.drive.write(builder, self.reel)
+        drive = reel.drive.write(builder, f"{self.reel}.drive")
         jerks = isinstance(reel.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in reel.drive.steps)
         if kind == kernels.INEXTENSIBLE and jerks:
             raise InputError(
-                f"{self.reel}.drive: a step of no duration jerks an inextensible thread; give it a duration above 0"
+                f"{self.reel}.drive.steps holds one of no duration, which jerks an inextensible thread; give it a "
+                f"duration above 0"
             )
         angle, rate, _ = reel.drive.at(builder, drive, 0.0)
         if kind == kernels.INEXTENSIBLE and angle == 0.0 and rate == 0.0:
             raise InputError(
                 f"{self.reel}.drive starts at rest with nothing out, where an inextensible thread has no direction; "
-                "start with some length out (an angle above 0), or at a rate above 0"
+                "start with some length out (`angle` above 0), or at a rate above 0"
             )
         out = angle * reel.radius
         if out > length * (1.0 + 1e-12):
-            raise InputError(f"{name}: {out:g} m are out at the start, more than its length {length:g} m")
+            raise InputError(
+                f"{self.reel}.drive: {out:g} m are out at the start, more than {name}.length, {length:g} m"
+            )
         released = min(int(np.ceil(round(out / l0, 9))), n)
         direction = X if self.direction is None else unit(self.direction)
         q, v = self._start(

@@ -56,11 +56,14 @@ from typing import Any
 
 from evolvent.builder import Assembly
 from evolvent.definition import SystemDefinition
+from evolvent.errors import InputError
 from evolvent.systems.heliogyro import derived as fields
 from evolvent.systems.heliogyro import show
 from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.settings import settings_of
 from evolvent.systems.heliogyro.structure import build
+
+#: Options of generalized-alpha: step where none is given (s), tolerance and spectral radius.
+IMPLICIT = {"step": 2.5e-3, "tolerance": 1e-4, "spectral_radius": 0.3}
 
 
 class Heliogyro(SystemDefinition):
@@ -77,7 +80,9 @@ class Heliogyro(SystemDefinition):
     laws = ("event", "drive", "force")
     keys = {
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
-        "absolute_tolerance": "solver.atol",
+        "absolute_tolerance": "solver.atol", "drive": "spool.rate", "angle": "spool.start_length",
+        "stiffness": "blade.stiffness", "length": "blade.length", "lets_go": "blade.lets_go",
+        "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool", "blade-*.": "blade.", "RigidBody.": "body.",
     } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
     layout = staticmethod(fields.layout)
@@ -92,8 +97,22 @@ class Heliogyro(SystemDefinition):
         return self.prepared_settings(case, build(case).assemble(), {})
 
     def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
-        """As `settings`, of parts that are assembled."""
-        return settings_of(case, assembly, by_law="drive" in laws)
+        """As `settings`, of parts that are assembled; the end of a run follows from the drives."""
+        from evolvent.solvers import payout
+
+        solver, end = case.solver, case.solver.duration
+        if end == "auto":
+            end = None if "drive" in laws else payout.all_deployed(assembly)
+        if end is None:
+            which = (
+                "a law in Python drives the spools" if "drive" in laws else "no blade is ever all out after the start"
+            )
+            raise InputError(f"solver.duration is auto, but {which}; give it, such as '60 s'")
+        found = {"until": end, "every": case.output.every, "method": solver.method}
+        step = {} if solver.step == "auto" else {"step": solver.step}
+        if solver.method == "dopri5":
+            return found | step | {"tolerance": solver.rtol, "absolute_tolerance": solver.atol}
+        return found | (IMPLICIT if solver.method == "generalized-alpha" else {}) | step
 
 
 SYSTEM = Heliogyro()

@@ -32,66 +32,30 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     laws = laws or {}
     body, blade, spool = case.body, case.blade, case.spool
     system = System()
-    if body.motion == "free":
-        own: dict[str, Any] = {"mass": body.mass, "angular_velocity": (0.0, 0.0, body.rate)}
-    else:
-        own = {"rate": body.rate}
+    own = (
+        {"mass": body.mass, "angular_velocity": (0.0, 0.0, body.rate)} if body.motion == "free" else {"rate": body.rate}
+    )
     shape = parts.Cylinder(radius=0.7 * body.spool_offset, length=2.0 * spool.radius)
     system.add(parts.RigidBody(motion=body.motion, inertia=body.inertia, shape=shape, **own), "body")
     symmetric = _symmetric(case, laws)
+    lag = spool.start_lag if body.rate >= 0.0 else -spool.start_lag
+    of_blades = blade.model_dump(exclude={"wound_mass"}) | {"wound_mass": "carried" if case.carried else "ignored"}
+    force, event = (law_and_parameters(laws, name) for name in ("force", "event"))
     for k in range(1 if symmetric else body.blades):
-        turn = 2.0 * np.pi * k / body.blades
+        reel, name, turn = f"reel-{k + 1}", f"blade-{k + 1}", 2.0 * np.pi * k / body.blades
         X = np.array([np.cos(turn), np.sin(turn), 0.0])
         Y = np.array([-np.sin(turn), np.cos(turn), 0.0])
-        lag = spool.start_lag if body.rate >= 0.0 else -spool.start_lag
-        reel, name = f"reel-{k + 1}", f"blade-{k + 1}"
-        system.add(
-            parts.Reel(
-                body="body",
-                centre=tuple(body.spool_offset * X),
-                payout_axis=tuple(X),
-                spool_axis=tuple(Y),
-                radius=spool.radius,
-                drive=_drive(case, laws, k),
-            ),
-            reel,
-        )
-        system.add(
-            parts.Thread(
-                reel=reel,
-                length=blade.length,
-                line_density=blade.line_density,
-                nodes=blade.nodes,
-                tip_mass=blade.tip_mass,
-                segments=blade.segments,
-                stiffness=blade.stiffness,
-                damping=blade.damping,
-                direction=tuple(np.cos(lag) * X - np.sin(lag) * Y),
-                velocity_turn=blade.velocity_turn,
-                wound_mass="carried" if case.carried else "ignored",
-                lets_go=blade.lets_go,
-                copies=body.blades if symmetric else 1,
-                width=blade.width,
-            ),
-            name,
-        )
-        if case.sunlight is not None and blade.width is not None:
-            light = case.sunlight
-            system.add(
-                parts.RadiationPressure(
-                    thread=name,
-                    pressure=light.pressure,
-                    width=blade.width,
-                    direction=light.direction,
-                    reflectivity=light.reflectivity,
-                )
-            )
-        law, parameters = law_and_parameters(laws, "force")
-        if law is not None:
-            system.add(parts.LawLoad(thread=name, law=law, parameters=parameters))
-    law, parameters = law_and_parameters(laws, "event")
-    if law is not None:
-        system.add(parts.Event(law=law, parameters=parameters, stops=True))
+        axes = {"payout_axis": tuple(X), "spool_axis": tuple(Y), "centre": tuple(body.spool_offset * X)}
+        system.add(parts.Reel(body="body", radius=spool.radius, drive=_drive(case, laws, k), **axes), reel)
+        direction = tuple(np.cos(lag) * X - np.sin(lag) * Y)
+        copies = body.blades if symmetric else 1
+        system.add(parts.Thread(reel=reel, direction=direction, copies=copies, **of_blades), name)
+        if case.sunlight is not None:
+            system.add(parts.RadiationPressure(thread=name, width=blade.width, **case.sunlight.model_dump()))
+        if force is not None:
+            system.add(parts.LawLoad(thread=name, law=force[0], parameters=force[1]))
+    if event is not None:
+        system.add(parts.Event(law=event[0], parameters=event[1], stops=True))
     return system
 
 
@@ -103,17 +67,17 @@ def _symmetric(case: Case, laws: Mapping[str, Any]) -> bool:
     return case.body.motion != "free" and equal and axial and laws.get("force") is None
 
 
-def law_and_parameters(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[float, ...]]:
-    """A user's law and its parameters; (None, ()) if it is not given."""
+def law_and_parameters(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[float, ...]] | None:
+    """A user's law and its parameters; None if it is not given."""
     given = laws.get(name)
-    if isinstance(given, tuple):
-        if len(given) != 2:
-            raise InputError(f"laws[{name!r}] has {len(given)} entries; it must be a law, or a law and its parameters")
-        try:
-            return given[0], tuple(float(p) for p in given[1])
-        except (TypeError, ValueError):
-            raise InputError(f"the parameters of laws[{name!r}] are {given[1]!r}; they must be numbers") from None
-    return given, ()
+    if not isinstance(given, tuple):
+        return None if given is None else (given, ())
+    if len(given) != 2:
+        raise InputError(f"laws[{name!r}] has {len(given)} entries; it must be a law, or a law and its parameters")
+    try:
+        return given[0], tuple(float(p) for p in given[1])
+    except (TypeError, ValueError):
+        raise InputError(f"the parameters of laws[{name!r}] are {given[1]!r}; they must be numbers") from None
 
 
 def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
@@ -122,11 +86,11 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
 
     spool = case.spool
     angle = spool.start_length / spool.radius
-    law, parameters = law_and_parameters(laws, "drive")
+    law = law_and_parameters(laws, "drive")
     if law is not None:
         if spool.start_length > 0.0:
             raise InputError("spool.start_length is given beside laws['drive'], whose angle at t = 0 says what is out")
-        return parts.LawDrive(law=law, parameters=parameters)
+        return parts.LawDrive(law=law[0], parameters=law[1])
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
         if time[0] != 0.0:
@@ -134,12 +98,11 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
         return parts.TableDrive(time=time, rate=rate, start=angle)
     if spool.rate is None:
         raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or a spool.table")
-    first = _of_blade(spool.rate, blade)
-    steps = [(change.time, change.ramp, _of_blade(change.rate, blade)) for change in spool.changes]
+
+    def own(rate: float | tuple[float, ...]) -> float:
+        return rate[blade] if isinstance(rate, tuple) else rate
+
+    steps = [(change.time, change.ramp, own(change.rate)) for change in spool.changes]
     if spool.ramp > 0.0:
-        return parts.RampDrive(rate=0.0, angle=angle, steps=[(0.0, spool.ramp, first), *steps])
-    return parts.RampDrive(rate=first, angle=angle, steps=steps)
-
-
-def _of_blade(rate: float | tuple[float, ...], blade: int) -> float:
-    return rate[blade] if isinstance(rate, tuple) else rate
+        return parts.RampDrive(rate=0.0, angle=angle, steps=[(0.0, spool.ramp, own(spool.rate)), *steps])
+    return parts.RampDrive(rate=own(spool.rate), angle=angle, steps=steps)

@@ -1,0 +1,100 @@
+"""Length of thread that prescribed drives pay out: found before a run, since it follows from the drives alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.kernels.drive import FREE, drive_angles
+
+#: Times at which a drive is evaluated over a run.
+_TIMES = 2001
+#: Share of a thread's length by which a drive may run past its ends.
+_ROUND_OFF = 1e-9
+
+
+def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
+    """Length of each thread that is off its spool, m : (nt, threads); NaN of a free spool.
+
+    Parameters
+    ----------
+    times : (nt,) float, s
+    """
+    model = assembly.model
+    found = np.full((model.threads.size, times.size), np.nan)
+    for row, angles in zip(model.threads, found, strict=True):
+        if row["drive"] != FREE:
+            parameters = model.parameters[int(row["first"]) : int(row["last"])]
+            drive_angles(int(row["drive"]), parameters, int(row["law"]), times, angles)
+            angles *= row["radius"]
+    return found.T
+
+
+def lengths(assembly: Assembly) -> np.ndarray:
+    """Whole length of each thread, m : (threads,)."""
+    found: np.ndarray = assembly.model.threads["n"] * assembly.model.threads["segment"]
+    return found
+
+
+def all_deployed(assembly: Assembly) -> float | None:
+    """Time at which the first thread is all off its spool, s; None if that does not happen after t = 0.
+
+    Notes
+    -----
+    After the last change of the drives (`model.breaks`) they turn at constant rates.
+    """
+    whole = lengths(assembly)
+    last = float(assembly.model.breaks.max(initial=0.0))
+    times = np.linspace(0.0, last, _TIMES) if last > 0.0 else np.zeros(1)
+
+    def left(at: np.ndarray) -> np.ndarray:
+        """Length still wound, m : (nt, threads)."""
+        found: np.ndarray = whole - deployed_lengths(assembly, at)
+        return found
+
+    beyond = np.flatnonzero(left(times).min(axis=1) <= 0.0)
+    if beyond.size:
+        k = int(beyond[0])
+        if k == 0:
+            return None
+        from scipy.optimize import brentq  # 0.2 s that most runs do not need
+
+        return float(brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
+    end = left(np.array([last, last + 1.0]))
+    rates = end[0] - end[1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rest = np.where(rates > 0.0, end[0] / rates, np.inf)
+    return last + float(rest.min()) if np.isfinite(rest.min()) else None
+
+
+def check(assembly: Assembly, end: float) -> None:
+    """Refuse a drive that pays out more than its thread's length by `end` (s), or reels in more than is out.
+
+    Raises
+    ------
+    InputError
+    """
+    model = assembly.model
+    if not np.any(model.threads["drive"] != FREE):
+        return
+    breaks = model.breaks
+    times = np.union1d(np.linspace(0.0, end, _TIMES), breaks[(breaks > 0.0) & (breaks < end)])
+    out, whole = deployed_lengths(assembly, times), lengths(assembly)
+    names = {index: name for name, (family, index) in assembly.names.items() if family == "threads"}
+    for p, row in enumerate(model.threads):
+        thread = names.get(p, f"thread {p}")
+        beyond = np.flatnonzero(out[:, p] > whole[p] * (1.0 + _ROUND_OFF))
+        if beyond.size and not row["lets_go"]:
+            raise InputError(
+                f"the drive outruns the thread {thread!r}: it has paid out {out[:, p].max():.6g} m by t = {end:.6g} s, "
+                f"but `length` is {whole[p]:g} m, all out at about {times[beyond[0]]:.6g} s; shorten `until`, slow "
+                f"down the `drive`, or set `lets_go`"
+            )
+        below = np.flatnonzero(out[:, p] < -_ROUND_OFF * whole[p])
+        if below.size:
+            raise InputError(
+                f"the drive reels in more of the thread {thread!r} than is out: nothing is left at about "
+                f"{times[below[0]]:.6g} s; shorten `until`, end the reeling in `drive` before, or "
+                f"start with more thread out (`angle`)"
+            )
