@@ -80,7 +80,7 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
 def _tags(found: xr.DataArray, count: int) -> list[str]:
     """What tells the columns of a variable apart."""
     dims = [d for d in found.dims if d != "time"]
-    if not dims:
+    if count == 1:
         return [""]
     words: list[list[str]] = []
     for d in dims:
@@ -250,8 +250,8 @@ def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
 def balance_number(root: xr.Dataset) -> Number:
     """Row of the table: how well energy, work and losses balance, of the largest energy or work."""
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
-    names = ("energy", "work_loads", "work_drives", "work_spools")
-    most = max(1e-300, *(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name in names))
+    work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
+    most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
     return Number(label="energy balance", value=f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy")
 
 

@@ -14,6 +14,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,7 +41,7 @@ class Form:
     h: Array
     U0: float
 
-    def energy(self, e: ArrayLike) -> complex | float:
+    def energy(self, e: ArrayLike) -> Any:
         """U of an element with the coordinates e, an analytic function of them (complex steps differentiate it)."""
         g = products(e)
         return 0.5 * g @ self.H @ g - self.h @ g + self.U0
@@ -397,7 +398,7 @@ def cable_stretch_form(
     return Form(H, membrane.h, 0.0)
 
 
-def cable_stretch_energy(form: Form, e: ArrayLike) -> complex | float:
+def cable_stretch_energy(form: Form, e: ArrayLike) -> Any:
     """Energy (J) of an element of `cable_stretch_form` with the coordinates e, an analytic function of them."""
     v = nodal_vectors(e)
     a, q = form.H[:3, :3] @ v, form.H[:3, 3:] @ v

@@ -65,7 +65,7 @@ def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array
 
 
 def element_means(part: Any, nodes: Array, *names: str) -> list[Array]:
-    """Means (..., n) over the elements of what `Beam.along` gives, by the three points at which they take the strain."""
+    """Means (..., n) over the elements of what `Beam.along` gives, by the three points of their strain."""
     at, weight = np.polynomial.legendre.leggauss(3)
     along = part.along(nodes, at=0.5 * (1.0 + at))
     return [along[name].reshape(*along[name].shape[:-1], -1, 3) @ (0.5 * weight) for name in names]
