@@ -247,12 +247,23 @@ def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
     return found
 
 
-def balance_number(root: xr.Dataset) -> Number:
-    """Row of the table: how well energy, work and losses balance, of the largest energy or work."""
+def balance_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: energies at the end, what dissipated energy, and how well the balance closes."""
+    root = variables.root_dataset(run)
+    kinds = {"kinetic": root["energy_kinetic"].values}
+    kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
+    found = [("energy at the end", ", ".join(f"{kind} {float(y[-1]):.3g}" for kind, y in kinds.items()) + " J")]
+    if "energy_losses" in root:
+        taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
+        taken["numerical damping"] = -root["energy_defect"].values[-1]
+        largest = max(abs(value) for value in taken.values())
+        causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
+        found += [("energy dissipated by", f"{', '.join(causes)} J")] if causes else []
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
     work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
     most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
-    return Number(label="energy balance", value=f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy")
+    found.append(("energy balance", f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy"))
+    return [Number(label=label, value=value) for label, value in found]
 
 
 def numbers(run: xr.DataTree) -> list[Number]:
@@ -268,7 +279,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if left:
         found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
-        found.append(balance_number(root))
+        found += balance_numbers(run)
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
         found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))

@@ -198,8 +198,7 @@ class Contact(Section):
         "hunt-crossley", "hunt-crossley: K d^n (1 + a d'), never pulling; paper: K d^n + c d'; conservative: K d^n"
     )
     stiffness: Stiffness = _key(
-        "auto",
-        "K, of each contact point, per m^(n-1); auto: by depths of 1e-4 (wound) and 1e-3 (falling) of the radius",
+        "auto", "K, of each contact point, per m^(n-1); auto: depths of 1e-4 (wound) and 1e-3 (falling) of the radius"
     )
     exponent: units.Exponent = _key(1.0, "n")
     damping: units.DampingOrZero = _key(1e3, "c, of law paper")
@@ -213,10 +212,10 @@ class Solver(Section):
     """The time integration."""
 
     method: Literal["generalized-alpha", "rk4", "heun"] = _key(
-        "generalized-alpha", "implicit, or explicit of short steps"
+        "generalized-alpha", "implicit, or explicit ones of many short steps"
     )
     duration: units.DurationOrAuto = _key(
-        "auto", "auto: 1.2 times what winds a string without bending stiffness; hold.time; the closed form's end"
+        "auto", "auto: wind: 1.2 times as long as a string takes; hold: hold.time; deploy: the closed form's end"
     )
     step: units.DurationOrAuto = _key("auto", "auto: adaptive, or a safe share of the stability limit")
     tolerance: units.Tolerance = _key(3e-4, "relative error of an adaptive step")
@@ -240,7 +239,7 @@ class Case(Section):
 
     system: Literal["wrapped-rib"] = "wrapped-rib"
     phase: Literal["wind", "hold", "deploy"] = _key(
-        ..., "the drive winds the rib, or holds it; or the rib springs open"
+        ..., "wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
     )
     start: str = _key(
         "auto", "straight, or wound on the hub without stretch; auto: by the phase; or a saved run, run.nc, at its end"
@@ -256,9 +255,8 @@ class Case(Section):
 
     def refusals(self) -> Iterator[str]:
         """Rules between the sections."""
-        yield from self._refused_phase()
-        yield from self._refused_drive()
-        yield from self._refused_geometry()
+        for rules in (self._refused_phase, self._refused_drive, self._refused_geometry):
+            yield from rules()
 
     def _refused_phase(self) -> Iterator[str]:
         phase, hold, duration = self.phase, self.hold, self.solver.duration
@@ -371,8 +369,7 @@ class Case(Section):
         contact, strip, drive = self.contact, self.strip, self.drive
         if contact.stiffness != "auto":
             return float(contact.stiffness)
-        R, n = strip.radius, contact.exponent
-        spacing = self.contact_spacing
+        R, n, spacing = strip.radius, contact.exponent, self.contact_spacing
         pull = strip.bending_stiffness / R**2
         if drive is not None and drive.torque is not None:
             pull += drive.torque / R
@@ -389,24 +386,18 @@ class Case(Section):
 
     @property
     def penalty(self) -> tuple[float, float]:
-        """Stiffness of what holds a root under explicit methods: of its place (N/m) and of its direction (N m).
+        """Stiffness of the penalties of a root under explicit methods: place (N/m) and direction (N m).
 
-        That of a quarter of an element's length, and a tenth of what the element's slopes feel: about as fast as the
-        element itself.
+        That of a quarter of an element, and a tenth of that of its slopes: about as fast as the element itself.
         """
         EA, length = self.strip.axial_stiffness, self.rib.element_length
         return 4.0 * EA / length, 0.1 * EA * length
 
     @property
     def contact_frequency(self) -> float:
-        """Frequency at which one contact point, with its share of the rib's mass, would bounce on the hub, rad/s.
-
-        Of a law that is not linear, at a penetration of the rib's thickness.
-        """
-        rib, contact = self.rib, self.contact
-        mass = self.strip.line_density * self.contact_spacing
-        stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
-        return math.sqrt(stiffness / mass)
+        """Frequency of a contact point with its share of the mass on the hub, rad/s, at a depth of the thickness."""
+        n, mass = self.contact.exponent, self.strip.line_density * self.contact_spacing
+        return math.sqrt(n * self.contact_stiffness * self.rib.thickness ** (n - 1.0) / mass)
 
     @property
     def string(self) -> reference.Winding:

@@ -23,12 +23,7 @@ FOLLOWED = 8
 
 
 def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
-    """Wound angle and radius of the tips, their largest speeds, angle and torque of the hub, and the end state.
-
-    Parameters
-    ----------
-    begin : Start of the run
-    """
+    """Wound angle and radius of the tips, their largest speeds, angle and torque of the hub, and the end state."""
     from evolvent.drawing import smooth
     from evolvent.observe import View
     from evolvent.observe.lumped import attitude
@@ -51,7 +46,7 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
         "rib": (("rib",), np.arange(1, count + 1), "1", "rib"),
         "tip_radius": (per_rib, np.hypot(path[..., -1, 0], path[..., -1, 1]), "m", "distance of the tip from the "
                        "hub's axis"),
-        "wrap_angle": (per_rib, wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
+        "wrap_angle": (per_rib, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
                        "negative in the other sense"),
         "tip_speed_peak": (("rib",), speed[fastest, np.arange(count)], "m s-1", "largest speed of the tip, between "
                            "samples too"),
@@ -66,11 +61,9 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
     }  # fmt: skip
 
 
-def wrap_angle(path: Array, radius: float) -> Array:
+def _wrap_angle(path: Array, radius: float) -> Array:
     """Angle of the hub that each rib covers, rad; `path` (nt, ribs, n, 3) in the hub's axes.
 
-    Notes
-    -----
     Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
     acos(R/r) of its distance r; negative where the rib lies the other way round.
     """

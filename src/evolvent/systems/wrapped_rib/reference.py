@@ -41,7 +41,7 @@ STIFF = 2.0
 
 
 class Winding(NamedTuple):
-    """Motion of a string without bending stiffness that is wound by a field torque.
+    """Motion of a string that is wound by a field torque.
 
     Attributes
     ----------

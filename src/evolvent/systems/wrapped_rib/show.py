@@ -106,14 +106,6 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if hub != "fixed":
         turned = math.degrees(float(root.hub_angle.values[-1] - root.hub_angle.values[0]))
         rows.append(("hub turned by", f"{turned:.5g} deg"))
-    stored = {"kinetic": root.energy_kinetic.values, **show.stored_energies(run)}
-    rows.append(("energy at the end", ", ".join(f"{kind} {float(y[-1]):.3g}" for kind, y in stored.items()) + " J"))
-    taken = dict(zip(root.cause.values, root.energy_losses.values[-1], strict=True))
-    taken["numerical damping"] = -root.energy_defect.values[-1]
-    largest = max(abs(value) for value in taken.values())
-    causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
-    if causes:
-        rows.append(("energy dissipated by", f"{', '.join(causes)} J"))
     if hub in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         for name, unit in (("angular_momentum", "kg m2/s"), ("momentum", "kg m/s"))[: 2 if hub == "free" else 1]:
             drift = np.abs(root[name].values - root[name].values[0])[:, 0 if hub == "free" else 2 :].max()
@@ -122,7 +114,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if case.solver.method != IMPLICIT:
         rows.append(("roots held by penalties of", f"{case.penalty[0]:.4g} N/m, in place of joints"))
     found = [Number(label=label, value=value) for label, value in rows]
-    return [*found, show.balance_number(root), *closing_numbers(run)]
+    return found + show.balance_numbers(run) + closing_numbers(run)
 
 
 def _wound(root: xr.Dataset, strip: reference.Strip) -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.start import Start
@@ -39,12 +37,15 @@ def build(case: Case, begin: Start) -> System:
     hold: dict[str, Any] = {"type": "clamp" if rib.root == "clamp" else "revolute", "axis": axis}
     if case.solver.method != IMPLICIT:
         hold["stiffness"], hold["turn_stiffness"] = case.penalty
-    law = _law(case, begin)
+    damping, law = case.damping, _law(case, begin)
+    beam: dict[str, Any] = {"length": rib.length, "section": rib.profile, "material": rib.material}
+    beam |= {"elements": rib.elements, "formulation": rib.formulation, "damping": damping.kind, "damped": case.damped}
+    beam |= {"mass_damping": damping.alpha, "stiffness_damping": damping.beta}
     cylinder = {"body": "hub", "radius": hub.radius, "half_length": 0.5 * hub.height, **law}
     cylinder["initial_overlap"] = 1e-3 if case.begins in ("straight", "wound") else SUNK
     for b, (nodes, rates) in enumerate(zip(begin.nodes, begin.rates, strict=True)):
         k, root, turn = b + 1, f"rib-{b + 1}.root", 2.0 * math.pi * b / rib.count
-        system.add(_beam(case, nodes, rates), f"rib-{k}")
+        system.add(parts.Beam(nodes=nodes, rates=rates, **beam), f"rib-{k}")
         place = tuple(begin.rotation.T @ (nodes[0, 0] - begin.hub["position"]))
         system.add(parts.Joint(a=("hub", place), b=root, **hold), f"root-{k}")
         if rib.root_stiffness > 0.0 or rib.root_damping > 0.0:
@@ -85,26 +86,6 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
         given |= {"motion": "spin", "inertia": light if hub.inertia is None and hub.motion == "driven" else hub.inertia}
         given["rate"] = at["angular_velocity"][2] if hub.motion == "spin" else 0.0
     system.add(parts.RigidBody(shape=parts.Cylinder(radius=hub.radius, length=hub.height), **given), "hub")
-
-
-def _beam(case: Case, nodes: np.ndarray, rates: np.ndarray) -> Any:
-    """One rib."""
-    from evolvent import parts
-
-    rib, damping = case.rib, case.damping
-    return parts.Beam(
-        length=rib.length,
-        section=rib.profile,
-        material=rib.material,
-        elements=rib.elements,
-        formulation=rib.formulation,
-        nodes=nodes,
-        rates=rates,
-        mass_damping=damping.alpha,
-        stiffness_damping=damping.beta,
-        damping=damping.kind,
-        damped=case.damped,
-    )
 
 
 def _law(case: Case, begin: Start) -> dict[str, Any]:
