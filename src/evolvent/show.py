@@ -116,7 +116,8 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
         lines: list[Line] = []
         for full, _ in group:
             lines += lines_of(run, full, first=len(lines))
-        label = label_of(group[0][1]) if len(group) == 1 else unit_text(str(group[0][1].attrs.get("units", "")))
+        full, found = group[0]
+        label = _panel_label(found, full) if len(group) == 1 else unit_text(str(found.attrs.get("units", "")))
         drawn.append(Panel(x_label="", y_label=label, lines=lines))
     last = drawn[-1]
     drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
@@ -227,7 +228,7 @@ def balance_figure(run: xr.DataTree) -> Figure:
     if len(losses) > 1:
         panels.append(Panel(x_label="", y_label=f"dissipated, {unit}", lines=losses))
     defect = Line(x=time, y=factor * root["energy_defect"].values, color=0)
-    panels.append(Panel(x_label="time, s", y_label=f"defect of the balance, {unit}", lines=[defect]))
+    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect]))
     heights = (*[3.0] * (len(panels) - 1), 1.5)
     size = (8.0, 2.0 + 2.0 * len(panels))
     return Figure(name="energy-balance", title="Energy balance", panels=panels, size=size, heights=heights)

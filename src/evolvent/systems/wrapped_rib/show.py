@@ -224,7 +224,7 @@ def figures(run: xr.DataTree) -> list[Figure]:
 
 def _dashed(x: Any, y: Any, label: str = "closed form") -> Line:
     """A closed form."""
-    return Line(x=np.asarray(x), y=np.asarray(y), label=label, color="black", style="--", width=THIN)
+    return Line(x=np.asarray(x), y=np.asarray(y), label=label, color=2, style="--", width=THIN)
 
 
 def _with_lines(figure: Figure, more: dict[str, list[Line]]) -> Figure:
@@ -307,7 +307,7 @@ def _contact_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         force, time = reference.wound_contact_force(case.strip, torque), root.time.values
         held.append(_dashed([time[0], time[-1]], [force, force], label="wound and held, closed form"))
     found = show.figure(run, names, name="contact", title="Contact with the hub")
-    points = f"points in contact, of {case.rib.elements * case.contact.points} on each rib"
+    points = f"in contact, of {case.rib.elements * case.contact.points} points"
     return _with_lines(found, {"contact force, N": held, "impulse, N s": [], points: []})
 
 
