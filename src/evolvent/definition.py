@@ -153,12 +153,6 @@ class SystemDefinition:
 
         return analysis.warning_of(solution)
 
-    def layout(self, case: Any) -> dict[str, dict[str, int | None]]:
-        """Numeric variables that tables and figures read: full name -> {dimension: size or None for any}."""
-        from evolvent import show
-
-        return show.layout(case)
-
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen."""
         from evolvent import show

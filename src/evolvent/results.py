@@ -35,6 +35,8 @@ WELL = STATUSES[:2]
 _TEXTS = ("title", "system", "case", "version", "solver", "status", "message", "statistics", "laws")
 _NUMBERS = ("wall_time_s", "compile_time_s")
 _JSON = ("statistics", "laws")
+#: Attribute of the root and of every group: its numeric variables, name -> {dimension: size, null of time}, JSON.
+_VARIABLES = "variables"
 #: Longest name of a file, bytes, on all common file systems.
 _LONGEST = 255
 
@@ -182,44 +184,59 @@ def _check(run: Any) -> None:
             mapping = False
         if not mapping:
             raise InputError(f"its attribute {key!r} is {attrs[key][:40]!r}; it must be a mapping in JSON")
-    case = None
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         case = cases.load(cases.parse_yaml(attrs["case"], "its case"))
         if case.system != attrs["system"]:
             raise InputError(f"its attribute 'system' is {attrs['system']!r}, but its case is of {case.system!r}")
     _check_groups(run)
-    for name, sizes in cases.system(attrs["system"]).layout(case).items():
-        variable = _variable(run, name)
-        if variable is None:
+    _check_variables(run, "")
+    for name, group in getattr(run, "children", {}).items():
+        _check_variables(group, f"{name}.")
+    times = run["time"].values if "time" in run.coords else np.zeros(1)
+    if not np.all(np.diff(times) > 0.0):
+        raise InputError("the variable 'time' does not rise from sample to sample")
+
+
+def variables_of(dataset: Any) -> str:
+    """What a group's attribute 'variables' holds: see `_VARIABLES`."""
+    numeric = {name: v for name, v in dataset.variables.items() if v.dtype.kind in "biuf"}
+    return json.dumps({n: {d: None if d == "time" else s for d, s in v.sizes.items()} for n, v in numeric.items()})
+
+
+def _check_variables(group: Any, prefix: str) -> None:
+    """Refuse a group without a variable that was written, or with one over other dimensions."""
+    try:
+        listed = json.loads(group.attrs.get(_VARIABLES, "{}"))
+        expected = [(name, dict(sizes)) for name, sizes in listed.items()]
+    except (TypeError, ValueError, AttributeError):
+        raise InputError(f"the attribute 'variables' of {prefix.rstrip('.') or 'its root'} is damaged") from None
+    for own, sizes in expected:
+        name = f"{prefix}{own}"
+        if own not in group.variables:
             raise InputError(f"the variable {name!r} is missing")
+        variable = group.variables[own]
         found = dict(variable.sizes)
         if list(found) != list(sizes):
             raise InputError(f"the variable {name!r} is over {tuple(found)}; it must be over {tuple(sizes)}")
         for dimension, size in sizes.items():
-            if found[dimension] < 1 or size not in (None, found[dimension]):
+            if found[dimension] < (size is None) or size not in (None, found[dimension]):
                 wanted = "at least one" if size is None else str(size)
                 raise InputError(
                     f"the variable {name!r} has {found[dimension]} of {dimension!r}; it must have {wanted}"
                 )
         if variable.dtype.kind not in "biuf":
             raise InputError(f"the variable {name!r} holds no numbers")
-        if name in run.dims and not np.all(np.isfinite(variable.values)):
+        if own in group.dims and not np.all(np.isfinite(variable.values)):
             raise InputError(f"the variable {name!r} is not finite")
-        if name == "time" and not np.all(np.diff(variable.values) > 0.0):
-            raise InputError("the variable 'time' does not rise from sample to sample")
-
-
-def _variable(run: Any, name: str) -> xr.Variable | None:
-    """A variable of the root, or of a part by its full name; None for none."""
-    part, _, own = name.rpartition(".")
-    held = run if not part else getattr(run, "children", {}).get(part)
-    found: xr.Variable | None = None if held is None else dict(held.variables).get(own)
-    return found
 
 
 def _check_groups(run: Any) -> None:
-    """Refuse groups of parts that do not say how they are shown."""
-    for name, group in getattr(run, "children", {}).items():
+    """Refuse a run without the group of a part, and groups that do not say how they are shown."""
+    groups = getattr(run, "children", {})
+    missing = [name for name in json.loads(run.attrs.get("parts", "[]")) if name not in groups]
+    if missing:
+        raise InputError(f"the results of its part {missing[0]!r} are missing")
+    for name, group in groups.items():
         for key in ("drawn", "plots"):
             try:
                 listed = isinstance(json.loads(group.attrs.get(key, "")), list)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -319,10 +319,3 @@ def motion(run: xr.DataTree) -> Motion | None:
     if title.startswith(start):
         title = title.removeprefix(start).replace("-", " ").capitalize()
     return motion_of(run, title=title)
-
-
-def layout(case: Any) -> dict[str, dict[str, int | None]]:
-    """Variables of the root that every run has."""
-    time: dict[str, int | None] = {"time": None}
-    names = ("energy", "energy_kinetic", "energy_elastic", "energy_dissipated", "energy_defect")
-    return {"time": time, **dict.fromkeys(names, time)}

@@ -1,7 +1,7 @@
 """Results as a tree: one group a part, times and balances at the root.
 
 A group's attributes say how the part is drawn and plotted (``drawn`` and ``plots``, JSON), so that a file needs nothing
-beside itself to be shown.
+beside itself to be shown. ``variables`` lists what was written, so that a damaged file is recognised.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from evolvent import results
 from evolvent.observe import Observed, observe
 from evolvent.observe.variables import AXES
 from evolvent.solvers import balance as eb
@@ -44,7 +45,8 @@ def tree_of(
     tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
     # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
     tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
-    tree.attrs = attrs
+    listed = {"variables": results.variables_of(tree.to_dataset()), "parts": json.dumps(list(tree.children))}
+    tree.attrs = attrs | listed
     return tree
 
 
@@ -60,7 +62,8 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
         {key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name}) for key, v in of.items()}
         for of in (found.variables, found.coordinates)
     )
-    return xr.Dataset(variables, coordinates, attrs)
+    dataset = xr.Dataset(variables, coordinates, attrs)
+    return dataset.assign_attrs(variables=results.variables_of(dataset))
 
 
 def root_of(solution: Solution, more: dict[str, Any], *, balances: bool = True) -> xr.Dataset:

@@ -23,7 +23,7 @@ def _numbers(run):
     return {number.label: number.value for number in system.numbers(run)}
 
 
-def test_a_run_is_the_same_from_a_file(run, tmp_path):
+def test_numbers_of_a_saved_run_are_those_of_the_run(run, tmp_path):
     results.save(run, tmp_path / "run.nc")
     again = results.open(tmp_path / "run.nc")
     assert _numbers(again) == _numbers(run)

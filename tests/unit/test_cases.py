@@ -217,7 +217,7 @@ def test_schema_knows_every_key():
 def test_every_system_provides_what_the_command_asks_for(name):
     module = cases.system(name)
     assert module.Case.model_fields["system"].default == name
-    for function in ("plan", "layout", "numbers", "figures", "motion"):
+    for function in ("plan", "numbers", "figures", "motion"):
         assert callable(getattr(module, function)), function
 
 
@@ -226,7 +226,6 @@ def test_every_built_in_case_can_be_planned(name):
     case = cases.load(name)
     module = cases.system(case.system)
     assert module.plan(case).duration >= 0.0
-    assert module.layout(case)
     assert cases.built_in()[name]
 
 

@@ -555,7 +555,7 @@ def _root(run, change):
         (lambda run: _root(run, lambda d: d.assign_attrs(case="a: [")), "its case, line 1"),
         (lambda run: _root(run, lambda d: d.assign_attrs(case="system: heliogyro")), "body is missing"),
         (lambda run: _root(run, lambda d: d.drop_vars("body_rate")), "the variable 'body_rate' is missing"),
-        (lambda run: run.isel(time=slice(0)), "'time' has 0 of 'time'; it must have at least one"),
+        (lambda run: run.isel(time=slice(0)), "has 0 of 'time'; it must have at least one"),
         (lambda run: _group(run, "blade-1", lambda d: d.isel(node=slice(3))), "has 3 of 'node'; it must have 40"),
         (lambda run: _group(run, "blade-1", lambda d: d.drop_vars("line")), "the variable 'blade-1.line' is missing"),
         (lambda run: _group(run, "blade-1", lambda d: d.drop_attrs(deep=False)), "'drawn' of its part 'blade-1'"),

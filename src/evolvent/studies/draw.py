@@ -101,7 +101,7 @@ def over_time(dataset: xr.Dataset) -> dict[str, Described]:
             seen = np.isfinite(y)
             lines.append(Line(x=dataset[times[0]].values[seen], y=y[seen], label=str(value), color=k))
         own = re.sub(r"\W", "_", str(name))
-        title = f"{variable.attrs.get('long_name', name)}, for values of {_label(dataset[key])}"
+        title = f"{own}, for values of {_label(dataset[key])}"
         panel = Panel(x_label="time, s", y_label=_label(variable), lines=lines, y_zero=True)
         found[own] = Described(name=own, title=title, panels=[panel], size=(8.0, 4.6))
     return found

@@ -85,7 +85,6 @@ class Heliogyro(SystemDefinition):
         "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool", "blade-*.": "blade.", "RigidBody.": "body.",
     } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
-    layout = staticmethod(fields.layout)
     derived = staticmethod(fields.derived)
     warning = staticmethod(fields.warning)
     numbers = staticmethod(show.numbers)

@@ -16,23 +16,6 @@ Array = np.ndarray
 LARGEST_DEFECT = 1e-5
 
 
-def layout(case: Case) -> dict[str, dict[str, int | None]]:
-    """Variables that tables and figures read, with the sizes of their dimensions; None for any size."""
-    from evolvent import show
-
-    time: dict[str, int | None] = {"time": None}
-    found = show.layout(case) | dict.fromkeys(("body_rate", "body_angle", "work_spools"), time)
-    found |= {f"angular_momentum_{name}": time for name in ("body", "released", "wound", "jumps")}
-    found |= dict.fromkeys(("tip_lag", "deployed_length", "hub_tension"), time | {"blade": case.body.blades})
-    found |= {"momentum": time | {"axis": 3}, "angular_momentum": time | {"axis": 3}}
-    if case.body.motion != "driven":
-        found |= dict.fromkeys(("body_rate_paper", "body_rate_corrected"), time)
-    node, point = time | {"node": case.blade.nodes}, time | {"point": case.blade.nodes + 1}
-    found |= dict.fromkeys(("blade-1.tension", "blade-1.signed_lag", "blade-1.released"), node)
-    found |= {"blade-1.separated": time, "blade-1.line": point | {"axis": 3}}
-    return found | {"body.attitude": time | {"quaternion": 4}}
-
-
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Rate and angle of the body beside both formulas, what blades reach, and parts of the angular momentum."""
     from evolvent import model as mdl

@@ -35,7 +35,7 @@ from evolvent.system import System
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.prepare import prepare
-from evolvent.systems.inertia_stand.show import figures, layout, motion, numbers
+from evolvent.systems.inertia_stand.show import figures, motion, numbers
 from evolvent.systems.inertia_stand.simulate import plan, run_batch
 from evolvent.systems.inertia_stand.structure import system_of
 
@@ -49,7 +49,6 @@ class InertiaStand(SystemDefinition):
     study_figures = staticmethod(study_figures)
     motion = staticmethod(motion)
     figures = staticmethod(figures)
-    layout = staticmethod(layout)
     numbers = staticmethod(numbers)
     plan = staticmethod(plan)
     run_batch = staticmethod(run_batch)
@@ -68,4 +67,4 @@ class InertiaStand(SystemDefinition):
 
 SYSTEM = InertiaStand()
 
-__all__ = ["Case", "figures", "layout", "motion", "numbers", "plan", "run_batch", "study_figures"]
+__all__ = ["Case", "figures", "motion", "numbers", "plan", "run_batch", "study_figures"]

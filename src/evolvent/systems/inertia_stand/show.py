@@ -24,27 +24,6 @@ def case_of(run: Any) -> Case:
     return loaded
 
 
-def layout(case: Case) -> dict[str, dict[str, int | None]]:
-    """Numeric variables of a run, with their dimensions and sizes, None for any."""
-    n, c = len(case.stand.springs), len(case.sensor_points)
-    time: dict[str, int | None] = {"time": None}
-    mode: dict[str, int | None] = {"mode": None}
-    linear: dict[str, int | None] = {"linear_mode": 3 if case.stand.support == "guided" else 6}
-    found = show.layout(case) | {"energy_potential": time}
-    found |= {"displacement": time | {"axis": 3}, "rotation": time | {"quaternion": 4}}
-    found |= {"body.position": time | {"axis": 3}, "body.attitude": time | {"quaternion": 4}}
-    found |= {f"spring-{k + 1}.force": time for k in range(n)}
-    found |= dict.fromkeys(("sensor_displacement", "sensor_true"), time | {"sensor": c})
-    names = [f"mode_{name}" for name in ("frequency", "decay_rate", "energy")]
-    found |= dict.fromkeys([*names, *(f"{name}_std" for name in names), "mode_frequency_linear"], mode)
-    found |= dict.fromkeys(("mode_amplitude", "mode_amplitude_std", "mode_phase"), mode | {"sensor": c})
-    found |= dict.fromkeys(("linear_frequency", "linear_decay_rate", "linear_energy"), linear)
-    found |= {"linear_amplitude": linear | {"sensor": c}, "linear_spring_amplitude": linear | {"spring": n}}
-    component: dict[str, int | None] = {"component": 6}
-    found |= dict.fromkeys(("inertia_true", "inertia_identified", "inertia_std"), component)
-    return found
-
-
 def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
     from evolvent.results import closing_numbers
