@@ -73,9 +73,7 @@ class Structure(SystemDefinition):
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
         from evolvent.system import System
-        from evolvent.systems._common import refuse_laws
 
-        refuse_laws(laws, "structure")
         system = System(gravity=case.gravity, title=case.title)
         for name, part in case.parts.items():
             system.add(part, name)
