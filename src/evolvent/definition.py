@@ -172,7 +172,10 @@ class SystemDefinition:
         return show.motion(run)
 
     def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
-        """Figures of a study in place of those of any study: name -> `evolvent.figures.Figure`, or matplotlib's."""
+        """Figures of a study: name -> `evolvent.figures.Figure`, or matplotlib's.
+
+        Where there are some, outputs are not drawn over the keys; variables over time are drawn all the same.
+        """
         return {}
 
     def check_follows(self, before: Any, after: Any) -> None:

@@ -71,7 +71,7 @@ def _of_drive(case: Case) -> Iterator[str]:
     strain = reference.root_strain(strip, drive.torque)
     if strain > STRAIN_WARNED:
         yield f"{torque} strains the wound rib's root by {100.0 * strain:.3g} %, {BEYOND}"
-    # the work T for each radian wound must pay for the bending, EI/(2 R) of the mesh as it is
+    # the work T for each radian wound must exceed the bending energy, EI/(2 R) with EI of the mesh
     needed = bending_stiffness_ratio(case) * strip.bending_stiffness / (2.0 * strip.radius)
     if drive.kind == "torque" and case.phase == "wind" and drive.torque <= needed:
         yield f"{torque} cannot wind the rib: bending it onto the hub takes EI/(2 R) = {needed:.3g} N m, EI of the mesh"

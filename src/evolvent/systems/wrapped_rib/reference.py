@@ -1,4 +1,4 @@
-r"""Closed forms and small models of a rib round a hub, to judge runs by; independent of elements and solvers.
+r"""Closed forms and small models of a rib round a hub, to compare runs with; independent of elements and solvers.
 
 The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
 EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
