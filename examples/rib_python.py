@@ -38,7 +38,7 @@ print(f"the tip is {100.0 * float(gap):.2f} % farther out than the closed form a
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
 for time in (0.0, 50.0, 100.0, 200.0):
-    shape = run.position.isel(rib=0).sel(time=time)
+    shape = run["rib-1"]["position"].sel(time=time)
     left.plot(shape.sel(axis="x"), shape.sel(axis="y"), label=f"{time:.0f} s")
 turn = np.linspace(0.0, 2.0 * np.pi, 200)
 left.fill(0.6 * np.cos(turn), 0.6 * np.sin(turn), color="0.9", zorder=0)

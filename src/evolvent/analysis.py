@@ -74,6 +74,31 @@ def sample_times(until: Any, every: Any = None, *, values: int = 1) -> np.ndarra
     return samples
 
 
+def with_times(samples: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times of samples together with more times between them, and which of all are the samples."""
+    more = more[(more > samples[0]) & (more < samples[-1])]
+    after = np.searchsorted(samples, more)
+    nearest = np.minimum(more - samples[after - 1], samples[after] - more)
+    times = np.concatenate([samples, more[nearest > 1e-9 * samples[-1]]])
+    order = np.argsort(times)
+    return times[order], order < samples.size
+
+
+def without(
+    solution: Solution, root: dict[str, Any], kept: np.ndarray
+) -> tuple[Solution, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]]:
+    """A solution and variables of its root at the samples that are `kept`, and at the last one that was reached."""
+    kept = kept[: solution.t.size].copy()
+    kept[-1] = True
+    if kept.all():
+        return solution, root
+    chosen = {
+        name: (dims, values[kept] if dims[:1] == ("time",) else values, *texts)
+        for name, (dims, values, *texts) in root.items()
+    }
+    return solution.chosen(kept), chosen
+
+
 def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     """The method of a simulation, and why it is taken.
 

@@ -99,22 +99,28 @@ class SystemDefinition:
             if "until" not in settings:
                 raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
             times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+            every, kept = analysis.with_times(times, self.between(case))
             method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-            checked = None
-            if settings.get("step") is not None and method in drive.METHODS:  # quick, and refuses an unstable step
-                checked = analysis.plan(assembly, times, **settings)
+            checked, note, beams = None, "", assembly.model.flexible.beams.size > 0
+            if method in drive.METHODS and (settings.get("step") is not None or beams):  # refuses an unstable step
+                checked = analysis.plan(assembly, every, **settings)
+                if beams and checked[0].step is not None:
+                    steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
+                    note = (
+                        f"{method} takes {steps} over {times[-1]:.6g} s; generalized-alpha takes far fewer with beams"
+                    )
 
-        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, str]:
+        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, dict[str, Any], str]:
             with naming_keys(keys):
-                prepared, why = checked or analysis.plan(assembly, times, **settings)
+                prepared, why = checked or analysis.plan(assembly, every, **settings)
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
-            return solution, why
+            return *analysis.without(solution, self.derived(case, solution), kept), why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
-            solution, why = solve(progress)
+            solution, root, why = solve(progress)
             found = analysis.tree(
-                solution, case=cases.to_yaml(case), why=why, system=case.system, root=self.derived(case, solution),
+                solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
                 title=getattr(case, "title", ""),
                 warning=self.warning(case, solution),
             )  # fmt: skip
@@ -123,14 +129,19 @@ class SystemDefinition:
             return found
 
         def observe(names: Iterable[str]) -> xr.Dataset:
-            solution, _ = solve(None)
-            return analysis.observed(solution, names, system=case.system, root=self.derived(case, solution))
+            solution, root, _ = solve(None)
+            return analysis.observed(solution, names, system=case.system, root=root)
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
             return analysis.tree(solution, case="", why="", system=case.system, root=self.derived(case, solution))
 
-        return Plan(duration=float(times[-1]), run=run, solver=method, start=start, observe=observe)
+        name = drive.cache_name(assembly, method)
+        return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
+
+    def between(self, case: Any) -> np.ndarray:
+        """Times (s) between the samples at which `derived` gets the run as well; their samples are not kept."""
+        return np.zeros(0)
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
@@ -161,7 +172,10 @@ class SystemDefinition:
         return show.motion(run)
 
     def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
-        """Figures of a study in place of those of any study: name -> `evolvent.figures.Figure`, or matplotlib's."""
+        """Figures of a study: name -> `evolvent.figures.Figure`, or matplotlib's.
+
+        Where there are some, outputs are not drawn over the keys; variables over time are drawn all the same.
+        """
         return {}
 
     def check_follows(self, before: Any, after: Any) -> None:

@@ -11,7 +11,14 @@ import types
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError, PydanticSerializationError, core_schema
 
 from evolvent.errors import InputError, nearest
@@ -32,6 +39,16 @@ class Section(BaseModel):
         except ValidationError as error:
             kind = type(self)
             raise InputError(sentence(error.errors(include_url=False), kind, before=f"{kind.__name__}.")) from None
+
+    @model_validator(mode="after")
+    def _refuse(self) -> Self:
+        for text in self.refusals():
+            raise InputError(text)
+        return self
+
+    def refusals(self) -> Iterator[str]:
+        """A sentence for each rule between keys that the section breaks; the first one is raised as an `InputError`."""
+        yield from ()
 
     # pydantic then validates inner sections itself, and keeps the place of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]

@@ -23,6 +23,10 @@ _NAMED = 7
 _LONGEST_LABEL = 30
 #: Share of a variable's largest value in any part, below which it is round-off.
 _NOISE = 1e-12
+#: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
+_ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
+#: Smallest stored energy that is drawn, of the largest energy: less is round-off.
+_STORED_SHOWN = 1e-10
 #: Most rows of the table that parts take.
 _ROWS = 14
 
@@ -79,7 +83,7 @@ def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = No
 def _tags(found: xr.DataArray, count: int) -> list[str]:
     """What tells the columns of a variable apart."""
     dims = [d for d in found.dims if d != "time"]
-    if not dims:
+    if count == 1:
         return [""]
     words: list[list[str]] = []
     for d in dims:
@@ -218,7 +222,7 @@ def _coloured(lines: list[Line]) -> list[Line]:
 
 
 def balance_figure(run: xr.DataTree) -> Figure:
-    """Energies, work and losses, and how well they balance."""
+    """Energies, work and losses, by kind where there are several, and how well they balance."""
     root = variables.root_dataset(run)
     time = root["time"].values
     rows = [
@@ -231,14 +235,61 @@ def balance_figure(run: xr.DataTree) -> Figure:
         ("energy_released", "brought in at releases", 1.0),
     ]
     peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name, _, _ in rows)
-    seen = [row for row in rows if np.nanmax(np.abs(root[row[0]].values), initial=0.0) > 1e-6 * peak]
-    lines = [Line(x=time, y=sign * root[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
-    defect = Line(x=time, y=root["energy_defect"].values, color=0)
-    panels = [
-        Panel(x_label="", y_label="energy, J", lines=lines, y_zero=True),
-        Panel(x_label="time, s", y_label="defect of the balance, J", lines=[defect]),
-    ]
-    return Figure(name="energy-balance", title="Energy balance", panels=panels, size=(8.0, 6.0), heights=(3.0, 1.5))
+    factor, unit = next((f, u) for least, f, u in _ENERGY_UNITS if peak > least or least == 0.0)
+
+    def lines_of_all(columns: list[tuple[str, np.ndarray]], least: float) -> list[Line]:
+        seen = [(text, y) for text, y in columns if np.nanmax(np.abs(y), initial=0.0) > least * peak]
+        return [Line(x=time, y=factor * y, label=text, color=k) for k, (text, y) in enumerate(seen)]
+
+    lines = lines_of_all([(text, sign * root[name].values) for name, text, sign in rows], 1e-6)
+    panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=lines, y_zero=True)]
+    stored = lines_of_all(list(stored_energies(run).items()), _STORED_SHOWN)
+    if len(stored) > 1:
+        for k, line in enumerate(stored):
+            stored[k] = dataclasses.replace(line, y=np.where(line.y > _STORED_SHOWN * factor * peak, line.y, np.nan))
+        panels.append(Panel(x_label="", y_label=f"energy stored, {unit}", lines=stored, log=True))
+    causes = [str(name) for name in root["cause"].values] if "energy_losses" in root else []
+    losses = lines_of_all([(name, root["energy_losses"].values[:, k]) for k, name in enumerate(causes)], 1e-9)
+    if len(losses) > 1:
+        panels.append(Panel(x_label="", y_label=f"dissipated, {unit}", lines=losses))
+    defect = Line(x=time, y=factor * root["energy_defect"].values, color=0)
+    panels.append(Panel(x_label="time, s", y_label=f"defect, {unit}", lines=[defect]))
+    heights = (*[3.0] * (len(panels) - 1), 1.5)
+    size = (8.0, 2.0 + 2.0 * len(panels))
+    return Figure(name="energy-balance", title="Energy balance", panels=panels, size=size, heights=heights)
+
+
+def stored_energies(run: xr.DataTree | xr.Dataset) -> dict[str, np.ndarray]:
+    """Elastic energies over time (J) of all beams, by what strains them, and of all contacts; those that there are."""
+    found: dict[str, np.ndarray] = {}
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        if "energy_bending" in group:
+            bending, elastic = group["energy_bending"].values, group["energy_elastic"].values
+            found["bending"] = found.get("bending", 0.0) + bending
+            found["stretch and shear"] = found.get("stretch and shear", 0.0) + elastic - bending
+        elif "normal_force" in group and "energy_elastic" in group:
+            found["contacts"] = found.get("contacts", 0.0) + group["energy_elastic"].values
+    return found
+
+
+def balance_numbers(run: xr.DataTree) -> list[Number]:
+    """Rows of the table: energies at the end, what dissipated energy, and how well the balance closes."""
+    root = variables.root_dataset(run)
+    kinds = {"kinetic": root["energy_kinetic"].values}
+    kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
+    found = [("energy at the end", ", ".join(f"{kind} {float(y[-1]):.3g}" for kind, y in kinds.items()) + " J")]
+    if "energy_losses" in root:
+        taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
+        taken["numerical damping"] = -root["energy_defect"].values[-1]
+        largest = max(abs(value) for value in taken.values())
+        causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
+        found += [("energy dissipated by", f"{', '.join(causes)} J")] if causes else []
+    worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
+    work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
+    most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
+    found.append(("energy balance", f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy"))
+    return [Number(label=label, value=value) for label, value in found]
 
 
 def numbers(run: xr.DataTree) -> list[Number]:
@@ -254,12 +305,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     if left:
         found.append(Number(label="more variables", value=f"{left}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
-        defect = np.abs(root["energy_defect"].values)
-        most = max(float(np.nanmax(np.abs(root["energy"].values), initial=0.0)), 1e-300)
-        worst = float(np.nanmax(defect, initial=0.0))
-        found.append(
-            Number(label="energy balance", value=f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy")
-        )
+        found += balance_numbers(run)
     reason = run.attrs.get("method_reason", "")
     if reason and reason != "as asked for":
         found.append(Number(label="method", value=f"{run.attrs['solver']}: {reason}"))

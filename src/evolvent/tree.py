@@ -26,6 +26,8 @@ _ENERGIES = {
     "work_spools": ("spools", "work of spools since the start"),
     "energy_released": ("released", "energy that nodes brought in at their release since the start"),
 }
+#: What dissipates energy, in the order of `evolvent.solvers.balance.LOSSES`.
+CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "springs")
 
 
 def tree_of(
@@ -86,6 +88,10 @@ def _balances(solution: Solution) -> dict[str, xr.Variable]:
     data["energy_elastic"] = energy(balance["elastic"] + balance["coupled"], "elastic energy")
     data["energy"] = energy(eb.energy(balance), "kinetic and elastic energy")
     data["energy_dissipated"] = energy(eb.dissipated(balance), "energy dissipated since the start")
+    losses = np.stack([np.asarray(balance[name], dtype=float) for name in eb.LOSSES], axis=1)
+    text = "energy dissipated since the start, by cause"
+    data["energy_losses"] = xr.Variable((*time, "cause"), losses, {"units": "J", "long_name": text})
+    data["cause"] = xr.Variable(("cause",), list(CAUSES), {"units": "1", "long_name": "what dissipates energy"})
     data["energy_defect"] = energy(
         solution.energy_defect,
         "energy less that at the start and the work, plus the losses; negative: numerical damping",

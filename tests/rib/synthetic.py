@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
+from evolvent.observe.contact import mean_rate
 from evolvent.results import attributes, variable
 from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.results import CAUSES
+from evolvent.tree import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
 HOLD = {"phase": "hold", "drive": {"kind": "torque", "torque": 0.2}, "hold": {"time": 60}}
@@ -22,7 +23,6 @@ def synthetic(content, overrides=None) -> xr.DataTree:
     """A run of the phase that `content` has, as the closed forms have it; all ribs alike."""
     case = cases.load({"system": "wrapped-rib", **content}, overrides)
     strip, drive = case.strip, case.drive
-    arc = np.linspace(0.0, strip.length, case.rib.elements * case.output.points + 1)
     torque = drive.torque if drive is not None and drive.torque is not None else 0.0
     zero = np.zeros(401)
     if case.phase == "wind":
@@ -60,57 +60,71 @@ def synthetic(content, overrides=None) -> xr.DataTree:
         )
         return np.concatenate([flat, np.zeros((*flat.shape[:-1], 1))], axis=-1)
 
-    position, nodes = shape(arc), np.linspace(0.0, strip.length, case.rib.elements + 1)
-    on_hub = arc[None, :] <= strip.radius * wrap[:, None] + 1e-9
-    curvature = on_hub / strip.radius
-    tension = np.where(on_hub, reference.wound_tension(strip, torque, arc), 0.0)
-    force = np.trapezoid(tension / strip.radius * on_hub, arc, axis=1)
+    n = case.rib.elements
+    nodes, step = np.linspace(0.0, strip.length, n + 1), strip.length / n
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    places, ahead, back = shape(nodes), shape(nodes + 1e-6), shape(nodes - 1e-6)
+    slopes = (ahead - back) / 2e-6
+    slopes[:, :, 0], slopes[:, :, -1] = (ahead - places)[:, :, 0] / 1e-6, (places - back)[:, :, -1] / 1e-6
+    if case.phase != "wind":  # the string's kink at the root is not the start of a wound rib
+        slopes[0, :, -1] = slopes[1, :, -1]
+    on_hub = middle[None, :] <= strip.radius * wrap[:, None] + 1e-9
+    tension = np.where(on_hub, reference.wound_tension(strip, torque, middle), 0.0)
+    pressed = tension / strip.radius * step
+    arc = np.linspace(0.0, strip.length, 4 * n + 1)
+    pressure = reference.wound_pressure(strip, torque, arc) * (arc <= strip.radius * wrap[:, None] + 1e-9)
+    force = np.trapezoid(pressure, arc, axis=1)
     impulse = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
     bending = reference.bending_energy(strip) * wrap * strip.radius / strip.length
     taken = np.zeros((401, len(CAUSES)))
     taken[:, 0], taken[:, 2] = drag, struck
-    stored = kinetic + bending
-    balance = (work - taken.sum(axis=1) - stored + stored[0]) / max(float(np.max(stored)), float(np.max(work)))
+    defect = kinetic + bending - kinetic[0] - bending[0] - work + taken.sum(axis=1)
 
     def of_ribs(values):
         return np.repeat(np.asarray(values)[:, None], count, axis=1)
 
     data = {
-        "position": (("time", "rib", "point", "axis"), position, "m"),
-        "tip_speed": (("time", "rib"), of_ribs(speed), "m/s"),
-        "tip_radius": (("time", "rib"), np.linalg.norm(position[:, :, -1], axis=-1), "m"),
+        "tip_radius": (("time", "rib"), np.linalg.norm(places[:, :, -1], axis=-1), "m"),
         "wrap_angle": (("time", "rib"), of_ribs(wrap), "rad"),
-        "contact_points": (("time", "rib"), of_ribs(on_hub.sum(axis=1)), "1"),
-        "contact_force": (("time", "rib"), of_ribs(force), "N"),
-        "contact_impulse": (("time", "rib"), of_ribs(impulse), "N s"),
+        "tip_speed_peak": (("rib",), np.full(count, speed.max()), "m/s"),
+        "tip_speed_peak_time": (("rib",), np.full(count, time[np.argmax(speed)]), "s"),
         "hub_torque": (("time",), zero, "N m"),
         "hub_angle": (("time",), zero, "rad"),
-        "curvature": (("time", "rib", "point"), of_ribs(curvature), "1/m"),
-        "tension": (("time", "rib", "point"), of_ribs(tension), "N"),
-        "strain": (("time", "rib", "point"), of_ribs(tension / strip.axial_stiffness), "1"),
+        "energy": (("time",), kinetic + bending, "J"),
         "energy_kinetic": (("time",), kinetic, "J"),
-        "energy_membrane": (("time",), zero, "J"),
-        "energy_bending": (("time",), bending, "J"),
         "energy_elastic": (("time",), bending, "J"),
-        "energy_contact": (("time",), zero, "J"),
-        "energy_dissipated": (("time", "cause"), taken, "J"),
-        "work_external": (("time",), work, "J"),
-        "energy_balance": (("time",), balance, "1"),
+        "energy_dissipated": (("time",), taken.sum(axis=1), "J"),
+        "energy_losses": (("time", "cause"), taken, "J"),
+        "energy_released": (("time",), zero, "J"),
+        "energy_defect": (("time",), defect, "J"),
+        "work_loads": (("time",), work, "J"),
+        "work_drives": (("time",), zero, "J"),
+        "work_spools": (("time",), zero, "J"),
         "angular_momentum": (("time", "axis"), np.zeros((401, 3)), "kg m2/s"),
         "momentum": (("time", "axis"), np.zeros((401, 3)), "kg m/s"),
     }
     root = _dataset(data).assign_coords(
         time=variable(("time",), time, "s", "time"),
-        arc=variable(("point",), arc, "m", "length from the root"),
         cause=("cause", list(CAUSES)),
         axis=("axis", ["x", "y", "z"]),
         rib=("rib", np.arange(1, count + 1)),
     )
-    places, step = shape(nodes), strip.length / case.rib.elements
-    pressed = tension[:, :-1].reshape(401, case.rib.elements, -1).mean(axis=-1) / strip.radius * step
-    groups = {"hub": _hub(case), **{f"rib-{b + 1}": _rib(case, places[:, b], nodes) for b in range(count)}}
+    groups = {"hub": _hub(case)}
+    of_rib = {
+        "tip_speed": (("time",), speed, "m/s"),
+        "energy_elastic": (("time",), bending / count, "J"),
+        "energy_bending": (("time",), bending / count, "J"),
+    }
+    of_contact = {
+        "normal_force": (("time",), force, "N"),
+        "mean_force": (("time",), mean_rate(time, impulse, 0.04), "N"),
+        "impulse": (("time",), impulse, "N s"),
+        "points": (("time",), on_hub.sum(axis=1), "1"),
+        "energy_elastic": (("time",), zero, "J"),
+    }
     for b in range(count):
-        groups[f"contact-{b + 1}"] = _contact(f"rib-{b + 1}", pressed, nodes[:-1] + 0.5 * step)
+        groups[f"rib-{b + 1}"] = _rib(case, places[:, b], slopes[:, b], nodes, tension, of_rib)
+        groups[f"contact-{b + 1}"] = _contact(f"rib-{b + 1}", pressed, middle, of_contact)
     found = xr.DataTree.from_dict({"/": root, **groups})
     solution = SimpleNamespace(status="success", message="", statistics={"steps": 401}, wall_time=0.1, compile_time=0.0)
     text = cases.to_yaml(case)
@@ -136,23 +150,23 @@ def _hub(case) -> xr.Dataset:
     )
 
 
-def _rib(case, places, nodes) -> xr.Dataset:
-    slope = np.gradient(places, nodes, axis=1)
-    data = {
+def _rib(case, places, slopes, nodes, tension, more) -> xr.Dataset:
+    data = more | {
         "position": (("time", "node", "axis"), places, "m"),
-        "slope": (("time", "node", "axis"), slope, "1"),
+        "slope": (("time", "node", "axis"), slopes, "1"),
         "width_direction": (("time", "node", "axis"), np.broadcast_to([0.0, 0.0, 1.0], places.shape), "1"),
         "curvature": (("time", "node"), np.zeros(places.shape[:2]), "m-1"),
-        "axial_force": (("time", "node"), np.zeros(places.shape[:2]), "N"),
+        "axial_force": (("time", "section"), np.repeat(tension, 2, axis=1), "N"),
     }
     line = {"points": "position", "slope": "slope", "length": case.rib.length, "values": ["curvature", "axial_force"]}
     line |= {"kind": "line", "width": case.rib.width, "across": "width_direction"}
-    return _dataset(data, [{"line": line}]).assign_coords(arc_node=("node", nodes))
+    quarter = 0.25 * (nodes[1] - nodes[0])
+    arc = np.stack([nodes[:-1] + quarter, nodes[1:] - quarter], axis=1).ravel()
+    return _dataset(data, [{"line": line}]).assign_coords(arc_node=("node", nodes), arc=("section", arc))
 
 
-def _contact(rib, forces, arc) -> xr.Dataset:
+def _contact(rib, forces, arc, more) -> xr.Dataset:
     pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": "hub", "centre": [0.0] * 3}
-    found = _dataset(
-        {"point_force": (("time", "contact_point"), forces, "N")}, [{"pushes": pushes | {"axis": [0, 0, 1]}}]
-    )
+    data = more | {"point_force": (("time", "contact_point"), forces, "N")}
+    found = _dataset(data, [{"pushes": pushes | {"axis": [0, 0, 1]}}])
     return found.assign_coords(arc=("contact_point", arc), beam=("contact_point", [rib] * arc.size))

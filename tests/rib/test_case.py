@@ -12,7 +12,8 @@ from evolvent.elements import cable_stretch_form
 from evolvent.errors import InputError
 from evolvent.kernels.ancf import WORK
 from evolvent.kernels.cable import cable_stretch_energy
-from evolvent.systems.wrapped_rib.advice import locking, warnings
+from evolvent.systems.wrapped_rib import SYSTEM
+from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio, warnings
 from evolvent.systems.wrapped_rib.case import Case
 
 DRIVE = {"kind": "torque", "torque": "0.2 N m"}
@@ -89,13 +90,13 @@ def test_a_stiffness_of_the_contact_is_found():
 
 
 def test_a_length_of_time_is_found():
-    # a light string is wound at 66.4 s
+    # a string is wound at 66.4 s
     assert cases.load(WIND).duration == pytest.approx(1.2 * 66.4, rel=1e-3)
     assert cases.load(HOLD).duration == 60.0
     assert cases.load(DEPLOY).duration == pytest.approx(8587.0, abs=1.0)
     assert cases.load(WIND, {"drive": {"kind": "tip", "rate": 0.1, "ramp": 5}}).duration == pytest.approx(245.0)
     assert cases.load(WIND, {"solver.duration": 7}).duration == 7.0
-    with pytest.raises(InputError, match=r"solver.duration is auto, but .* is not wound within 1e\+06 s"):
+    with pytest.raises(InputError, match=r"solver.duration is auto, but .* does not wind a string .* within 1e\+06 s"):
         _ = cases.load(WIND, {"damping.alpha": 1e9}).duration
 
 
@@ -110,7 +111,11 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.length": 0}, ["rib.length is 0", "above 0"]),
         ("wind", {"rib.elements": 0}, ["rib.elements is 0", "whole number from 1"]),
         ("wind", {"rib.elements": 6}, ["rib.elements is 6", "191 deg", "7 or more"]),
-        ("wind", {"rib.length": 1e30}, ["each would go 2.387e+30 deg", "even 10000 bear a rib of 1.885e+04 m"]),
+        (
+            "wind",
+            {"rib.length": 1e30},
+            ["each would span 2.387e+30 deg", "even with 10000 of them rib.length is 1.885e+04 m"],
+        ),
         ("wind", {"damping.elements": [0]}, ["damping.elements.0 is 0", "whole number from 1"]),
         ("wind", {"rib.elements": 7, "contact.points": 1}, ["contact.points is 1", "1.714 m apart", "2 or more"]),
         ("wind", {"rib.poisson": 0.5}, ["rib.poisson is 0.5", "below 0.5"]),
@@ -123,19 +128,19 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.widht": 1}, ["'rib.widht'", "did you mean 'rib.width'?"]),
         ("wind", {"hub.radius": 0}, ["hub.radius is 0", "a length above 0"]),
         ("wind", {"hub.height": "1 cm"}, ["rib.width is 0.03 m", "hub.height 0.01 m"]),
-        ("wind", {"hub.motion": "free", "hub.inertia": 1}, ["hub.mass is missing"]),
-        ("wind", {"hub.motion": "spin"}, ["hub.inertia is missing", "'spin'"]),
-        ("wind", {"hub.inertia": [1, 2]}, ["hub.inertia has 2 values"]),
-        ("wind", {"hub.inertia": [1, 2, 9]}, ["hub.inertia", "exceeds the sum of the others"]),
-        ("wind", {"hub.motion": "driven"}, ["hub.motion is 'driven'", "take drive.kind hub"]),
-        ("wind", {"drive": TURN}, ["hub.motion is 'fixed'", "must be 'driven'"]),
+        (
+            "wind",
+            {"hub.motion": "driven"},
+            ["hub.motion is 'driven'; with drive.kind 'torque'", "fixed or free or spin"],
+        ),
+        ("wind", {"drive": TURN}, ["hub.motion is 'fixed'; with drive.kind 'hub' it must be driven"]),
         ("wind", {"drive": None}, ["drive is missing", "'wind'"]),
         ("wind", {"drive": {"kind": "torque"}}, ["drive.torque is missing", "'0.2 N m'"]),
         ("wind", {"drive.torque": 0}, ["drive.torque is 0", "above 0"]),
         ("wind", {"drive.torque": "20 N m"}, ["drive.torque is 20 N m", "74.1 %", "below 13.5 N m"]),
         ("wind", {"drive.torque": "20 N m", "rib.tip_thickness": "1 mm"}, ["74.1 %", "below 13.5 N m"]),
         ("wind", {"drive.rate": 1}, ["drive.rate is given", "'torque'"]),
-        ("wind", {"drive.stretch": 0.01}, ["drive.stretch is given", "kind tip"]),
+        ("wind", {"drive.stretch": 0.01}, ["drive.stretch is given", "'torque' has none"]),
         ("wind", {"drive": {"kind": "tip"}}, ["drive.rate is missing", "'tip'"]),
         ("wind", {"drive": {"kind": "tip", "rate": 0}}, ["drive.rate is 0 rad/s"]),
         ("wind", {"drive": {"kind": "tip", "rate": -1}}, ["drive.rate is -1 rad/s", "above 0"]),
@@ -144,9 +149,9 @@ def test_a_length_of_time_is_found():
         (
             "wind",
             {"drive": {"kind": "tip", "rate": 1}, "hub.motion": "spin", "hub.inertia": 1},
-            ["hub.motion is 'spin'", "'fixed'"],
+            ["hub.motion is 'spin'; with drive.kind 'tip' it must be fixed"],
         ),
-        ("wind", {"start": "wound"}, ["start is 'wound'", "phase is 'wind'"]),
+        ("wind", {"start": "wound"}, ["start is 'wound'", "phase 'wind' starts from auto or straight"]),
         ("wind", {"start": "straigt"}, ["start is 'straigt'", "did you mean 'straight'?"]),
         ("wind", {"hold": {"time": 3}}, ["hold is given", "phase is 'wind'"]),
         ("wind", {"phase": "unwind"}, ["phase is 'unwind'", "did you mean 'wind'?"]),
@@ -155,25 +160,23 @@ def test_a_length_of_time_is_found():
         ("wind", {"damping.elements": [1, 1]}, ["damping.elements is [1, 1]", "twice"]),
         ("wind", {"damping.elements": []}, ["damping.elements is empty"]),
         ("wind", {"damping.elements": "first", "damping.alpha": 0}, ["damping.elements is given", "are 0"]),
-        (
-            "wind",
-            {"rib.formulation": "cable_stretch", "damping.beta": 0.01, "damping.kind": "paper"},
-            ["damping.kind is 'paper'", "'cable_stretch'"],
-        ),
         ("wind", {"contact.exponent": 0.5}, ["contact.exponent is 0.5", "1 or above"]),
         ("wind", {"contact.stiffness": 0}, ["contact.stiffness is 0", "above 0"]),
         ("wind", {"contact.self": "maybe"}, ["contact.self is 'maybe'", "true or false"]),
         ("wind", {"solver.spectral_radius": 1.2}, ["solver.spectral_radius is 1.2", "0 or above and up to 1"]),
         ("wind", {"solver.spectral_radius": -0.1}, ["solver.spectral_radius is -0.1", "0 or above and up to 1"]),
-        ("wind", {"solver.method": "rk4", "solver.step": "10 ms"}, ["solver.step is 0.01 s", "rk4", "0.00349 s"]),
         ("wind", {"solver.step": 10, "solver.duration": 5}, ["solver.step is 10 s", "solver.duration 5 s"]),
         ("hold", {"hold": None}, ["hold is missing", "{time: 60 s}"]),
         ("hold", {"solver.duration": 5}, ["solver.duration is 5 s", "hold.time is 60 s"]),
-        ("hold", {"drive": {"kind": "tip", "rate": 1}}, ["drive.kind is 'tip'", "take kind torque"]),
-        ("hold", {"start": "straight"}, ["start is 'straight'", "wound rib"]),
+        (
+            "hold",
+            {"drive": {"kind": "tip", "rate": 1}},
+            ["drive.kind is 'tip'; in phase 'hold' it must be torque or hub"],
+        ),
+        ("hold", {"start": "straight"}, ["start is 'straight'; phase 'hold' starts from auto or wound"]),
         ("hold", {"rib.start_angle": 0.1}, ["rib.start_angle is given"]),
-        ("deploy", {"drive": DRIVE}, ["drive.kind is 'torque'", "opens by itself"]),
-        ("deploy", {"hub.motion": "driven"}, ["hub.motion is 'driven'", "drive is missing"]),
+        ("deploy", {"drive": DRIVE}, ["drive.kind is 'torque'; in phase 'deploy' it must be none or hub"]),
+        ("deploy", {"hub.motion": "driven"}, ["hub.motion is 'driven'; with drive.kind 'none'"]),
     ],
 )
 def test_refusals_are_one_sentence_that_names_the_key(phase, overrides, words):
@@ -186,12 +189,33 @@ def test_refusals_are_one_sentence_that_names_the_key(phase, overrides, words):
 
 
 @pytest.mark.parametrize(
+    ("overrides", "sentence"),
+    [
+        ({"hub.motion": "free", "hub.inertia": 1}, "hub.mass is missing; a free body needs a mass above 0"),
+        ({"hub.motion": "spin"}, "hub.inertia is missing; about the axis of a spinning body it must be above 0"),
+        ({"hub.motion": "spin", "hub.inertia": [1, 2]}, "hub.inertia is (1.0, 2.0)"),
+        ({"hub.motion": "spin", "hub.inertia": [1, 2, 9]}, "hub.inertia is (1.0, 2.0, 9.0); no body has it"),
+        (
+            {"rib.formulation": "cable_stretch", "damping.beta": 0.01, "damping.kind": "paper"},
+            "damping.kind is 'paper'; a cable_stretch has the objective one only",
+        ),
+        ({"solver.method": "rk4", "solver.step": "10 ms"}, "solver.step is 0.01 s, above the stability limit"),
+    ],
+)
+def test_parts_refuse_in_the_keys_of_the_case(overrides, sentence):
+    with pytest.raises(InputError) as caught:
+        SYSTEM.plan(cases.load(WIND, overrides))
+    assert str(caught.value).startswith(sentence)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
     ("phase", "overrides", "words"),
     [
         ("wind", {"drive.torque": 2}, ["drive.torque 2 N m", "7.41 %"]),
         ("wind", {"drive": {"kind": "tip", "rate": 1, "stretch": 0.1}}, ["drive.stretch 0.1"]),
         ("wind", {"rib.root": "clamp"}, ["the clamp stands 90 deg", "hub's tangent", "rib.start_angle: 90 deg"]),
-        ("wind", {"solver.step": 0.5}, ["solver.step 0.5 s is too large for the contact", "energy_balance"]),
+        ("wind", {"solver.step": 0.5}, ["solver.step 0.5 s is too large for the contact", "energy_defect"]),
         ("wind", {"contact.law": "paper"}, ["contact.law 'paper'", "hunt-crossley"]),
         ("wind", {"solver.spectral_radius": 0.9}, ["solver.spectral_radius 0.9"]),
         ("wind", {"damping.beta": 0.01, "damping.kind": "paper"}, ["damping.kind 'paper'"]),
@@ -200,7 +224,7 @@ def test_refusals_are_one_sentence_that_names_the_key(phase, overrides, words):
         ("deploy", {"rib.formulation": "assumed_strain", "rib.elements": 20}, ["0.847 times as stiff", "57.3 deg"]),
         # EI/(2 R) of the paper's mesh and of a thick rib
         ("wind", {"rib.formulation": "full", "rib.elements": 10}, ["takes EI/(2 R) = 0.661 N m", "0.3 m apart"]),
-        ("wind", {"rib.thickness": "2 cm", "rib.young_modulus": "70 GPa"}, ["does not wind this rib all round"]),
+        ("wind", {"rib.thickness": "2 cm", "rib.young_modulus": "70 GPa"}, ["cannot wind the rib"]),
         ("wind", {"rib.elements": 10, "contact.points": 2}, ["0.6 m apart", "may sink 0.08 m", "contact.points"]),
     ],
 )
@@ -227,10 +251,11 @@ STIFFNESS = {
     ("formulation", "elements", "ratio"), [(f, n, r) for f, row in STIFFNESS.items() for n, r in row.items()]
 )
 def test_stiffness_of_the_mesh(formulation, elements, ratio):
-    found, text = locking(cases.load(WIND, {"rib.formulation": formulation, "rib.elements": elements}))
+    case = cases.load(WIND, {"rib.formulation": formulation, "rib.elements": elements})
+    found, text = bending_stiffness_ratio(case), warnings(case)
     # the other computation's shear of the elastic line differs a little
     assert found == pytest.approx(ratio, rel=0.03 if formulation == "elastic_line" else 0.01)
-    assert bool(text) == (abs(found - 1.0) > 0.05)
+    assert any("times as stiff as the rib" in one for one in text) == (abs(found - 1.0) > 0.05)
     if ratio < 2.0 and formulation != "full":
         assert found == pytest.approx(ratio, abs=6e-4)
 
@@ -251,7 +276,7 @@ def test_stiffness_of_the_cable_with_engineering_strain(elements):
 
     found = minimize(energy, [s / half, 1.0], method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-15})
     ratio = found.fun / (h / case.hub.radius**2)
-    assert locking(case)[0] == pytest.approx(ratio, rel=1e-6)
+    assert bending_stiffness_ratio(case) == pytest.approx(ratio, rel=1e-6)
     if elements == 10:
         assert ratio == pytest.approx(1.016, abs=1e-3)
 
@@ -261,7 +286,7 @@ def test_stiffness_of_the_cable_with_engineering_strain(elements):
 )
 @pytest.mark.parametrize("elements", [7, 5000])
 def test_stiffness_is_found_for_the_coarsest_and_finest_mesh(formulation, elements):
-    found = locking(cases.load(WIND, {"rib.formulation": formulation, "rib.elements": elements}))[0]
+    found = bending_stiffness_ratio(cases.load(WIND, {"rib.formulation": formulation, "rib.elements": elements}))
     assert math.isfinite(found)
     assert found > 0.0
     if elements == 5000:
@@ -272,9 +297,9 @@ def test_stiffness_is_found_for_the_coarsest_and_finest_mesh(formulation, elemen
 def test_a_taper_is_judged_by_its_thinnest_element():
     thin = cases.load(WIND, {"rib.formulation": "full", "rib.thickness": "0.2 mm"})
     taper = cases.load(WIND, {"rib.formulation": "full", "rib.tip_thickness": "0.2 mm"})
-    assert locking(taper)[0] == pytest.approx(locking(thin)[0], rel=0.02)
+    assert bending_stiffness_ratio(taper) == pytest.approx(bending_stiffness_ratio(thin), rel=0.02)
     grows = cases.load(WIND, {"rib.formulation": "full", "rib.thickness": "0.2 mm", "rib.tip_thickness": "0.3 mm"})
-    assert locking(grows)[0] == pytest.approx(locking(taper)[0], rel=1e-6)
+    assert bending_stiffness_ratio(grows) == pytest.approx(bending_stiffness_ratio(taper), rel=1e-6)
 
 
 def test_a_taper_has_the_mass_and_the_mean_stiffness_of_its_pieces():

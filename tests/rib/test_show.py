@@ -6,8 +6,9 @@ import xarray as xr
 
 from evolvent import animation, plots, results
 from evolvent.motion import product, turned
+from evolvent.observe.contact import mean_rate
+from evolvent.studies import draw
 from evolvent.systems import wrapped_rib as system
-from evolvent.systems.wrapped_rib.show import running_mean
 from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
 
 RUNS = {"wind": WIND, "hold": HOLD, "deploy": DEPLOY}
@@ -31,24 +32,24 @@ def test_numbers_of_a_saved_run_are_those_of_the_run(run, tmp_path):
 def test_numbers_of_winding():
     found = _numbers(synthetic(WIND))
     assert found["wound at the end"] == "3.183 turns, 100 % of the rib"
-    assert found["a light string is 98 % wound at"] == "66.402 s"
+    assert found["98 % wound, estimate for a string"] == "66.402 s"
     assert found["largest tip speed"].startswith("33.35 m/s at 66.402 s")
     assert found["bending stiffness of the mesh, over the rib's"] == "1"
-    assert "mass damping" in found["energy taken by"]
+    assert "mass damping" in found["energy dissipated by"]
     assert "warning" not in found
 
 
 def test_numbers_of_holding():
     found = _numbers(synthetic(HOLD))
     assert found["contact force, mean of the last 4 %"] == "3.3333 N (T L / 2 R2 = 3.3333)"
-    assert found["curvature x R, away from the ends"] == "1 ± 0"
+    assert found["curvature x R, away from the ends"].startswith("1.0001 ± ")  # cubics through exact nodes
 
 
 def test_numbers_of_deployment():
     found = _numbers(synthetic(DEPLOY, {"solver.duration": 4000}))
     assert found["tip radius at the end"] == "8.2123 m (closed form 8.2123)"
     assert found["tip speed, mean of the second half"] == "0.01398 m/s (closed form 0.01398)"
-    assert "energy taken by" not in found
+    assert "energy dissipated by" not in found
 
 
 @pytest.mark.parametrize(
@@ -74,14 +75,14 @@ def test_a_tapered_rib_is_held_by_other_forces():
     found = _numbers(synthetic(HOLD, changes))
     force = 0.2 * 12.0 / 0.36 * 2.0 / 4.5
     assert found["contact force, mean of the last 4 %"] == f"{force:.5g} N (closed form {force:.5g})"
-    assert "a light string is 98 % wound at" not in _numbers(synthetic(WIND, changes))
+    assert "98 % wound, estimate for a string" not in _numbers(synthetic(WIND, changes))
 
 
 def test_a_rib_that_lies_the_other_way_round():
     run = synthetic(DEPLOY)
     run["wrap_angle"] = run["wrap_angle"] - 8.0
     assert _numbers(run)["wound at the end"] == "1.273 turns, 40 % of the rib, the other way round"
-    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "wound, turns")
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "wound, rad")
     assert panel.lines[0].y.min() < 0.0
 
 
@@ -95,11 +96,11 @@ def test_the_peak_between_samples_is_drawn():
 
 def test_ribs_are_drawn_about_a_hub_that_moves():
     run = synthetic(HOLD, {"hub.motion": "free", "hub.mass": 200, "hub.inertia": 50})
-    run["position"] = run["position"] + np.array([1.0, 2.0, 3.0])
-    run["hub"]["position"] = run["hub"]["position"] + np.array([1.0, 2.0, 3.0])
+    for part in ("rib-1", "hub"):
+        run[part]["position"] = run[part]["position"] + np.array([1.0, 2.0, 3.0])
     shape = system.figures(run)[0]
     for line in shape.panels[0].lines:
-        assert np.hypot(line.x, line.y) == pytest.approx(0.6)
+        assert np.hypot(line.x, line.y) == pytest.approx(0.6, rel=2e-4)
 
 
 def test_a_warning_and_a_free_hubs_momentum_are_told():
@@ -116,8 +117,8 @@ def test_a_warning_and_a_free_hubs_momentum_are_told():
 def test_figures_can_be_drawn(run, tmp_path):
     found = system.figures(run)
     names = {figure.name for figure in found}
-    assert {"shape", "tip", "along", "energy"} <= names
-    assert ("contact_force" in names) == (run["contact_force"].values.max() > 0.0)
+    assert {"shape", "tip", "along", "energy-balance"} <= names
+    assert ("contact" in names) == (run["contact-1"]["points"].values.max() > 0.0)
     for path in plots.draw(found, tmp_path):
         assert (tmp_path / path).stat().st_size > 10_000
 
@@ -126,8 +127,8 @@ def test_several_ribs_and_a_turning_hub_are_drawn(tmp_path):
     run = synthetic(WIND, {"rib.count": 3, "hub.motion": "spin", "hub.inertia": 50})
     found = {figure.name: figure for figure in system.figures(run)}
     assert "hub" in found
-    labels = [line.label for line in found["contact_points"].panels[0].lines]
-    assert labels == ["rib 1", "rib 2", "rib 3"]
+    labels = [line.label for line in found["contact"].panels[2].lines]
+    assert labels == ["contact-1.points", "contact-2.points", "contact-3.points"]
     assert plots.draw(list(found.values()), tmp_path)
 
 
@@ -138,22 +139,21 @@ def test_a_short_run_draws_nothing_and_does_not_move():
     assert system.numbers(run)
 
 
-def test_the_running_mean_of_a_constant_and_of_a_line():
+def test_the_mean_rate_of_a_line_and_of_a_parabola():
     time = np.sort(np.concatenate([np.linspace(0.0, 10.0, 300), np.linspace(3.0, 4.0, 50)]))
     time = np.unique(time)
-    assert running_mean(time, np.full_like(time, 2.0), 1.0) == pytest.approx(2.0, rel=1e-12)
+    assert mean_rate(time, 2.0 * time, 0.1) == pytest.approx(2.0, rel=1e-12)
     inner = (time > 0.5) & (time < 9.5)
-    assert running_mean(time, time, 1.0)[inner] == pytest.approx(time[inner], abs=1e-3)
+    assert mean_rate(time, 0.5 * time**2, 0.1)[inner] == pytest.approx(time[inner], abs=1e-3)
+    assert mean_rate(time[:1], time[:1], 0.1) == [0.0]
 
 
-def test_the_mean_force_is_that_of_the_impulse():
-    """What strikes between samples is in the mean."""
+def test_the_held_force_is_drawn_beside_the_closed_form():
     run = synthetic(HOLD)
-    time = run["time"].values
-    run["contact_impulse"] = run["contact_impulse"] + 5.0 * (time > 30.0)[:, None]
     (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "contact force, N")
-    (mean,) = (line for line in panel.lines if line.label.startswith("mean of"))
-    assert mean.y.max() == pytest.approx(10.0 / 3.0 + 5.0 / 2.4, rel=0.01)
+    assert [line.label for line in panel.lines][:2] == ["contact-1.normal_force", "contact-1.mean_force"]
+    assert panel.lines[1].y == pytest.approx(10.0 / 3.0, rel=1e-6)
+    assert panel.lines[2].y == pytest.approx(10.0 / 3.0, rel=1e-12)
 
 
 def test_motion_shows_the_ribs_with_their_width(run, tmp_path):
@@ -200,22 +200,17 @@ def test_figures_of_a_study():
 
     alphas = [0.0, 0.2, 0.5]
     time = np.arange(0.0, 180.0, 0.5)
-    runs = [synthetic(WIND, {"damping.alpha": a}).to_dataset().interp(time=time) for a in alphas]
-    kept = xr.concat([r[["tip_speed", "contact_force", "contact_points"]] for r in runs], dim="damping.alpha")
+    runs = [synthetic(WIND, {"damping.alpha": a}) for a in alphas]
+    speed = [r["rib-1"].to_dataset()["tip_speed"].interp(time=time) for r in runs]
+    kept = xr.concat(speed, dim="damping.alpha").rename("rib_1_tip_speed").to_dataset()
+    kept["tip_speed_peak_time"] = (("damping.alpha", "rib"), [r["tip_speed_peak_time"].values for r in runs])
     kept = kept.assign_coords({"damping.alpha": ("damping.alpha", alphas, {"units": "1/s"})})
     kept.attrs = {"sample": "grid", "keys": json.dumps(["damping.alpha"]), "system": "wrapped-rib"}
     kept.attrs["study"] = "case: {system: wrapped-rib, phase: wind, drive: {kind: torque, torque: 0.2}}\n"
-    found = system.study_figures(kept)
-    assert set(found) == {"tip_speed", "contact_force", "contact_points", "peak"}
-    runs_line, string = found["peak"].panels[0].lines
+    assert set(draw.of_system(kept)) == {"rib_1_tip_speed", "peak"}
+    assert len(draw.over_time(kept)["rib_1_tip_speed"].panels[0].lines) == 3
+    runs_line, string = system.study_figures(kept)["peak"].panels[0].lines
     assert runs_line.y == pytest.approx(string.y, abs=1.0)
     assert string.y == pytest.approx([27.63, 66.40, 145.86], abs=0.01)
-    assert len(found["tip_speed"].panels[0].lines) == 3
     assert system.study_figures(kept.assign_attrs(sample="list")) == {}
-    # a second whip, larger in the samples, is not the peak of a run that looked between them
-    peaks = {"tip_speed_peak": [[40.0], [30.0], [20.0]], "tip_speed_peak_time": [[28.4], [66.8], [146.1]]}
-    kept = kept.assign({name: (("damping.alpha", "rib"), values) for name, values in peaks.items()})
-    kept.tip_speed[0, -1] = 39.0
-    found = system.study_figures(kept)
-    assert found["peak"].panels[0].lines[0].y == pytest.approx([28.4, 66.8, 146.1])
-    assert found["tip_speed"].panels[0].lines[3].y == pytest.approx([40.0])
+    assert draw.over_time(kept.assign_attrs(sample="list")) == {}

@@ -13,13 +13,11 @@ from evolvent.errors import InputError, RunFailed
 from evolvent.systems import wrapped_rib as system
 from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
 from evolvent.systems.wrapped_rib.start import start
+from rib.reading import balance, case_of, elastic, over_ribs, stored, work
 
 FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}
-
-
-def case_of(run):
-    return cases.load(cases.parse_yaml(run.attrs["case"], "case"))
 
 
 def wound(run):
@@ -35,10 +33,10 @@ def wound(run):
 def test_a_stacked_coil_starts_without_stretch_or_pressure(count, formulation):
     changes = {"contact.self": True, "rib.count": count, "rib.formulation": formulation, "solver.duration": 1e-3}
     run = evolvent.run("wrapped-rib-deploy", changes)
-    assert np.all(run.turn_force.values[0] == 0.0)
+    assert np.all(over_ribs(run, "layer-{}.normal_force")[0] == 0.0)
     assert np.nanmin(run["contact-1"]["gap"].values[0]) > -1e-9
-    assert float(run.energy_membrane[0]) < 0.01 * float(run.energy_bending[0])
-    p = run.position.values[0, 0]
+    assert stored(run, "stretch and shear")[0] < 0.01 * stored(run, "bending")[0]
+    p = run["rib-1"]["position"].values[0]
     radius, turns = np.hypot(p[:, 0], p[:, 1]), np.unwrap(np.arctan2(p[:, 1], p[:, 0])) / (2.0 * np.pi)
     within = turns < turns[-1] - 1.0 / count
     above = np.interp(turns[within] + 1.0 / count, turns, radius)
@@ -51,16 +49,17 @@ def test_held_turns_lie_on_one_another(book):
     run, flat = (evolvent.run("wrapped-rib-hold", changes | {"contact.self": s}) for s in (True, False))
     held = reference.wound_contact_force(case_of(run).strip, 0.2)
     beyond = [(1.0 - 2.0 * np.pi * k * 0.6 / 12.0) ** 2 for k in (1, 2, 3)]
-    assert float(run.turn_force[-1, 0]) == pytest.approx(held * sum(beyond), rel=0.05)
+    assert float(run["layer-1"]["normal_force"][-1]) == pytest.approx(held * sum(beyond), rel=0.05)
     book(
         "Wrapped rib", "Turns held on one another: their pressing force", reference="T L/2 R^2 sum (1 - 2 pi k R/L)^2",
-        source="closed form", error=abs(float(run.turn_force[-1, 0]) / (held * sum(beyond)) - 1.0), allowed=0.05,
+        source="closed form", error=abs(float(run["layer-1"]["normal_force"][-1]) / (held * sum(beyond)) - 1.0),
+        allowed=0.05,
     )  # fmt: skip
     # place by place the same forces: what pulls there over the radius, and what the turns above press with
     length, turn = 12.0 / 60, 2.0 * np.pi * 0.6
     forces = run["layer-1"]["point_force"].values
     # those of the points are of the sample's state alone; the solver looks for what lies below at the start of a step
-    same = np.isclose(forces.sum(axis=-1), run.turn_force.values[:, 0], rtol=1e-9, atol=1e-9)
+    same = np.isclose(forces.sum(axis=-1), run["layer-1"]["normal_force"].values, rtol=1e-9, atol=1e-9)
     assert same[-1]
     assert same.mean() > 0.95
     pressure = forces[-1].reshape(60, -1).sum(axis=-1) / length
@@ -74,23 +73,23 @@ def test_held_turns_lie_on_one_another(book):
     size = np.linalg.norm(below[0].vectors, axis=-1).sum(axis=-1)
     assert size == pytest.approx(forces.sum(axis=-1), rel=1e-9, abs=1e-9)
     # at the root the hinge bears what the hub does not
-    assert float(run.contact_force[-1, 0]) == pytest.approx(held, rel=0.03)
+    assert float(run["contact-1"]["normal_force"][-1]) == pytest.approx(held, rel=0.03)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-3)
     rises = []
     for found in (run, flat):
-        p = found.position.values[-1, 0]
+        p = found["rib-1"]["position"].values[-1]
         radius, turns = np.hypot(p[:, 0], p[:, 1]), np.unwrap(np.arctan2(p[:, 1], p[:, 0])) / (2.0 * np.pi)
         rises.append([radius[(turns > k + 0.2) & (turns < k + 0.8)].mean() for k in range(3)])
     thickness = case_of(run).rib.thickness
     assert np.diff(rises[0]) == pytest.approx(thickness, rel=0.25)  # the contact gives way by up to a fifth of it
     assert np.abs(np.diff(rises[1])).max() < 0.1 * thickness
-    assert abs(float(run.energy_balance.max())) < 0.01
+    assert abs(balance(run).max()) < 0.01
 
 
 def test_ribs_that_lie_on_one_another_keep_the_momenta_of_a_free_hub():
     changes = FREE | {"contact.self": True, "rib.count": 2, "rib.elements": 30, "solver.duration": 20}
     run = evolvent.run("wrapped-rib-deploy", changes)
-    assert float(run.turn_points.max()) > 0.0
+    assert over_ribs(run, "layer-{}.points").max() > 0.0
     scale = float(np.abs(run.hub_torque).max()) * 20.0
     assert np.abs(run.angular_momentum.values).max() < 1e-9 * max(scale, 1.0)
     assert np.abs(run.momentum.values).max() < 1e-9
@@ -105,18 +104,18 @@ def test_the_tip_is_fastest_when_it_should_be(alpha, time, end, book):
         "Wrapped rib", f"Winding, alpha {alpha:g} 1/s: time of the fastest tip (20 elements)", reference=f"{time} s",
         source="independent computation", error=abs(float(run.tip_speed_peak_time[0]) / time - 1.0), allowed=0.01,
     )  # fmt: skip
-    assert float(run.energy_balance.max()) < 1e-3
+    assert balance(run).max() < 1e-3
     before = run.sel(time=slice(0.0, 0.8 * time))
-    assert float(before.energy_balance.min()) > -1e-3
+    assert balance(run)[: before.sizes["time"]].min() > -1e-3
     # until then it is a light string on an involute
     string = reference.string_winding(case_of(run).strip, 0.2, alpha)
     wrap = np.interp(before.time, string.time, string.wrap)
     assert before.wrap_angle.values[:, 0] == pytest.approx(wrap, abs=0.3)
-    assert np.interp(0.8 * time, run.time, run.tip_speed.values[:, 0]) == pytest.approx(
+    assert np.interp(0.8 * time, run.time, run["rib-1"]["tip_speed"].values) == pytest.approx(
         np.interp(0.8 * time, string.time, string.tip_speed), rel=0.06
     )
-    work = np.interp(0.8 * time, string.time, string.work)
-    assert np.interp(0.8 * time, run.time, run.work_external) == pytest.approx(work, rel=0.03)
+    done = np.interp(0.8 * time, string.time, string.work)
+    assert np.interp(0.8 * time, run.time, work(run)) == pytest.approx(done, rel=0.03)
 
 
 def test_a_rib_that_is_damped_in_part_is_wound_when_a_string_of_that_drag_is():
@@ -128,21 +127,21 @@ def test_a_rib_that_is_damped_in_part_is_wound_when_a_string_of_that_drag_is():
     assert string.end_time == pytest.approx(33.96, abs=0.01)
     assert float(run.tip_speed_peak_time[0]) == pytest.approx(string.end_time, rel=0.02)
     before = run.sel(time=slice(0.0, 0.8 * string.end_time))
-    assert float(before.energy_dissipated.sel(cause="mass damping")[-1]) > 0.1 * float(before.work_external[-1])
-    assert float(np.abs(before.energy_balance).max()) < 1e-3
+    assert float(before.energy_losses.sel(cause="mass damping")[-1]) > 0.1 * work(before)[-1]
+    assert np.abs(balance(run)[: before.sizes["time"]]).max() < 1e-3
     # the drag of a part bends the tail, so that the string is an estimate and not shown beside the run
-    assert system.show.comparable_string(case) is None
+    assert comparable_string(case) is None
     told = {n.label: n.value for n in system.numbers(run)}
-    assert "bends its tail" in told["a light string"]
-    assert not any(line.label == "light string" for f in system.figures(run) for p in f.panels for line in p.lines)
+    assert "bends its tail" in told["98 % wound, estimate for a string"]
+    assert not any(line.label.startswith("string") for f in system.figures(run) for p in f.panels for line in p.lines)
 
 
 def test_all_elements_named_are_the_whole_rib():
     short = {"rib.elements": 10, "solver.duration": 5}
     whole = evolvent.run("wrapped-rib", short)
     named = evolvent.run("wrapped-rib", short | {"damping.elements": list(range(1, 11))})
-    assert named.position.values == pytest.approx(whole.position.values, abs=1e-12)
-    assert named.energy_dissipated.values == pytest.approx(whole.energy_dissipated.values, rel=1e-9, abs=1e-15)
+    assert named["rib-1"]["position"].values == pytest.approx(whole["rib-1"]["position"].values, abs=1e-12)
+    assert named.energy_losses.values == pytest.approx(whole.energy_losses.values, rel=1e-9, abs=1e-15)
 
 
 def test_a_turning_hub_winds_a_rib_that_is_held_back(book):
@@ -157,8 +156,8 @@ def test_a_turning_hub_winds_a_rib_that_is_held_back(book):
     )  # fmt: skip
     # the hub's drive works against the torque that holds the rib, and the torque on the hub is that torque
     assert float(run.hub_torque[-20:].mean()) == pytest.approx(0.05, rel=0.1)
-    assert float(run.work_external[-1]) > 0.0
-    assert float(run.energy_balance.max()) < 1e-3
+    assert work(run)[-1] > 0.0
+    assert balance(run).max() < 1e-3
 
 
 def test_a_carried_tip_winds_the_rib_tautly(book):
@@ -166,15 +165,15 @@ def test_a_carried_tip_winds_the_rib_tautly(book):
     changes = {"rib.elements": 20, "rib.length": 6, "solver.duration": 32, "drive": drive, "damping.alpha": 1}
     run = evolvent.run("wrapped-rib", changes)
     assert wound(run) == pytest.approx(1.002, abs=2e-3)
-    assert run.tension.values[-1].mean() == pytest.approx(45.0 * 2e-3, rel=0.05)
+    assert tension_of(run)[1][-1].mean() == pytest.approx(45.0 * 2e-3, rel=0.05)
     # pressed on the hub by tension over radius
-    assert float(run.contact_force[-1, 0]) == pytest.approx(45.0 * 2e-3 * 6.0 / 0.6, rel=0.06)
+    assert float(run["contact-1"]["normal_force"][-1]) == pytest.approx(45.0 * 2e-3 * 6.0 / 0.6, rel=0.06)
     strip = case_of(run).strip
-    stored = reference.bending_energy(strip) + 0.5 * 45.0 * 2e-3**2 * 6.0
-    assert float(run.energy_elastic[-1]) == pytest.approx(stored, rel=0.1)
+    wanted = reference.bending_energy(strip) + 0.5 * 45.0 * 2e-3**2 * 6.0
+    assert elastic(run)[-1] == pytest.approx(wanted, rel=0.1)
     book(
         "Wrapped rib", "Rib wound by its tip: pressing force", reference="tension L/R", source="closed form",
-        error=abs(float(run.contact_force[-1, 0]) / (45.0 * 2e-3 * 6.0 / 0.6) - 1.0), allowed=0.06,
+        error=abs(float(run["contact-1"]["normal_force"][-1]) / (45.0 * 2e-3 * 6.0 / 0.6) - 1.0), allowed=0.06,
     )  # fmt: skip
 
 
@@ -207,30 +206,34 @@ def test_the_papers_law_at_its_step_fails_and_says_why(step, words):
 def test_a_rib_held_on_the_hub_has_the_closed_forms_forces(book):
     """rib.md, 7."""
     run = evolvent.run("wrapped-rib-hold", {"rib.elements": 60, "hold.time": 40})
-    strip, arc = case_of(run).strip, run.arc.values
-    assert float(run.contact_force[-1, 0]) == pytest.approx(reference.wound_contact_force(strip, 0.2), rel=0.01)
+    strip = case_of(run).strip
+    (arc, turn), (middle, pull) = curvature_of(run, case_of(run)), tension_of(run)
+    assert float(run["contact-1"]["normal_force"][-1]) == pytest.approx(
+        reference.wound_contact_force(strip, 0.2), rel=0.01
+    )
     inside = (arc > 1.2) & (arc < 10.8)
-    curvature = 0.6 * run.curvature.values[-1, 0, inside]
+    curvature = 0.6 * turn[-1, inside]
     assert curvature.mean() == pytest.approx(1.004, abs=0.002)
     assert curvature.std() < 0.002
-    tension = reference.wound_tension(strip, 0.2, arc)
-    assert run.tension.values[-1, 0] == pytest.approx(tension, abs=0.01 * tension[0])
-    middle = 0.2 * (np.arange(60) + 0.5)
+    tension = reference.wound_tension(strip, 0.2, middle)
+    assert middle == pytest.approx(0.2 * (np.arange(60) + 0.5))
+    assert pull[-1] == pytest.approx(tension, abs=0.01 * tension[0])
     pressure = run["contact-1"]["point_force"].values[-1].reshape(60, -1).sum(axis=-1) / 0.2
-    held = np.interp(middle, arc, run.tension.values[-1, 0] * run.curvature.values[-1, 0])
+    held = pull[-1] * np.interp(middle, arc, turn[-1])
     assert pressure[6:54] == pytest.approx(held[6:54], abs=0.005 * held[0])
-    assert pressure.sum() * 0.2 == pytest.approx(float(run.contact_force[-1, 0]), rel=1e-9)
+    assert pressure.sum() * 0.2 == pytest.approx(float(run["contact-1"]["normal_force"][-1]), rel=1e-9)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-6)
-    assert float(run.energy_membrane[-1]) == pytest.approx(reference.membrane_energy(strip, 0.2), rel=0.02)
-    assert float(np.abs(run.energy_balance).max()) < 1e-3
+    assert stored(run, "stretch and shear")[-1] == pytest.approx(reference.membrane_energy(strip, 0.2), rel=0.02)
+    assert np.abs(balance(run)).max() < 1e-3
     book(
         "Wrapped rib", "Rib held on the hub (60 elements): sum of contact forces", reference="T L/(2 R^2) = 3.333 N",
         source="closed form",
-        error=abs(float(run.contact_force[-1, 0]) / reference.wound_contact_force(strip, 0.2) - 1.0), allowed=0.01,
+        error=abs(float(run["contact-1"]["normal_force"][-1]) / reference.wound_contact_force(strip, 0.2) - 1.0),
+        allowed=0.01,
     )  # fmt: skip
     book(
         "Wrapped rib", "Rib held on the hub (60 elements): tension along the rib", reference="(T/R) (1 - s/L)",
-        source="closed form", error=np.abs(run.tension.values[-1, 0] - tension).max() / tension[0], allowed=0.01,
+        source="closed form", error=np.abs(pull[-1] - tension).max() / tension[0], allowed=0.01,
         unit="of the root's",
     )  # fmt: skip
     book(
@@ -240,7 +243,8 @@ def test_a_rib_held_on_the_hub_has_the_closed_forms_forces(book):
     )  # fmt: skip
     book(
         "Wrapped rib", "Rib held on the hub (60 elements): membrane energy", reference="T^2 L/(6 EA R^2)",
-        source="closed form", error=abs(float(run.energy_membrane[-1]) / reference.membrane_energy(strip, 0.2) - 1.0),
+        source="closed form",
+        error=abs(stored(run, "stretch and shear")[-1] / reference.membrane_energy(strip, 0.2) - 1.0),
         allowed=0.02,
     )  # fmt: skip
 
@@ -252,12 +256,13 @@ def test_engineering_strain_is_tension_over_stiffness():
         changes = {"rib.formulation": formulation, "rib.elements": 40, "drive.torque": 1, "damping.alpha": 1}
         run = evolvent.run("wrapped-rib-hold", changes | {"hold.time": 25})
         strip = case_of(run).strip
-        tension = reference.wound_tension(strip, 1.0, run.arc.values)
-        assert run.tension.values[-1, 0] == pytest.approx(tension, abs=0.01 * tension[0])
-        found[formulation] = float(run.energy_membrane[-1]) / reference.membrane_energy(strip, 1.0)
+        middle, pull = tension_of(run)
+        tension = reference.wound_tension(strip, 1.0, middle)
+        assert pull[-1] == pytest.approx(tension, abs=0.01 * tension[0])
+        found[formulation] = stored(run, "stretch and shear")[-1] / reference.membrane_energy(strip, 1.0)
         # a rib stretched by e turns by (1 + e)/R per length without stress, and r'' is (1 + e)^2/R
         power = 2.0 if formulation == "cable_stretch" else 4.0
-        bent = float(run.energy_bending[-1]) / reference.bending_energy(strip)
+        bent = stored(run, "bending")[-1] / reference.bending_energy(strip)
         assert bent == pytest.approx(1.0 + power * 0.5 * reference.root_strain(strip, 1.0), abs=0.005)
     assert found["cable_stretch"] == pytest.approx(1.0, abs=0.005)
     # U = 1/2 EA E^2 with N = EA E sqrt(1 + 2 E): 1 - 2 N/EA to first order, weighted by N^2
@@ -268,7 +273,7 @@ def test_friction_bears_a_part_of_the_torque():
     """Of a taut band the tension falls by exp(-mu phi) where it slips; with enough friction the root bears nothing."""
     changes = {"rib.elements": 40, "hold.time": 12, "contact.friction": 0.5, "solver.step": 0.01}
     run = evolvent.run("wrapped-rib-hold", changes)
-    assert float(run.tension[-1, 0, 0]) < 0.1
+    assert tension_of(run)[1][-1, 0] < 0.1
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=0.01)
 
 
@@ -278,10 +283,10 @@ def test_the_wound_start_has_the_bending_energy_of_its_mesh(formulation, book):
     run = evolvent.run("wrapped-rib-deploy", changes)
     case = case_of(run)
     ratio = bending_stiffness_ratio(case)
-    energy = float(run.energy_elastic[0])
+    energy = elastic(run)[0]
     assert energy == pytest.approx(ratio * reference.bending_energy(case.strip), rel=1e-3)
-    assert float(run.energy_bending[0]) == pytest.approx(energy, rel=0.05)
-    assert float(run.energy_contact[0]) < 1e-9 * energy
+    assert stored(run, "bending")[0] == pytest.approx(energy, rel=0.05)
+    assert stored(run, "contacts")[0] < 1e-9 * energy
     assert float(run.wrap_angle[0, 0]) == pytest.approx(20.0, rel=1e-3)
     book(
         "Wrapped rib", f"Wound start ({formulation}, 40 elements): energy", reference="EI of the mesh, L/(2 R^2)",
@@ -301,10 +306,10 @@ def test_deployment_follows_the_closed_form(book):
     for time in (1000.0, 4000.0, 8000.0):
         closed = reference.deployed_tip_radius(strip, time)
         offs.append(abs(float(run.tip_radius.sel(time=time)[0]) / closed - 1.0))
-    energy = (run.energy_kinetic + run.energy_elastic + run.energy_contact).values
+    energy = run.energy.values
     assert energy[-1] == pytest.approx(energy[0], rel=0.02)
     assert energy.max() < 1.001 * energy[0]
-    late = run.tip_speed.values[run.time.values > 2000.0, 0]
+    late = run["rib-1"]["tip_speed"].values[run.time.values > 2000.0]
     assert late.mean() == pytest.approx(reference.deployment_speed(strip), rel=0.03)
     book(
         "Wrapped rib", "Free deployment: radius of the tip at 1000, 4000 and 8000 s", reference="r^2 = R^2 + 2 v R t",
@@ -329,7 +334,7 @@ def test_the_tail_leaves_the_hub_bent(book):
     strip = case_of(run).strip
     _, offset = reference.peel(strip)
     assert offset == pytest.approx(4.0 / 3.0 * strip.radius, rel=1e-14)
-    time, x = run.time.values, run.position.values[:, 0, :, :2]
+    time, x = run.time.values, run["rib-1"]["position"].values[:, :, :2]
     piece, middle = np.diff(x, axis=1), 0.5 * (x[:, 1:] + x[:, :-1])
     cross = middle[..., 0] * piece[..., 1] - middle[..., 1] * piece[..., 0]
     line = np.max(np.abs(cross) / np.linalg.norm(piece, axis=-1), axis=1)  # farthest line of all pieces
@@ -360,7 +365,7 @@ def test_ribs_on_a_free_hub_keep_the_momenta_and_mirror_one_another(book):
     H, P = run.angular_momentum.values, run.momentum.values
     assert np.abs(H - H[0]).max() < 1e-9 * spin
     assert np.abs(P - P[0]).max() < 1e-12 * spin
-    position = run.position.sel(time=slice(0, 10)).values
+    position = over_ribs(run.sel(time=slice(0, 10)), "rib-{}.position")
     assert position[:, 0, :, :2] == pytest.approx(-position[:, 1, :, :2], abs=1e-8)
     assert np.abs(position[..., 2]).max() < 1e-12
     book(
@@ -394,9 +399,11 @@ def held(tmp_path_factory):
 def test_a_run_goes_on_from_anothers_end(held):
     path, before = held
     again = evolvent.run("wrapped-rib-hold", {"start": path, "rib.elements": 60, "hold.time": 2, "drive.ramp": 0})
-    assert float(again.energy_membrane[0]) == pytest.approx(float(before.energy_membrane[-1]), rel=5e-3)
-    assert float(again.contact_force[-1, 0]) == pytest.approx(float(before.contact_force[-1, 0]), rel=0.02)
-    assert float(again.energy_kinetic.max()) < 1e-3 * float(again.energy_membrane[0])
+    assert stored(again, "stretch and shear")[0] == pytest.approx(stored(before, "stretch and shear")[-1], rel=5e-3)
+    assert float(again["contact-1"]["normal_force"][-1]) == pytest.approx(
+        float(before["contact-1"]["normal_force"][-1]), rel=0.02
+    )
+    assert float(again.energy_kinetic.max()) < 1e-3 * stored(again, "stretch and shear")[0]
 
 
 @pytest.mark.parametrize("formulation", ["cable", "cable_stretch", "assumed_strain"])
@@ -405,8 +412,8 @@ def test_what_is_wound_springs_open(held, formulation):
     path, before = held
     changes = {"start": path, "rib.elements": 30, "rib.formulation": formulation, "solver.duration": 2}
     run = evolvent.run("wrapped-rib-deploy", changes | {"output.every": 0.1})
-    assert float(run.energy_membrane[0]) == pytest.approx(float(before.energy_membrane[-1]), rel=0.02)
-    assert float(run.energy_kinetic.max()) > 0.5 * float(run.energy_membrane[0])
+    assert stored(run, "stretch and shear")[0] == pytest.approx(stored(before, "stretch and shear")[-1], rel=0.02)
+    assert float(run.energy_kinetic.max()) > 0.5 * stored(run, "stretch and shear")[0]
     assert wound(run) < 0.95
 
 
@@ -421,7 +428,7 @@ def test_what_is_wound_springs_open(held, formulation):
 )
 def test_a_run_that_does_not_fit_is_no_start(held, changes, words):
     with pytest.raises(InputError) as refused:
-        system.plan(cases.load("wrapped-rib-deploy", {"start": held[0]} | changes))
+        system.SYSTEM.plan(cases.load("wrapped-rib-deploy", {"start": held[0]} | changes))
     assert all(word in str(refused.value) for word in words), str(refused.value)
 
 
@@ -446,7 +453,7 @@ def test_a_run_that_does_not_fit_is_no_start(held, changes, words):
 def test_every_kind_of_rib_runs(changes):
     run = evolvent.run("wrapped-rib", {"rib.elements": 12, "solver.duration": 3} | changes)
     assert run.attrs["status"] == "success"
-    assert abs(float(run.energy_balance[-1])) < 0.01
+    assert abs(balance(run)[-1]) < 0.01
     assert all(np.all(np.isfinite(run[name].values)) for name in run.data_vars)
 
 
@@ -466,7 +473,7 @@ def test_a_rib_that_swings_on_wraps_the_other_way_round():
 
 def test_the_parts_of_a_system_have_names():
     case = cases.load("wrapped-rib", {"rib.count": 2, "rib.elements": 10})
-    assembly = system.build(case).assemble()
+    assembly = system.SYSTEM.build(case).assemble()
     assert {"hub", "rib-1", "rib-2", "root-2", "contact-1", "drive-2"} <= set(assembly.names)
     begin = start(case)
     assert begin.nodes[1, 0, 0] == pytest.approx([-0.6, 0.0, 0.0])
@@ -475,16 +482,16 @@ def test_the_parts_of_a_system_have_names():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"contact.self": True, "contact.law": "conservative"}, "which contact of the turns does not know"),
+        ({"contact.self": True, "contact.law": "conservative"}, "contact.self does not support"),
         ({"output.every": "1 us"}, "too many"),
-        ({"solver.step": "1 us"}, "too many|more than 1e+08"),
+        ({"solver.step": "0.1 us"}, "too many|more than 1e+09"),
         ({"drive": {"kind": "tip", "rate": 1, "ramp": 200}}, "drive.ramp is 200 s"),
         ({"rib.thickness": 0}, "rib.thickness is 0"),
         ({"rib.poisson": 0.5}, "rib.poisson is 0.5"),
         ({"hub.radius": 0}, "hub.radius is 0"),
         ({"rib.start_angle": "120 deg"}, "starts inside the hub"),
         ({"solver.spectral_radius": 1.5}, "solver.spectral_radius is 1.5"),
-        ({"drive.torque": 20}, "tears it"),
+        ({"drive.torque": 20}, "must be below 13.5 N m"),
     ],
 )
 def test_what_cannot_run_is_refused_in_a_line(changes, words):
@@ -497,8 +504,8 @@ def test_what_cannot_run_is_refused_in_a_line(changes, words):
 
 
 def test_laws_have_no_place():
-    with pytest.raises(InputError, match="places no law"):
-        system.plan(cases.load("wrapped-rib"), laws={"force": None})
+    with pytest.raises(InputError, match="wrapped-rib takes none"):
+        system.SYSTEM.plan(cases.load("wrapped-rib"), laws={"force": abs})
 
 
 def test_a_run_is_kept_shown_and_drawn(tmp_path):

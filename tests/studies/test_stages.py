@@ -13,19 +13,21 @@ from click.testing import CliRunner
 import evolvent
 from evolvent import results, studies
 from evolvent.errors import InputError
+from evolvent.studies import draw
 from evolvent.studies.command import sweep as command
 from evolvent.systems import wrapped_rib
 
 SMALL = {"rib.elements": 8, "rib.length": 3, "output.every": "0.1 s"}
 WIND = {"phase": "wind", "solver.duration": "3 s"}
 DEPLOY = {"phase": "deploy", "drive": None, "solver.duration": "0.5 s"}
+PEAK = "tip_speed_peak_time"
 STUDY = {
     "study": "chain",
     "case": "wrapped-rib",
     "set": SMALL,
     "stages": [{"name": "wind", "set": WIND}, {"name": "deploy", "set": DEPLOY}],
     "over": {"deploy.damping.alpha": [0, "0.5 1/s"]},
-    "keep": ["wind.tip_radius", "wind.energy_membrane.last", "deploy.tip_radius", "deploy.steps"],
+    "keep": ["wind.tip_radius", "wind.rib-1.energy_elastic.last", "deploy.tip_radius", "deploy.steps"],
 }
 
 
@@ -80,7 +82,7 @@ def test_a_stage_starts_from_the_end_of_the_one_before(reference, tmp_path):
     assert sorted(os.listdir(folder / "stages")) == names
     kept = results.open(folder / "stages" / "000001-deploy.nc")
     assert wrapped_rib.figures(kept)
-    assert float(kept.energy_dissipated.sel(cause="mass damping")[-1]) > 0.0
+    assert float(kept.energy_losses.sel(cause="mass damping")[-1]) > 0.0
 
 
 def test_the_same_bits_on_processes_and_from_the_text(reference, tmp_path):
@@ -152,7 +154,9 @@ def test_what_is_kept_by_default(chain):
     del chain["keep"]
     chain["over"] = {"rib.thickness": ["0.3 mm"]}
     found = studies.sweep(chain)
-    assert {"wind_tip_speed_peak", "deploy_tip_speed_peak", "wind_steps", "deploy_end_hub"} <= set(found.data_vars)
+    assert {"wind_tip_speed_peak", "deploy_tip_speed_peak", "wind_steps", "deploy_end_coordinates"} <= set(
+        found.data_vars
+    )
     assert not any("time" in str(dim) for dim in found.dims)
 
 
@@ -174,13 +178,14 @@ def test_what_is_kept_by_default(chain):
         ),
         ({"over": {"wind.start": ["a.nc", "b.nc"]}}, "over varies 'wind.start', but a stage starts from the end"),
         ({"keep": ["tip_radius.last"]}, "keep holds 'tip_radius.last'; it must begin with a stage's name, such as d"),
-        ({"keep": ["deploy.tip_radius.lats"]}, "after the dot, did you mean 'last'?"),
+        ({"keep": ["deploy.tip_radius.lats"]}, "stage 'deploy': keep holds 'tip_radius.lats'; after the variable, did"),
+        ({"keep": ["wind.rib-1.tip_sped"]}, "stage 'wind': keep holds 'rib-1.tip_sped'; no variable is called"),
         ({"over": {"depoly.damping.alpha": [1]}}, "unknown key 'depoly.damping.alpha'"),
         ({"over": {"solver.duration": [1, 2]}}, "over varies 'solver.duration', which the stage 'wind' sets"),
         ({"over": {"deploy.phase": ["wind"]}}, "over varies 'deploy.phase', which the stage 'deploy' sets"),
         (
             {"stages": [{"name": "wind", "set": WIND}, {"name": "deploy", "set": {"phase": "deploy"}}]},
-            "case 0 of the study (deploy.damping.alpha: 0), stage 'deploy': drive.kind is 'torque', but in phase",
+            "case 0 of the study (deploy.damping.alpha: 0), stage 'deploy': drive.kind is 'torque'; in phase 'deploy'",
         ),
         (
             {"over": {"deploy.rib.length": [3, 4]}},
@@ -216,16 +221,18 @@ def test_the_command_draws_what_varies(tmp_path, monkeypatch):
         "evolvent study chain: 2 cases, 2 computed now",
         "results: chain/results.zarr",
         "runs of the stages: chain/stages, each a file for evolvent plot",
-        "figures: 1 in f",
+        "figures: 2 in f",
     ]
-    assert os.listdir("f") == ["deploy_tip_radius.png"]  # the winding does not vary
+    assert sorted(os.listdir("f")) == ["deploy_steps.png", "deploy_tip_radius.png"]  # the winding does not vary
 
 
 def test_figures_of_all_stages_where_all_vary(chain):
     chain["over"] = {"rib.thickness": ["0.3 mm", "0.4 mm"]}
-    chain["keep"] = ["wind.tip_speed", "deploy.tip_speed"]
-    found = wrapped_rib.study_figures(studies.sweep(chain))
-    assert set(found) == {"wind_tip_speed", "wind_peak", "deploy_tip_speed", "deploy_peak"}
+    chain["keep"] = [f"{stage}.{name}" for stage in ("wind", "deploy") for name in ("rib-1.tip_speed", PEAK)]
+    swept = studies.sweep(chain)
+    names = {"wind_rib_1_tip_speed", "wind_peak", "deploy_rib_1_tip_speed", "deploy_peak"}
+    assert set(draw.of_system(swept)) == names
+    found = wrapped_rib.study_figures(swept)
     runs, string = found["wind_peak"].panels[0].lines
     assert len(runs.y) == len(string.y) == 2
-    assert len(found["deploy_peak"].panels[0].lines) == 1  # no light string there
+    assert len(found["deploy_peak"].panels[0].lines) == 1  # no string there

@@ -221,8 +221,6 @@ def test_a_case_is_stepped_as_it_runs() -> None:
 def test_cases_that_are_not_stepped() -> None:
     with pytest.raises(InputError, match="system is 'inertia-stand', which is not stepped from outside; known: helio"):
         Stepper.of_case("inertia-stand")
-    with pytest.raises(InputError, match=r"solver\.method is 'rk4'; a rib is stepped from outside"):
-        Stepper.of_case("wrapped-rib", {"solver.method": "rk4"})
     with pytest.raises(InputError, match="inputs name 'hub', which no force moves"):
         Stepper.of_case("wrapped-rib", inputs=["hub"])
     with pytest.raises(InputError, match="inputs name 'body' twice"):

@@ -10,6 +10,7 @@ from evolvent.elements.forms import (
     cable_bending,
     cable_form,
     cable_parts,
+    cable_stretch_energy,
     cable_stretch_form,
     cable_stretch_parts,
     line_stiffness,
@@ -31,6 +32,7 @@ from evolvent.elements.sections import (
     Taper,
     Tube,
 )
+from evolvent.elements.winding import bending_stiffness_ratio, bent_element, coil, nodal, resampled
 
 __all__ = [
     "ALUMINIUM",
@@ -53,15 +55,21 @@ __all__ = [
     "beam_form",
     "beam_mass",
     "beam_parts",
+    "bending_stiffness_ratio",
+    "bent_element",
     "cable_bending",
     "cable_form",
     "cable_mass",
     "cable_parts",
+    "cable_stretch_energy",
     "cable_stretch_form",
     "cable_stretch_parts",
+    "coil",
     "gravity_vector",
     "line_stiffness",
     "load_vector",
+    "nodal",
+    "resampled",
     "straight_beam",
     "straight_cable",
 ]

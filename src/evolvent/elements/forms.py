@@ -14,6 +14,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +40,11 @@ class Form:
     H: Array
     h: Array
     U0: float
+
+    def energy(self, e: ArrayLike) -> Any:
+        """U of an element with the coordinates e, an analytic function of them (complex steps differentiate it)."""
+        g = products(e)
+        return 0.5 * g @ self.H @ g - self.h @ g + self.U0
 
     def __add__(self, other: Form) -> Form:
         return Form(self.H + other.H, self.h + other.h, self.U0 + other.U0)
@@ -390,6 +396,15 @@ def cable_stretch_form(
     H = membrane.H.copy()
     H[3] += bending.H[3]
     return Form(H, membrane.h, 0.0)
+
+
+def cable_stretch_energy(form: Form, e: ArrayLike) -> Any:
+    """Energy (J) of an element of `cable_stretch_form` with the coordinates e, an analytic function of them."""
+    v = nodal_vectors(e)
+    a, q = form.H[:3, :3] @ v, form.H[:3, 3:] @ v
+    square, turn = np.sum(a * a, axis=1), np.cross(a, q)
+    bent = np.sum(turn * turn, axis=1) / square**2
+    return 0.5 * np.sum(form.H[3, :3] * (np.sqrt(square) - form.h[:3]) ** 2 + form.H[3, 3:] * bent)
 
 
 def _at_rest(H: Array, g0: Array) -> Form:

@@ -47,7 +47,7 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
     dict
         Name of the part -> `Observed`; parts without results of their own (events) are left out.
     """
-    view = View(solution)
+    view = View.of(solution)
     found = {}
     for name in view.assembly.names if parts is None else dict.fromkeys(parts):
         part = view.assembly.parts.get(name)

@@ -67,9 +67,25 @@ def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array
     found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
 
 
+def element_means(part: Any, nodes: Array, *names: str) -> list[Array]:
+    """Means (..., n) over the elements of what `Beam.along` gives, by the three points of their strain."""
+    at, weight = np.polynomial.legendre.leggauss(3)
+    along = part.along(nodes, at=0.5 * (1.0 + at))
+    return [along[name].reshape(*along[name].shape[:-1], -1, 3) @ (0.5 * weight) for name in names]
+
+
 def _observe_axis(part: Any, nodes: Array, found: Observed) -> dict[str, Array]:
-    """Strain, axial force and energy per length at two points of each element."""
+    """Strain, axial force and energy per length at two points of each element.
+
+    Notes
+    -----
+    Strain and force are moved so that the mean of both points is the element's mean: of a slack beam that is bent, the
+    cubic stretches between its points by more than the beam does.
+    """
     along: dict[str, Array] = part.along(nodes)
+    for name, mean in zip(("strain", "force"), element_means(part, nodes, "strain", "force"), strict=True):
+        pairs = along[name].reshape(*mean.shape, 2)
+        along[name] = (pairs + (mean - pairs.mean(axis=-1))[..., None]).reshape(along[name].shape)
     where = "at two points of each element"
     found.along("strain", "section", along["strain"], "1", f"strain of the axis {where}")
     found.along(

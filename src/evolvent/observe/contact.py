@@ -7,6 +7,9 @@ import numpy as np
 from evolvent.observe.variables import Observed
 from evolvent.observe.view import View
 
+#: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
+WINDOW = 0.04
+
 
 def observe_contact(view: View, name: str) -> Observed:
     """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
@@ -17,6 +20,8 @@ def observe_contact(view: View, name: str) -> Observed:
     found.vector("moment", values[:, 3:6], "N m", "moment of the contact on the body about its origin, inertial axes")
     found.scalar("normal_force", values[:, 6], "N", "sum of the normal forces")
     found.scalar("impulse", values[:, 7], "N s", "integral of the normal forces since the start")
+    text = f"mean of the normal force over {100.0 * WINDOW:g} % of the run about each sample, from the impulse"
+    found.scalar("mean_force", mean_rate(view.t, values[:, 7], WINDOW), "N", text)
     found.scalar("points", values[:, 8], "1", "contact points that touch")
     found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
     inside = slice(int(row["first"]), int(row["last"]))
@@ -39,3 +44,11 @@ def observe_contact(view: View, name: str) -> Observed:
     found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
     found.plots = ["normal_force", "points"]
     return found
+
+
+def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:
+    """Mean rate (nt,) of a quantity `total` over a share of the whole time about every sample, less at both ends."""
+    half = 0.5 * share * (t[-1] - t[0])
+    low, high = np.maximum(t - half, t[0]), np.minimum(t + half, t[-1])
+    gained = np.interp(high, t, total) - np.interp(low, t, total)
+    return np.divide(gained, high - low, out=np.zeros(t.size), where=high > low)

@@ -70,6 +70,12 @@ class View:
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
 
+    @classmethod
+    def of(cls, solution: Solution) -> View:
+        """The view of a solution, made once: what it has computed is not computed again."""
+        found: View = solution.__dict__.setdefault("_view", cls(solution))
+        return found
+
     def index(self, name: str) -> int:
         """Index of a part in its family."""
         return int(self.assembly.names[name][1])

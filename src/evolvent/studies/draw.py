@@ -1,4 +1,4 @@
-"""Figures of a study: lines over one key, maps over two, marks over drawn samples; or what the system draws."""
+"""Figures of a study: lines over one key or over time, maps over two, marks over samples; and those of the system."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.figures import Figure as Described
+from evolvent.figures import Line, Panel
 from evolvent.plots import PALETTE, sheet
 from evolvent.results import make_folder, writing
 from evolvent.show import unit_text
@@ -22,8 +23,8 @@ from evolvent.show import unit_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Most outputs that are drawn.
-_MOST = 24
+#: Most outputs that are drawn, and most values of a key whose lines over time can be distinguished.
+_MOST, _LINES = 24, 7
 #: Letters that a line of the title holds.
 _TITLE = 72
 
@@ -36,7 +37,9 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
     InputError
         If the folder cannot be written into.
     """
-    found = of_system(dataset) or figures(dataset)
+    found = of_system(dataset)
+    if not cases.system(dataset.attrs["system"]).study_figures(dataset):
+        found = figures(dataset) | found
     make_folder(folder)
     paths = []
     for name, figure in found.items():
@@ -48,8 +51,8 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
 
 
 def of_system(dataset: xr.Dataset) -> dict[str, Figure]:
-    """The figures that a study's own system has for it; none where it has none for such a study."""
-    found = cases.system(dataset.attrs["system"]).study_figures(dataset)
+    """Figures of variables over time, and those that a study's own system has for it."""
+    found = over_time(dataset) | cases.system(dataset.attrs["system"]).study_figures(dataset)
     return {name: sheet(one) if isinstance(one, Described) else one for name, one in found.items()}
 
 
@@ -97,6 +100,30 @@ def _most_varying(variable: xr.DataArray, shown: list[str]) -> xr.DataArray:
     ranges = (variable.max(shown) - variable.min(shown)).fillna(-1.0)
     at = np.unravel_index(int(np.argmax(ranges.transpose(*rest).values)), [variable.sizes[d] for d in rest])
     return variable.isel({dim: int(k) for dim, k in zip(rest, at, strict=True)})
+
+
+def over_time(dataset: xr.Dataset) -> dict[str, Described]:
+    """Variables that a grid over one key keeps over time, a line for each value; of several entries, the first."""
+    keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
+    if dataset.attrs["sample"] != "grid" or len(keys) != 1 or dataset[keys[0]].size > _LINES:
+        return {}
+    key, found = keys[0], {}
+    for name, variable in dataset.data_vars.items():
+        times = [dim for dim in map(str, variable.dims) if re.fullmatch(r"(.*_)?time", dim)]
+        if key not in variable.dims or len(times) != 1 or variable.dtype.kind != "f":
+            continue
+        drawn = variable.isel({dim: 0 for dim in variable.dims if dim not in (key, times[0])}).transpose(key, times[0])
+        if np.array_equal(drawn.values, np.broadcast_to(drawn.values[:1], drawn.shape), equal_nan=True):
+            continue
+        lines = []
+        for k, (value, y) in enumerate(zip(dataset[key].values, drawn.values, strict=True)):
+            seen = np.isfinite(y)
+            lines.append(Line(x=dataset[times[0]].values[seen], y=y[seen], label=str(value), color=k))
+        own = re.sub(r"\W", "_", str(name))
+        title = f"{own}, for values of {_label(dataset[key])}"
+        panel = Panel(x_label="time, s", y_label=_label(variable), lines=lines, y_zero=True)
+        found[own] = Described(name=own, title=title, panels=[panel], size=(8.0, 4.6))
+    return found
 
 
 def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Figure:

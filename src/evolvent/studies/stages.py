@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from evolvent import cases, results
+from evolvent import cases, results, variables
 from evolvent.errors import InputError, nearest
 from evolvent.schema import shown
 from evolvent.studies import record
@@ -103,6 +103,21 @@ def own_keep(keep: Sequence[str], name: str) -> list[str]:
     return [wanted.partition(".")[2] for wanted in keep if wanted.partition(".")[0] == name]
 
 
+def check_names(keep: Sequence[str], stages: Sequence[Stage], run: xr.DataTree) -> None:
+    """Refuse names of `keep` of which a run of the system has the part or variable, but not what is asked of it.
+
+    Parameters
+    ----------
+    run : the results at the start of a stage; others may have more parts
+    """
+    known = {*variables.parts(run), *map(str, variables.root_dataset(run).variables)}
+    for stage in stages:
+        try:
+            record.check_names([one for one in own_keep(keep, stage.name) if variables.owner(one) in known], run)
+        except InputError as error:
+            raise InputError(f"stage {stage.name!r}: {error}") from None
+
+
 # ------------------------------------------------------------------------------------------------ running
 
 
@@ -128,7 +143,7 @@ def chain(
         If the user ended a run, which is not kept.
     """
     each: dict[str, record.Outcome] = {}
-    variables: dict[str, xr.DataArray] = {}
+    kept: dict[str, xr.DataArray] = {}
     before = ""
     for name, changes in overrides.items():
         path = pathlib.Path(folder) / FOLDER / f"{index:06d}-{name}.nc"
@@ -138,12 +153,12 @@ def chain(
         if keep and not own:
             one = dataclasses.replace(one, variables={})
         each[name] = one
-        variables |= {f"{name}_{key}": _named(values, name) for key, values in one.variables.items()}
+        kept |= {f"{name}_{key}": _named(values, name) for key, values in one.variables.items()}
         if one.status == "failed":
             reason = f"stage {name!r}: {one.reason}"
-            return record.Outcome(index=index, status="failed", reason=reason, variables=variables), each
+            return record.Outcome(index=index, status="failed", reason=reason, variables=kept), each
         before = str(path)
-    return record.Outcome(index=index, status=one.status, variables=variables), each
+    return record.Outcome(index=index, status=one.status, variables=kept), each
 
 
 def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:

@@ -348,8 +348,10 @@ def _checked(study: Study, module: Any) -> Study:
         except InputError as error:
             refused = refused or error
             continue
-        if plan.start is None or found.stages:  # a later stage starts from a run that is not there yet
+        if plan.start is None:
             _check_reductions(found.keep, [stage.name for stage in found.stages])
+        elif found.stages:
+            st.check_names(found.keep, found.stages, plan.start())
         else:
             check_names(found.keep, plan.start())
         return found

@@ -1,4 +1,4 @@
-r"""Wrapped rib: a thin strip is wound round a rigid hub by a drive, is held there, and springs open by its own bending.
+"""Wrapped rib: a thin strip is wound round a rigid hub by a drive, is held there, and springs open by its own bending.
 
 The hub is a cylinder of radius R about z, its middle at the origin. A rib of length L is hinged or clamped at
 (R, 0, 0), several ribs evenly round the hub; it starts straight, pointing outwards, and winds counterclockwise in the
@@ -11,28 +11,86 @@ Theory, and where the paper is in error or silent: docs/systems/wrapped-rib.md.
 Source: Yi, Yuan, Dong, Li (2017), a wrapped-rib antenna's rib wound round its hub.
 """
 
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
 from evolvent.definition import SystemDefinition
-from evolvent.systems.wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib import derived as fields
+from evolvent.systems.wrapped_rib import structure
+from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 from evolvent.systems.wrapped_rib.chart import study_figures
-from evolvent.systems.wrapped_rib.show import figures, motion, numbers
-from evolvent.systems.wrapped_rib.simulate import plan, stepping
-from evolvent.systems.wrapped_rib.start import check_follows
-from evolvent.systems.wrapped_rib.structure import build
+from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
+from evolvent.systems.wrapped_rib.start import Start, check_follows, start
+
+if TYPE_CHECKING:
+    from evolvent.cases import Plan
+    from evolvent.solvers.solution import Solution
+    from evolvent.system import System
+
+#: Interval, of the time in which a string would be wound, in which the tip's largest speed is sought between samples,
+#: and the times in it.
+WHIP, WHIP_SAMPLES = (0.99, 1.05), 2000
 
 
 class WrappedRib(SystemDefinition):
-    """The system `wrapped-rib`."""
+    """The system `wrapped-rib`.
+
+    Attributes
+    ----------
+    begin : Start of the case, read once for each plan; None: `build` finds it
+    """
 
     Case = Case
     start_key = "start"
-    build = staticmethod(build)
-    plan = staticmethod(plan)
-    stepping = staticmethod(stepping)
+    keys = {
+        "until": "solver.duration", "every": "output.every", "law": "contact.law", "damping": "contact.damping",
+        "stiffness_damping": "damping.beta", "rib-*.damping": "damping.kind", "RigidBody.": "hub.",
+    } | {name: f"solver.{name}" for name in ("method", "step", "tolerance", "spectral_radius")}  # fmt: skip
     check_follows = staticmethod(check_follows)
     numbers = staticmethod(numbers)
     figures = staticmethod(figures)
     motion = staticmethod(motion)
     study_figures = staticmethod(study_figures)
+
+    def __init__(self, begin: Start | None = None) -> None:
+        self.begin = begin
+
+    def plan(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> Plan:
+        """As of `SystemDefinition`; a saved run, from which a case starts, is read once."""
+        return SystemDefinition.plan(WrappedRib(start(case)), case, laws=laws)
+
+    def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
+        """The parts of a case."""
+        return structure.build(case, self.begin or start(case))
+
+    def settings(self, case: Any) -> dict[str, Any]:
+        """Arguments of `System.simulate`; no fixed step is cut short for a sample."""
+        solver, step = case.solver, None if case.solver.step == "auto" else float(case.solver.step)
+        every = max(case.output.every, step or 0.0)
+        found = {"until": case.duration, "every": every, "method": solver.method, "step": step}
+        if solver.method == IMPLICIT:
+            found |= {"tolerance": solver.tolerance, "spectral_radius": solver.spectral_radius}
+        return found
+
+    def between(self, case: Any) -> np.ndarray:
+        """Times about the end of winding: the last piece of a rib whips onto the hub within some milliseconds."""
+        string = estimating_string(case) if case.solver.step == "auto" else None
+        if string is None or not math.isfinite(string.end_time):
+            return np.zeros(0)
+        return string.end_time * np.linspace(*WHIP, WHIP_SAMPLES)
+
+    def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
+        """Quantities of the field."""
+        return fields.derived(case, self.begin or start(case), solution)
+
+    def warning(self, case: Any, solution: Solution) -> str:
+        """Warnings about the case and its run."""
+        return fields.warning(case, self.begin or start(case), solution)
 
 
 SYSTEM = WrappedRib()

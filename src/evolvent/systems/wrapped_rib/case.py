@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from evolvent import units
 from evolvent.errors import InputError, nearest
@@ -22,19 +23,19 @@ Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3
 Stiffness = Annotated[
     float | str, units.Quantity(what="a stiffness", unit="N/m", example="1e3 N/m", above=0.0, auto=True)
 ]
-Exponent = Annotated[float, units.Quantity(what="a plain number", unit="", example="1.5", least=1.0, most=4.0)]
-Friction = Annotated[float, units.Quantity(what="a plain number", unit="", example="0.3", least=0.0, most=10.0)]
 Points = Annotated[int, units.Whole(least=1, most=64)]
 #: Strain at the root from which on a case is refused.
 STRAIN_REFUSED = 0.5
-#: Parts of the hub's radius by which a wound rib sinks in, and a bit of rib that falls on the hub, at most, where the
-#: contact's stiffness is left to be found.
+#: Depths, in radii of the hub, to which a wound rib and a piece of it that falls on the hub sink in at most; the
+#: automatic stiffness of the contact follows from them.
 SINKS, FALLS = 1e-4, 1e-3
 #: Most elements of a rib.
 MOST_ELEMENTS = 10_000
-#: Largest step of RK4 for an undamped oscillation, times its frequency in rad/s.
-RK4_LIMIT = 2.8
-
+#: Kinds of drive in each phase, motions of the hub with each kind, and keys of a drive that a kind needs and refuses.
+KINDS = {"wind": ("torque", "hub", "tip"), "hold": ("torque", "hub"), "deploy": ("none", "hub")}
+MOTIONS = dict.fromkeys(("none", "torque"), ("fixed", "free", "spin")) | {"hub": ("driven",), "tip": ("fixed",)}
+NEEDED = {"torque": {"torque": "0.2 N m"}, "hub": {"rate": "0.1 rad/s"}, "tip": {"rate": "0.1 rad/s"}}
+REFUSED = {"torque": ("rate", "stretch"), "hub": ("stretch",), "tip": ("torque",)}
 ElementNumber = Annotated[int, units.Whole(least=1, most=MOST_ELEMENTS)]
 
 
@@ -60,39 +61,31 @@ class Rib(Section):
     young_modulus: units.Modulus = _key(5e6, "E")
     poisson: units.PoissonRatio = _key(0.3, "nu, above -1 and below 0.5; a cable does not use it")
     count: Points = _key(1, "ribs, evenly spaced round the hub")
-    root: Literal["hinge", "clamp"] = _key(
-        "hinge", "hinge: turns freely about the hub's axis; clamp: keeps its direction"
-    )
-    root_stiffness: units.RotationalStiffnessOrZero = _key(
-        0.0, "of a spring in the hinge, at rest in the start direction"
-    )
+    root: Literal["hinge", "clamp"] = _key("hinge", "hinge: turns about the hub's axis; clamp: keeps its direction")
+    root_stiffness: units.RotationalStiffnessOrZero = _key(0.0, "of a spring in the hinge, without moment at the start")
     root_damping: units.RotationalDampingOrZero = _key(0.0, "of a damper in the hinge")
     start_angle: units.Angle = _key(
-        0.0, "of the straight rib from outwards, positive in the winding sense; 90 deg of a carried tip"
+        0.0, "of the straight rib from outwards, in the winding sense; not of a carried tip"
     )
 
-    @model_validator(mode="after")
-    def _check(self) -> Rib:
-        if abs(self.start_angle) > 0.5 * math.pi * (1.0 + 1e-9):
-            raise InputError(
-                f"rib.start_angle is {math.degrees(self.start_angle):.4g} deg; it must be from -90 to 90 deg, beyond "
-                f"which the rib starts inside the hub"
-            )
+    def refusals(self) -> Iterator[str]:
+        """Rules between the keys."""
         thickest = max(self.thickness, self.tip_thickness or 0.0)
+        most = int(self.length / thickest)
+        if abs(self.start_angle) > 0.5 * math.pi * (1.0 + 1e-9):
+            degrees = f"{math.degrees(self.start_angle):.4g} deg"
+            yield f"rib.start_angle is {degrees}; beyond -90 and 90 deg the rib starts inside the hub"
         if self.element_length < thickest:
-            most = int(self.length / thickest)
             allowed = f"rib.elements may be {most} at most" if most else "the rib must be longer"
-            raise InputError(
-                f"rib.length is {self.length:g} m, which makes each of {self.elements} elements "
-                f"{self.element_length:.4g} m long, shorter than its thickness {thickest:g} m; {allowed}"
+            yield (
+                f"rib.length is {self.length:g} m, which makes each of {self.elements} elements shorter than its "
+                f"thickness {thickest:g} m; {allowed}"
             )
         if thickest > self.width:
-            raise InputError(f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them")
-        if self.root == "clamp":
-            for key in ("root_stiffness", "root_damping"):
-                if getattr(self, key) > 0.0:
-                    raise InputError(f"rib.{key} is given, but rib.root is 'clamp', which does not turn; take a hinge")
-        return self
+            yield f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them"
+        for key in ("root_stiffness", "root_damping"):
+            if self.root == "clamp" and getattr(self, key) > 0.0:
+                yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; take a hinge"
 
     @property
     def element_length(self) -> float:
@@ -111,11 +104,6 @@ class Rib(Section):
 
         return Material(young_modulus=self.young_modulus, poisson_ratio=self.poisson, density=self.density)
 
-    def thickness_at(self, share: Any) -> Any:
-        """Thickness at shares of the length from the root, m."""
-        tip = self.thickness if self.tip_thickness is None else self.tip_thickness
-        return self.thickness + share * (tip - self.thickness)
-
     @property
     def profile(self) -> CrossSection:
         """Section of the whole rib."""
@@ -125,6 +113,16 @@ class Rib(Section):
         if self.tip_thickness is None:
             return root
         return Taper(root=root, tip=Rectangle(thickness=self.tip_thickness, width=self.width))
+
+    def thickness_of(self, element: int) -> float:
+        """Thickness in the middle of an element, m."""
+        tip = self.thickness if self.tip_thickness is None else self.tip_thickness
+        return self.thickness + (element + 0.5) / self.elements * (tip - self.thickness)
+
+    @property
+    def thinnest(self) -> int:
+        """Number of the thinnest element, from 0 at the root."""
+        return 0 if self.tip_thickness is None or self.tip_thickness > self.thickness else self.elements - 1
 
     def section(self, element: int) -> CrossSection:
         """Section of an element, counted from 0 at the root."""
@@ -137,62 +135,36 @@ class Hub(Section):
     radius: units.Length = _key(0.6, "of the surface that the ribs wind on")
     height: units.Length = _key(3.0, "along its axis")
     motion: Literal["fixed", "free", "spin", "driven"] = _key(
-        "fixed", "fixed, free in space, free to spin about its axis, or driven about it"
+        "fixed", "spin: free about its axis; driven: turned about it"
     )
     mass: units.Mass | None = _key(None, "without the ribs; needed for motion: free")
     inertia: units.Inertias | None = _key(
-        None, "about every axis, or principal moments; needed for motion: free and spin"
+        None, "about every axis, or principal moments; free, left out: of a solid hub"
     )
-
-    @model_validator(mode="after")
-    def _check(self) -> Hub:
-        if isinstance(self.inertia, tuple):
-            if len(self.inertia) != 3:
-                raise InputError(
-                    f"hub.inertia has {len(self.inertia)} values; it must be one, or three principal moments"
-                )
-            if 2.0 * max(self.inertia) > sum(self.inertia) * (1.0 + 1e-9):
-                raise InputError(
-                    f"hub.inertia is {self.inertia} kg m^2; no body has it: one principal moment exceeds the sum of "
-                    f"the others"
-                )
-        if self.motion == "free" and self.mass is None:
-            raise InputError("hub.mass is missing; a hub with motion 'free' needs it, such as '200 kg'")
-        if self.motion in ("free", "spin") and self.inertia is None:
-            raise InputError(f"hub.inertia is missing; a hub with motion {self.motion!r} needs it, such as '50 kg m^2'")
-        return self
 
 
 class Drive(Section):
     """What winds the rib; the winding sense is counterclockwise about the hub's axis."""
 
     kind: Literal["torque", "hub", "tip"] = _key(
-        "torque",
-        "torque: spread over the rib, about the hub's axis; hub: it turns, the rib is held back; tip: it is carried",
+        "torque", "torque: spread over the rib, about the hub's axis; hub: the hub turns; tip: the tip is carried round"
     )
     torque: Torque | None = _key(None, "on each rib; of kind hub what holds it back, optional")
     rate: units.AngularRate | None = _key(None, "of kinds hub and tip; negative unwinds, in phase deploy")
     ramp: units.DurationOrZero = _key(0.0, "time in which the torque or rate is smoothly reached")
     stretch: Strain = _key(1e-3, "strain with which a carried tip holds the rib taut, of kind tip")
 
-    @model_validator(mode="after")
-    def _check(self) -> Drive:
-        if self.kind == "torque" and self.torque is None:
-            raise InputError("drive.torque is missing; a drive of kind 'torque' needs it, such as '0.2 N m'")
-        if self.kind == "tip" and self.torque is not None:
-            raise InputError(
-                "drive.torque is given, but a drive of kind 'tip' carries the tip at drive.rate; leave it out"
-            )
-        if self.kind == "torque" and self.rate is not None:
-            raise InputError("drive.rate is given, but a drive of kind 'torque' has none; leave it out")
-        if self.kind != "torque":
-            if self.rate is None:
-                raise InputError(f"drive.rate is missing; a drive of kind {self.kind!r} needs it, such as '0.1 rad/s'")
-            if self.rate == 0.0:
-                raise InputError("drive.rate is 0 rad/s; nothing would move, give one such as '0.1 rad/s'")
-        if self.kind != "tip" and self.stretch != type(self).model_fields["stretch"].default:
-            raise InputError(f"drive.stretch is given, but a drive of kind {self.kind!r} has none; it is for kind tip")
-        return self
+    def refusals(self) -> Iterator[str]:
+        """Rules between the keys."""
+        kind = f"a drive of kind {self.kind!r}"
+        for key, example in NEEDED[self.kind].items():
+            if getattr(self, key) is None:
+                yield f"drive.{key} is missing; {kind} needs it, such as {example!r}"
+        for key in REFUSED[self.kind]:
+            if getattr(self, key) != type(self).model_fields[key].default:
+                yield f"drive.{key} is given, but {kind} has none; leave it out"
+        if self.rate == 0.0:
+            yield "drive.rate is 0 rad/s; nothing would move, give one such as '0.1 rad/s'"
 
 
 class Hold(Section):
@@ -206,41 +178,33 @@ class Damping(Section):
 
     alpha: units.RateOrZero = _key(0.2, "times the mass: drag on every motion in inertial space")
     beta: units.DurationOrZero = _key(0.0, "times the stiffness")
-    kind: Literal["objective", "paper"] = _key(
-        "objective", "of beta: objective acts on rates of strain alone; paper's resists rotation too"
-    )
-    elements: Literal["all", "first"] | tuple[ElementNumber, ...] = _key(
-        "all", "that are damped: all, first (at the root), or a list of numbers from 1"
-    )
+    kind: Literal["objective", "paper"] = _key("objective", "of beta: on rates of strain; paper: on rotation as well")
+    elements: Literal["all", "first"] | tuple[ElementNumber, ...] = _key("all", "damped: all, first, or numbers from 1")
 
-    @model_validator(mode="after")
-    def _check(self) -> Damping:
-        if isinstance(self.elements, tuple):
-            if not self.elements:
-                raise InputError("damping.elements is empty; give all, first, or a list of numbers from 1")
-            if len(set(self.elements)) < len(self.elements):
-                raise InputError(f"damping.elements is {list(self.elements)}; it names an element twice")
-        return self
+    def refusals(self) -> Iterator[str]:
+        """Rules between the keys."""
+        if self.elements == ():
+            yield "damping.elements is empty; give all, first, or a list of numbers from 1"
+        if isinstance(self.elements, tuple) and len(set(self.elements)) < len(self.elements):
+            yield f"damping.elements is {list(self.elements)}; it names an element twice"
+        if self.elements != "all" and self.alpha == 0.0 and self.beta == 0.0:
+            yield "damping.elements is given, but damping.alpha and damping.beta are 0; leave it out"
 
 
 class Contact(Section):
     """Contact of the rib's axis with the hub at contact points, force K d^n (penetration d) along the normal."""
 
     law: Literal["paper", "hunt-crossley", "conservative"] = _key(
-        "hunt-crossley",
-        "hunt-crossley: K d^n (1 + a d'), never pulling (Hunt & Crossley 1975); paper: K d^n + c d', which "
-        "jumps at the touch; conservative: K d^n",
+        "hunt-crossley", "hunt-crossley: K d^n (1 + a d'), never pulling; paper: K d^n + c d'; conservative: K d^n"
     )
     stiffness: Stiffness = _key(
-        "auto",
-        "K, of each contact point (1e6 in the paper), per m^(n-1); auto: the wound rib sinks in by 1e-4 of "
-        "the hub's radius at most, a bit of it that springs open and falls back by 1e-3",
+        "auto", "K, of each contact point, per m^(n-1); auto: depths of 1e-4 (wound) and 1e-3 (falling) of the radius"
     )
-    exponent: Exponent = _key(1.0, "n")
+    exponent: units.Exponent = _key(1.0, "n")
     damping: units.DampingOrZero = _key(1e3, "c, of law paper")
     dissipation: units.ContactDampingOrZero = _key(0.5, "a, of law hunt-crossley")
     points: Points = _key(4, "contact points in each element")
-    friction: Friction = _key(0.0, "mu, Coulomb friction with the hub, and between turns")
+    friction: units.NumberOrZero = _key(0.0, "mu, Coulomb friction with the hub, and between turns")
     self: bool = _key(False, "whether turns touch and lie over one another; takes several times as long")
 
 
@@ -251,25 +215,23 @@ class Solver(Section):
         "generalized-alpha", "implicit, or explicit ones of many short steps"
     )
     duration: units.DurationOrAuto = _key(
-        "auto",
-        "auto: wind: until a light string is wound, and a fifth more; hold: hold.time; deploy: the closed form's end",
+        "auto", "auto: wind: 1.2 times as long as a string takes; hold: hold.time; deploy: the closed form's end"
     )
     step: units.DurationOrAuto = _key("auto", "auto: adaptive, or a safe share of the stability limit")
     tolerance: units.Tolerance = _key(3e-4, "relative error of an adaptive step")
     spectral_radius: units.Fraction = _key(0.3, "of generalized-alpha: 1 keeps high frequencies, 0 damps them")
 
-    @model_validator(mode="after")
-    def _check(self) -> Solver:
+    def refusals(self) -> Iterator[str]:
+        """Rules between the keys."""
         if self.step != "auto" and self.duration != "auto" and float(self.step) > float(self.duration):
-            raise InputError(f"solver.step is {self.step:g} s, more than solver.duration {self.duration:g} s")
-        return self
+            yield f"solver.step is {self.step:g} s, more than solver.duration {self.duration:g} s"
 
 
 class Output(Section):
     """What is kept."""
 
     every: units.Duration = _key(0.5, "time between samples")
-    points: Points = _key(4, "of each element at which shape, curvature and tension are kept")
+    points: Points = _key(4, "of each element at which shape and curvature are drawn")
 
 
 class Case(Section):
@@ -280,9 +242,7 @@ class Case(Section):
         ..., "wind: the drive winds the rib; hold: it holds the wound rib; deploy: the rib springs open"
     )
     start: str = _key(
-        "auto",
-        "auto: straight in phase wind, else wound; wound: on the hub, without stretch; or a saved run, "
-        "run.nc, whose last sample is taken",
+        "auto", "straight, or wound on the hub without stretch; auto: by the phase; or a saved run, run.nc, at its end"
     )
     rib: Rib = Rib()
     hub: Hub = Hub()
@@ -293,123 +253,67 @@ class Case(Section):
     solver: Solver = Solver()
     output: Output = Output()
 
-    @model_validator(mode="after")
-    def _check(self) -> Case:
-        self._check_phase()
-        self._check_drive()
-        self._check_geometry()
-        self._check_step()
-        return self
+    def refusals(self) -> Iterator[str]:
+        """Rules between the sections."""
+        for rules in (self._refused_phase, self._refused_drive, self._refused_geometry):
+            yield from rules()
 
-    def _check_phase(self) -> None:
-        if self.start not in ("auto", "straight", "wound") and not self.start.endswith(".nc"):
-            guess = nearest(self.start, ("auto", "straight", "wound"))
-            raise InputError(f"start is {self.start!r}; it must be auto, straight, wound or a saved run *.nc; {guess}")
-        if self.start == "wound" and self.phase == "wind":
-            raise InputError("start is 'wound', but phase is 'wind'; leave start out, or take phase hold or deploy")
-        if self.start == "straight" and self.phase != "wind":
-            raise InputError(f"start is 'straight', but phase {self.phase!r} starts from a wound rib; leave start out")
+    def _refused_phase(self) -> Iterator[str]:
+        phase, hold, duration = self.phase, self.hold, self.solver.duration
+        starts = ("auto", "straight" if phase == "wind" else "wound")
+        if self.start not in starts and not self.start.endswith(".nc"):
+            allowed = f"phase {phase!r} starts from {' or '.join(starts)}, or from a saved run *.nc"
+            yield f"start is {self.start!r}; {allowed}; {nearest(self.start, starts)}"
         if self.begins != "straight" and self.rib.start_angle != 0.0:
-            raise InputError("rib.start_angle is given, but the rib does not start straight; leave it out")
-        if self.phase == "hold":
-            if self.hold is None:
-                raise InputError("hold is missing; phase 'hold' needs it, such as {time: 60 s}")
-            if self.solver.duration not in ("auto", self.hold.time):
-                raise InputError(
-                    f"solver.duration is {self.solver.duration:g} s, but hold.time is {self.hold.time:g} s; leave "
-                    f"solver.duration out"
-                )
-        elif self.hold is not None:
-            raise InputError(f"hold is given, but phase is {self.phase!r}; leave it out, or take phase hold")
+            yield "rib.start_angle is given, but the rib does not start straight; leave it out"
+        if phase == "hold" and hold is None:
+            yield "hold is missing; phase 'hold' needs it, such as {time: 60 s}"
+        if phase != "hold" and hold is not None:
+            yield f"hold is given, but phase is {phase!r}; leave it out, or take phase hold"
+        if hold is not None and duration not in ("auto", hold.time):
+            yield f"solver.duration is {duration:g} s, but hold.time is {hold.time:g} s; leave solver.duration out"
 
-    def _check_drive(self) -> None:
-        drive, motion = self.drive, self.hub.motion
+    def _refused_drive(self) -> Iterator[str]:
+        drive, motion, phase = self.drive, self.hub.motion, self.phase
+        kind = "none" if drive is None else drive.kind
+        if drive is None and phase != "deploy":
+            yield f"drive is missing; phase {phase!r} needs it, such as {{kind: torque, torque: 0.2 N m}}"
+        if kind not in KINDS[phase]:
+            yield f"drive.kind is {kind!r}; in phase {phase!r} it must be {' or '.join(KINDS[phase])}"
+        if motion not in MOTIONS[kind]:
+            yield f"hub.motion is {motion!r}; with drive.kind {kind!r} it must be {' or '.join(MOTIONS[kind])}"
         if drive is None:
-            if self.phase != "deploy":
-                raise InputError(
-                    f"drive is missing; phase {self.phase!r} needs it, such as {{kind: torque, torque: 0.2 N m}}"
-                )
-            if motion == "driven":
-                raise InputError(
-                    "hub.motion is 'driven', but drive is missing; give it, such as {kind: hub, rate: ...}"
-                )
             return
-        if self.phase == "deploy" and drive.kind != "hub":
-            raise InputError(
-                f"drive.kind is {drive.kind!r}, but in phase 'deploy' the rib opens by itself; leave drive out"
+        if phase != "deploy" and drive.rate is not None and drive.rate < 0.0:
+            yield f"drive.rate is {drive.rate:g} rad/s; phase {phase!r} needs one above 0 rad/s"
+        strain = 0.0 if drive.torque is None else reference.root_strain(self.strip, drive.torque)
+        if drive.torque is not None and strain >= STRAIN_REFUSED:
+            yield (
+                f"drive.torque is {drive.torque:g} N m, which strains the wound rib's root by {100.0 * strain:.3g} %; "
+                f"it must be below {STRAIN_REFUSED * drive.torque / strain:.3g} N m"
             )
-        if self.phase == "hold" and drive.kind == "tip":
-            raise InputError("drive.kind is 'tip', but phase 'hold' holds the rib by a torque; take kind torque")
-        if drive.kind == "hub" and motion != "driven":
-            raise InputError(f"hub.motion is {motion!r}, but drive.kind 'hub' turns the hub; it must be 'driven'")
-        if drive.kind != "hub" and motion == "driven":
-            raise InputError(f"hub.motion is 'driven', but drive.kind is {drive.kind!r}; take drive.kind hub")
-        if drive.kind == "tip" and motion != "fixed":
-            raise InputError(
-                f"hub.motion is {motion!r}, but a carried tip goes round a hub at rest; it must be 'fixed'"
-            )
-        if self.phase != "deploy" and drive.rate is not None and drive.rate < 0.0:
-            raise InputError(f"drive.rate is {drive.rate:g} rad/s; phase {self.phase!r} needs one above 0 rad/s")
-        if drive.torque is not None:
-            strain = reference.root_strain(self.strip, drive.torque)
-            if strain >= STRAIN_REFUSED:
-                most = STRAIN_REFUSED * drive.torque / strain
-                raise InputError(
-                    f"drive.torque is {drive.torque:g} N m, which stretches the wound rib's root by "
-                    f"{100.0 * strain:.3g} % and tears it; it must be below {most:.3g} N m"
-                )
 
-    def _check_geometry(self) -> None:
-        if self.rib.width > self.hub.height:
-            raise InputError(f"rib.width is {self.rib.width:g} m, more than hub.height {self.hub.height:g} m")
-        angle = self.rib.element_length / self.hub.radius
+    def _refused_geometry(self) -> Iterator[str]:
+        rib, R, contact, numbers = self.rib, self.hub.radius, self.contact, self.damping.elements
+        if rib.width > self.hub.height:
+            yield f"rib.width is {rib.width:g} m, more than hub.height {self.hub.height:g} m"
+        angle, least = rib.element_length / R, math.ceil(rib.length / (math.pi * R) - 1e-9)
         if angle > math.pi:
-            least = math.ceil(self.rib.length / (math.pi * self.hub.radius) - 1e-9)
-            allowed = f"it must be {least} or more"
-            if least > MOST_ELEMENTS:
-                allowed = (
-                    f"even {MOST_ELEMENTS} bear a rib of {MOST_ELEMENTS * math.pi * self.hub.radius:.4g} m at most; "
-                    f"look at rib.length, {self.rib.length:g} m, and hub.radius, {self.hub.radius:g} m"
-                )
-            raise InputError(
-                f"rib.elements is {self.rib.elements}, of which each would go {math.degrees(angle):.4g} deg round the "
-                f"hub; {allowed}"
+            most = f"even with {MOST_ELEMENTS} of them rib.length is {MOST_ELEMENTS * math.pi * R:.4g} m at most"
+            yield (
+                f"rib.elements is {rib.elements}, of which each would span {math.degrees(angle):.4g} deg of the hub; "
+                + (f"it must be {least} or more" if least <= MOST_ELEMENTS else most)
             )
-        if self.contact_spacing >= 2.0 * self.hub.radius:
-            least = int(self.rib.length / (self.rib.elements * 2.0 * self.hub.radius)) + 1
-            raise InputError(
-                f"contact.points is {self.contact.points}, contact points {self.contact_spacing:.4g} m apart; "
-                f"the rib would pass between them through the hub, {2.0 * self.hub.radius:.4g} m across; it must be "
-                f"{least} or more"
+        if self.contact_spacing >= 2.0 * R:
+            yield (
+                f"contact.points is {contact.points}, contact points {self.contact_spacing:.4g} m apart, between which "
+                f"the rib would pass through the hub, {2.0 * R:.4g} m across; it must be "
+                f"{int(rib.length / (rib.elements * 2.0 * R)) + 1} or more"
             )
-        if self.contact.self and self.contact.law == "conservative":
-            raise InputError(
-                "contact.law is 'conservative', which contact of the turns does not know; take hunt-crossley, or "
-                "contact.self: false"
-            )
-        if isinstance(self.damping.elements, tuple) and max(self.damping.elements) > self.rib.elements:
-            raise InputError(
-                f"damping.elements names element {max(self.damping.elements)}, but rib.elements is {self.rib.elements}"
-            )
-        if self.damping.beta > 0.0 and self.damping.kind == "paper" and self.rib.formulation == "cable_stretch":
-            raise InputError(
-                "damping.kind is 'paper', but rib.formulation 'cable_stretch' has the objective one only; take damping."
-                "kind: objective, or rib.formulation: cable"
-            )
-        if self.damping.alpha > 0.0 or self.damping.beta > 0.0:
-            return
-        if self.damping.elements != "all":
-            raise InputError("damping.elements is given, but damping.alpha and damping.beta are 0; leave it out")
-
-    def _check_step(self) -> None:
-        if self.solver.method != "rk4" or self.solver.step == "auto":
-            return
-        most = RK4_LIMIT / self.contact_frequency
-        if float(self.solver.step) > most:
-            raise InputError(
-                f"solver.step is {self.solver.step:g} s, too large for the contact, which rk4 bears up to {most:.3g} "
-                f"s; take step: auto, or a smaller contact.stiffness"
-            )
+        if contact.self and contact.law == "conservative":
+            yield "contact.law is 'conservative', which contact.self does not support; take hunt-crossley"
+        if isinstance(numbers, tuple) and max(numbers) > rib.elements:
+            yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
 
     @property
     def contact_spacing(self) -> float:
@@ -465,8 +369,7 @@ class Case(Section):
         contact, strip, drive = self.contact, self.strip, self.drive
         if contact.stiffness != "auto":
             return float(contact.stiffness)
-        R, n = strip.radius, contact.exponent
-        spacing = self.contact_spacing
+        R, n, spacing = strip.radius, contact.exponent, self.contact_spacing
         pull = strip.bending_stiffness / R**2
         if drive is not None and drive.torque is not None:
             pull += drive.torque / R
@@ -483,28 +386,22 @@ class Case(Section):
 
     @property
     def penalty(self) -> tuple[float, float]:
-        """Stiffness of what holds a root under explicit methods: of its place (N/m) and of its direction (N m).
+        """Stiffness of the penalties of a root under explicit methods: place (N/m) and direction (N m).
 
-        As a quarter of an element's length would stretch, and a tenth of what the element's slopes feel: so it gives
-        little way, and is about as fast as the element itself.
+        That of a quarter of an element, and a tenth of that of its slopes: about as fast as the element itself.
         """
         EA, length = self.strip.axial_stiffness, self.rib.element_length
         return 4.0 * EA / length, 0.1 * EA * length
 
     @property
     def contact_frequency(self) -> float:
-        """Frequency at which one contact point, with its share of the rib's mass, would bounce on the hub, rad/s.
-
-        Of a law that is not linear, at a penetration of the rib's thickness.
-        """
-        rib, contact = self.rib, self.contact
-        mass = self.strip.line_density * self.contact_spacing
-        stiffness = contact.exponent * self.contact_stiffness * rib.thickness ** (contact.exponent - 1.0)
-        return math.sqrt(stiffness / mass)
+        """Frequency of a contact point with its share of the mass on the hub, rad/s, at a depth of the thickness."""
+        n, mass = self.contact.exponent, self.strip.line_density * self.contact_spacing
+        return math.sqrt(n * self.contact_stiffness * self.rib.thickness ** (n - 1.0) / mass)
 
     @property
     def string(self) -> reference.Winding:
-        """A light string under the drive's torque."""
+        """A string without bending stiffness under the drive's torque."""
         assert self.drive is not None
         assert self.drive.torque is not None
         return reference.string_winding(
@@ -524,8 +421,8 @@ class Case(Section):
             motion = self.string
             if not math.isfinite(motion.end_time):
                 raise InputError(
-                    f"solver.duration is auto, but under drive.torque {drive.torque:g} N m a light string is not wound "
-                    f"within {motion.time[-1]:.3g} s; give it, such as '60 s', or a greater torque"
+                    f"solver.duration is auto, but drive.torque {drive.torque:g} N m does not wind a string without "
+                    f"bending stiffness within {motion.time[-1]:.3g} s; give it, such as '60 s', or a greater torque"
                 )
             return 1.2 * motion.end_time + drive.ramp
         if drive is not None and drive.rate is not None:

@@ -1,4 +1,4 @@
-r"""Closed forms and small models of a rib round a hub, to judge runs by; independent of elements and solvers.
+r"""Closed forms and small models of a rib round a hub, to compare runs with; independent of elements and solvers.
 
 The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
 EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
@@ -21,16 +21,9 @@ Rates = Callable[[float, Array], list[float]]
 
 
 class Strip(NamedTuple):
-    """What the closed forms need of a rib and its hub.
+    """A rib and its hub: R (m), L (m), m (kg/m), EI (N m2), EA (N), and k, thickness of the tip over that of the root.
 
-    Attributes
-    ----------
-    radius : float, m, R of the hub
-    length : float, m, L
-    line_density : float, kg/m, m
-    bending_stiffness : float, N m2, EI
-    axial_stiffness : float, N, EA
-    taper : float, k, thickness of the tip over that of the root, linear between; m, EI and EA are the means over L
+    The thickness is linear between both; m, EI and EA are the means over L.
     """
 
     radius: float
@@ -41,29 +34,22 @@ class Strip(NamedTuple):
     taper: float = 1.0
 
 
-#: Share of the length at which the winding of a light string ends; below 1, where its speed has no bound.
+#: Share of the length at which the winding of a string ends; below 1, where its speed has no bound.
 WOUND = 0.98
 #: Mass damping above which the string's equations are stiff, 1/s.
 STIFF = 2.0
 
 
-# ------------------------------------------------------------------------------------------------ winding
-
-
 class Winding(NamedTuple):
-    """Motion of a light string that is wound by a field torque.
+    """Motion of a string that is wound by a field torque.
 
     Attributes
     ----------
-    time : (nt,) float, s
-    swing : (nt,) float, rad, of the straight string about its hinge from outwards, at most pi/2 (tangent)
-    wrap : (nt,) float, rad, of the hub that the string covers
+    time, tip_speed : (nt,) float, s and m/s
+    swing, wrap : (nt,) float, rad, of the straight string about its hinge from outwards, at most pi/2 (tangent); of the
+        hub that the string covers
     rate : (nt,) float, rad/s, of `swing`, then of `wrap`
-    tip_speed : (nt,) float, m/s
-    kinetic : (nt,) float, J
-    work : (nt,) float, J, that the field torque has done
-    drag : (nt,) float, J, that the mass damping has taken
-    tangent_time : float, s, when the string lies along the hub's tangent; infinite if it never does
+    kinetic, work, drag : (nt,) float, J, kinetic energy, work of the field torque and loss by mass damping
     end_time : float, s, when the share `WOUND` of the length is wound; infinite if `longest` comes first
     """
 
@@ -75,7 +61,6 @@ class Winding(NamedTuple):
     kinetic: Array
     work: Array
     drag: Array
-    tangent_time: float
     end_time: float
 
 
@@ -93,13 +78,10 @@ def string_winding(
 
     Parameters
     ----------
-    rib : Strip
-    torque : float, N m, T
-    alpha : float, 1/s, damping proportional to mass
+    torque, alpha : float, N m and 1/s, T and the damping proportional to mass
     damped : sequence of (from, to), m, arc lengths of what is damped; all if left out
     start_angle : float, rad, from outwards, at which it starts from rest, positive in the winding sense
-    samples : int, times at which the motion is given
-    longest : float, s, time after which it ends anyway
+    samples, longest : int, times at which the motion is given; float, s, time after which it ends anyway
 
     Notes
     -----
@@ -113,18 +95,14 @@ def string_winding(
 
         ph'' = 3 R ph'^2 / (2 l) + c - alpha d ph',   c = T / (m (R^2 L + l^3/3))
 
-    where d is the share of int s^2 ds over the tail that is damped, 1 of a whole one. Field and drag on all of it keep
-    the tail straight; drag on a part bends it, so that this is an estimate then. The tip's speed l ph' grows as
-    l^(-1/2) at the end: the whip of the last bit, which no mesh resolves. Strong damping makes the equations stiff, for
-    which an implicit method is taken.
+    where d is the damped share of int s^2 ds over the tail. Field and drag on all of it keep the tail straight; drag on
+    a part bends it, so that this is an estimate then. The tip's speed l ph' grows as l^(-1/2) at the end: the whip of
+    the last piece, which no mesh resolves. Strong damping makes the equations stiff: an implicit method is taken.
     """
     from scipy.integrate import solve_ivp
 
     R, L, m = rib.radius, rib.length, rib.line_density
     quarter = 0.5 * math.pi
-
-    def tangent(_: float, y: Array) -> float:
-        return float(y[0] - quarter)
 
     def wound(_: float, y: Array) -> float:
         return float(R * (y[0] - quarter) - WOUND * L)
@@ -132,8 +110,7 @@ def string_winding(
     wound.terminal = True  # type: ignore[attr-defined]
     method = {"method": "DOP853", "rtol": 1e-11} if alpha < STIFF else {"method": "Radau", "rtol": 1e-9}
     rates, begin = _string_rates(rib, torque, alpha, damped), [start_angle, 0.0, 0.0, 0.0]
-    found = solve_ivp(rates, (0.0, longest), begin, events=[tangent, wound], atol=1e-13, dense_output=True, **method)
-    passed = [0.0] if start_angle >= quarter else [*found.t_events[0], math.inf]
+    found = solve_ivp(rates, (0.0, longest), begin, events=wound, atol=1e-13, dense_output=True, **method)
     time = np.linspace(0.0, float(found.t[-1]), samples)
     turn, rate, work, drag = found.sol(time)
     wrap = np.maximum(turn - quarter, 0.0)
@@ -147,7 +124,6 @@ def string_winding(
         kinetic=m * tail**3 * rate**2 / 6.0,
         work=work,
         drag=drag,
-        tangent_time=float(passed[0]),
         end_time=float(found.t[-1]) if found.status == 1 else math.inf,
     )
 
@@ -157,7 +133,7 @@ def _string_rates(rib: Strip, torque: float, alpha: float, damped: Sequence[tupl
     R, L, m = rib.radius, rib.length, rib.line_density
 
     def decay_of(wound: float) -> float:
-        """Rate of decay alpha d of a straight tail whose end at the hub is the arc length `wound`."""
+        """Rate of decay alpha d of a straight tail from the arc length `wound` on."""
         if damped is None or wound >= L:
             return alpha
         own = sum(max(b - wound, 0.0) ** 3 - max(a - wound, 0.0) ** 3 for a, b in damped)
@@ -181,11 +157,8 @@ def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * ma
 
     Parameters
     ----------
-    rib : Strip
     arc : (k,) float, m, from the root
-    wrap : float, rad, of the hub that it covers
-    swing : float, rad, of the tail from outwards; pi/2 along the tangent
-    at : float, rad, place of the root on the hub
+    wrap, swing, at : float, rad, of the hub that it covers; of the tail from outwards; place of the root on the hub
 
     Returns
     -------
@@ -196,9 +169,6 @@ def string_shape(rib: Strip, arc: Array, *, wrap: float, swing: float = 0.5 * ma
     tail = np.asarray(arc) - R * turn
     place, along = at + turn, at + turn + swing
     return np.stack([R * np.cos(place) + tail * np.cos(along), R * np.sin(place) + tail * np.sin(along)], axis=-1)
-
-
-# ------------------------------------------------------------------------------------------------ wound and held
 
 
 def wound_tension(rib: Strip, torque: float, arc: Array) -> Array:
@@ -250,18 +220,14 @@ def membrane_energy(rib: Strip, torque: float) -> float:
     return torque**2 * rib.length / (6.0 * rib.radius**2 * rib.axial_stiffness)
 
 
-# ------------------------------------------------------------------------------------------------ deployment
-
-
 def deployment_speed(rib: Strip) -> float:
     """Speed of the tip while the rib unwinds by its own bending, m/s: v = sqrt(3 EI / m) / R.
 
     Notes
     -----
     Derived here. The free tail of length l is straight and turns at v/l about the point of tangency: its kinetic
-    energy m l^3 (v/l)^2 / 6 is the bending energy that it has given, EI l / (2 R^2), whatever l is. No damping, no
-    stretch, no inertia in what is wound. It is the limit of a tail that is long beside R: what is neglected is of the
-    order of R/l, for the tail leaves the hub bent (`peel`).
+    energy m l^3 (v/l)^2 / 6 is the bending energy that it has released, EI l / (2 R^2), whatever l is. No damping, no
+    stretch. The limit of a tail that is long beside R: the tail leaves the hub bent (`peel`), an error of order R/l.
     """
     return math.sqrt(3.0 * rib.bending_stiffness / rib.line_density) / rib.radius
 

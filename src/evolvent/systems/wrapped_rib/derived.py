@@ -1,0 +1,112 @@
+"""Quantities of the field, from the motion of ribs and hub, and warnings about a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evolvent.systems.wrapped_rib import advice
+from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.start import Start
+
+if TYPE_CHECKING:
+    from evolvent.solvers.solution import Solution
+
+Array = np.ndarray
+#: Pivot, over the largest entry of its column, below which a run warns.
+PIVOT_WARNED = 1e-13
+#: Share of the energy that the method itself may dissipate, or add, without a warning.
+NUMERICAL_WARNED, GAIN_WARNED = 0.05, 1e-3
+#: Points of each element along which the angle that a rib covers is followed.
+FOLLOWED = 8
+
+
+def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    """Wound angle and radius of the tips, their largest speeds, angle and torque of the hub, and the end state."""
+    from evolvent.drawing import smooth
+    from evolvent.observe import View
+    from evolvent.observe.lumped import attitude
+    from evolvent.observe.variables import turned_back, unwrapped
+
+    view, count, length = View.of(solution), case.rib.count, case.rib.element_length
+    ribs = [view.nodes(view.index(f"rib-{k + 1}")) for k in range(count)]
+    speed = np.stack([np.linalg.norm(rates[:, -1, 0], axis=-1) for _, rates in ribs], axis=1)
+    fastest = np.argmax(speed, axis=0)
+    hub, index = view.pose(view.index("hub")), view.index("hub")
+    lines = np.stack([smooth(x[:, :, 0], x[:, :, 1], length, FOLLOWED) for x, _ in ribs], axis=1)
+    path = np.einsum("tji,tbnj->tbni", hub.R, lines - hub.x[:, None, None])  # in the hub's axes
+    q, rate = attitude(view, view.model.bodies[index]), turned_back(hub.R, hub.w)
+    angle = unwrapped(solution.t, 2.0 * np.arctan2(q[:, 3], q[:, 0]), rate[:, 2])
+    torque = turned_back(hub.R, solution.wrenches[:, index, 3:6])
+    if case.hub.motion == "free":  # whose wrench holds the gyroscopic torque as well
+        torque = torque + np.cross(rate, rate @ view.model.bodies[index]["inertia"])
+    per_rib, node = ("time", "rib"), ("rib", "node", "vector", "axis")
+    return {
+        "rib": (("rib",), np.arange(1, count + 1), "1", "rib"),
+        "tip_radius": (per_rib, np.hypot(path[..., -1, 0], path[..., -1, 1]), "m", "distance of the tip from the "
+                       "hub's axis"),
+        "wrap_angle": (per_rib, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
+                       "negative in the other sense"),
+        "tip_speed_peak": (("rib",), speed[fastest, np.arange(count)], "m s-1", "largest speed of the tip, between "
+                           "samples too"),
+        "tip_speed_peak_time": (("rib",), solution.t[fastest], "s", "time of the largest speed of the tip"),
+        "hub_torque": (("time",), torque[:, 2], "N m", "torque of the ribs on the hub about its axis"),
+        "hub_angle": (("time",), angle, "rad", "angle of the hub about its axis, over any number of turns"),
+        "end_coordinates": (node, np.stack([x[-1] for x, _ in ribs]), "1", "nodes at the end: positions (m), slopes "
+                            "(1)"),
+        "end_velocities": (node, np.stack([v[-1] for _, v in ribs]), "s-1", "rates of the nodes at the end"),
+        "hinge_rest": (("rib",), begin.rest, "rad", "direction without moment of a spring in the root's hinge, from "
+                       "outwards"),
+    }  # fmt: skip
+
+
+def _wrap_angle(path: Array, radius: float) -> Array:
+    """Angle of the hub that each rib covers, rad; `path` (nt, ribs, n, 3) in the hub's axes.
+
+    Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
+    acos(R/r) of its distance r; negative where the rib lies the other way round.
+    """
+    angle = np.unwrap(np.arctan2(path[..., 1], path[..., 0]), axis=-1)
+    tip = np.maximum(np.hypot(path[..., -1, 0], path[..., -1, 1]), radius)
+    turned = angle[..., -1] - angle[..., 0]
+    found: Array = np.sign(turned) * np.clip(np.abs(turned) - np.arccos(radius / tip), 0.0, None)
+    return found
+
+
+def warning(case: Case, begin: Start, solution: Solution) -> str:
+    """Warnings about a case and its run, sentences joined by semicolons."""
+    from evolvent.observe import View
+    from evolvent.observe.beams import element_means
+    from evolvent.solvers import balance as eb
+
+    view, t = View.of(solution), solution.t
+    found = [begin.warning, *advice.warnings(case)]
+    names = [f"rib-{k + 1}" for k in range(case.rib.count)]
+    strains = [element_means(view.part(name), view.nodes(view.index(name))[0], "strain")[0] for name in names]
+    strain = np.abs(strains).max(axis=(0, 2))
+    if strain.max() > advice.STRAIN_WARNED:
+        at = f"at t = {t[np.argmax(strain)]:.6g} s"
+        found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {advice.BEYOND}")
+    hubs = [view.model.flexible.cylinders[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
+    gaps = np.concatenate([view.contacts[1][:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
+    gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)
+    if gap.min() < -advice.SUNK_WARNED * case.hub.radius:
+        sunk = f"the rib sank {-gap.min():.3g} m into the hub at t = {t[np.argmin(gap)]:.6g} s"
+        found.append(f"{sunk}; take a greater contact.stiffness, or auto")
+    pivot = solution.statistics.get("smallest_pivot", 1.0)
+    if pivot < PIVOT_WARNED:
+        found.append(
+            f"the equations were nearly singular in some step (smallest pivot {pivot:.2g}, round-off from 1e-16); "
+            f"results that depend on it may be wrong"
+        )
+    largest = max(float(solution.energy.max()), float(np.abs(eb.work(solution.balance)).max()), 1e-300)
+    gained, lost = solution.energy_defect.max() / largest, -solution.energy_defect.min() / largest
+    smaller = "solver.tolerance or solver.step" if case.solver.method == IMPLICIT else "solver.step"
+    if gained > GAIN_WARNED:
+        found.append(f"the method itself has added {100.0 * gained:.2g} % of the energy; take a smaller {smaller}")
+    if lost > NUMERICAL_WARNED:
+        radius = ", or a higher solver.spectral_radius" if case.solver.method == IMPLICIT else ""
+        text = f"the method itself has dissipated {100.0 * lost:.2g} % of the energy"
+        found.append(f"{text}; take a smaller {smaller}{radius}")
+    return "; ".join(text for text in found if text)
