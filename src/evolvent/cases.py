@@ -405,7 +405,9 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
 def _kind(content: Mapping[str, Any]) -> type[Section]:
     """The model of a case's system."""
     if "system" not in content:
-        raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
+        raise InputError(
+            f"the key 'system' is missing; known: {', '.join(systems())}; a case with the key 'parts' needs none"
+        )
     if not isinstance(content["system"], str):
         raise InputError(f"system is {shown(content['system'])}; known: {', '.join(systems())}")
     kind: type[Section] = system(content["system"]).Case
@@ -413,7 +415,18 @@ def _kind(content: Mapping[str, Any]) -> type[Section]:
 
 
 def _content(case: Any) -> dict[str, Any]:
-    """Content of a case as nested dicts that may be changed."""
+    """Content of a case as nested dicts that may be changed; one of parts without a key `system` is a structure."""
+    content = _as_written(case)
+    return {"system": "structure", **content} if is_structure(content) and "system" not in content else content
+
+
+def is_structure(content: Mapping[str, Any]) -> bool:
+    """Whether the content of a file is a case of the system `structure`, which needs no key `system`."""
+    return content.get("system", "structure") == "structure" and "parts" in content
+
+
+def _as_written(case: Any) -> dict[str, Any]:
+    """Content of a case as nested dicts that may be changed, with the keys that stand in it."""
     if isinstance(case, (Section, Mapping)):
         return copied(case.model_dump() if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):

@@ -89,7 +89,7 @@ class System:
         Raises
         ------
         InputError
-            If a part refers to one that is not there, parts refer to one another in a circle, or the start breaks a
+            If a part refers to one that is not there, parts refer to one another in a cycle, or the start breaks a
             constraint.
         """
         builder = Builder(self._gravity)
@@ -307,8 +307,13 @@ class System:
 
         def visit(name: str) -> None:
             if name in path:
-                circle = " -> ".join([*path[path.index(name) :], name])
-                raise InputError(f"the parts {circle} refer to one another in a circle; one of them must come first")
+                cycle = [*path[path.index(name) :], name]
+                if len(cycle) == 2:
+                    raise InputError(f"{name!r} refers to itself; it must refer to another part")
+                raise InputError(
+                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must refer "
+                    f"to another part, or to none"
+                )
             if name in found:
                 return
             path.append(name)

@@ -16,6 +16,7 @@ from scipy.optimize import brentq, least_squares
 import evolvent as ev
 from book import Book
 from evolvent import cases, plots
+from evolvent.references import OF_THE_RUN
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 
@@ -315,7 +316,14 @@ BAD = {
     ),
     "a circle of references": (
         "  one: {kind: point, mass: 1 kg, at: two}\n  two: {kind: point, mass: 1 kg, at: one}\n",
-        "the parts one -> two -> one refer to one another in a circle",
+        "the parts 'one' -> 'two' -> 'one' refer to one another in a cycle",
+    ),
+    "a part that refers to itself": (
+        "  one: {kind: point, mass: 1 kg, at: one}\n", "'one' refers to itself; it must refer to another part",
+    ),
+    "the name of a result of the run": (
+        "  energy: {kind: point, mass: 1 kg}\n",
+        "the name of a part is 'energy', which is a result of the whole run; take another",
     ),
     "two parts of one name": (BOB + BOB, "the key 'bob' stands twice"),
     "no parts": ("", "parts is empty"),
@@ -343,6 +351,26 @@ def test_bad_input_is_one_line_that_names_the_part(
     assert len(err.splitlines()) == 1, err
     assert words in err
     assert "Traceback" not in err
+
+
+def test_a_case_of_parts_needs_no_key_system(call: Callable[..., tuple[int, str, str]], tmp_path: Any) -> None:
+    text = HEAD.partition("\n")[2] + BOB
+    (tmp_path / "bare.yaml").write_text(text)
+    code, out, err = call("run", "bare.yaml", "--no-figures", "--set", "parts.bob.velocity=[1, 0, 0 m/s]")
+    assert (code, err) == (0, "")
+    assert "bob.position" in out
+    system = ev.load(cases.parse_yaml(text, "bare"))
+    assert list(system.parts) == ["bob"]
+    code, _, err = call("modes", "bare.yaml", "--set", "sytem=structure")
+    assert (code, err.strip()) == (2, "evolvent: unknown key 'sytem'; did you mean 'system'?")
+    (tmp_path / "neither.yaml").write_text("simulate: {until: 1 s}\n")
+    code, _, err = call("run", "neither.yaml")
+    assert code == 2
+    assert "the key 'system' is missing" in err
+
+
+def test_names_of_results_of_the_run_are_those_that_no_part_takes() -> None:
+    assert set(run("yo-yo-despin").to_dataset().variables) == OF_THE_RUN
 
 
 def test_a_method_that_does_not_support_a_part_names_it(call: Callable[..., tuple[int, str, str]]) -> None:

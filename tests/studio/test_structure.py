@@ -204,7 +204,7 @@ def test_why_there_is_no_start_is_one_sentence(studio):
     content = {"system": "structure", "parts": {"push": {"kind": "force", "at": [0, 0, 0], "force": [0, 0, 1]}}}
     with pytest.raises(InputError):
         studio.start(content)
-    with pytest.raises(InputError, match="no part that can be drawn"):
+    with pytest.raises(InputError, match="parts is empty"):
         studio.start({"system": "structure", "parts": {}})
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.observe.variables import Observed, cross, dot, norm, turned
 from evolvent.observe.view import View
+from evolvent.references import FROM_TIP
 from evolvent.solvers.sampled import angular_momentum as sums_about_origin
 
 Array = np.ndarray
@@ -57,7 +58,7 @@ def observe_thread(view: View, name: str) -> Observed:
     found.vector("momentum", sums[:, mdl.P_ALL : mdl.P_ALL + 3], "kg m s-1", f"linear momentum {what}, inertial axes")
     text = f"angular momentum about the inertial origin {what}"
     found.vector("angular_momentum", sums_about_origin(sums), "kg m2 s-1", text)
-    found.coordinate("node", "node", np.arange(n), "1", "node, 0 at the tip")
+    found.coordinate("node", "node", np.arange(n), "1", FROM_TIP)
     _draw(view, name, found)
     found.plots = ["tip_lag", "hub_tension", "deployed_length"]
     return found

@@ -104,6 +104,8 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
     if not isinstance(values, Mapping):
         wrong(f"{key} is {shown(values)}; it must be a mapping of names to parts", values)
         return found, errors
+    if not values:
+        wrong(f"{key} is empty; a structure has at least one part, such as hub: {{kind: rigid-body, mass: 20 kg}}", values)
     for name, given in values.items():
         try:
             check_name(name)

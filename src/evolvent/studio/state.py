@@ -101,7 +101,8 @@ class Studio:
         """Cases that can be opened, source -> how it is shown."""
         found = {f"new:{name}": f"new {name}" for name in NEW}
         found |= {f"case:{name}": name for name in cases.built_in()}
-        found |= {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        written = self.folder.yaml().items()
+        found |= {f"file:{name}": name for name, content in written if "system" in content or "parts" in content}
         return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
 
     def study_sources(self) -> dict[str, str]:
