@@ -242,20 +242,23 @@ class System:
 
         Returns
         -------
-        evolvent.solvers.linear.StateSpace
-            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``.
+        evolvent.linear.LinearModel
+            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``;
+            ``model.frequency_response().plot("response.png")``.
 
         Raises
         ------
         InputError, RunFailed
             As of `modes`.
         """
+        from evolvent.linear import LinearModel
         from evolvent.solvers.linear import linearize
 
-        return linearize(
+        found = linearize(
             self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
             centre=centre, boundary=boundary, static_correction=static_correction,
         )  # fmt: skip
+        return LinearModel.of(found)
 
     def to_yaml(self, **settings: Any) -> str:
         """The system as a case file, which `evolvent.load` and ``evolvent run`` read.
