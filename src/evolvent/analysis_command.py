@@ -12,22 +12,11 @@ from evolvent.studies.command import once
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
-    """The checked case and its system of parts."""
+    """The checked case, and the definition of its system."""
     from evolvent import cases
 
     loaded = cases.load(case, cases.parse_assignments(assignments))
-    return loaded, cases.system(loaded.system).build(loaded)
-
-
-def _options(loaded: Any) -> dict[str, Any]:
-    """Time and steady turn that a case asks for."""
-    section = getattr(loaded, "equilibrium", None)
-    if section is None:
-        return {}
-    found = {"time": section.time}
-    if section.rotating is not None:
-        found["rotating"] = section.rotating
-    return found
+    return loaded, cases.system(loaded.system)
 
 
 _SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
@@ -50,10 +39,8 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
         results.claim(output)
     if figures is not None:
         results.claim_folder(figures)
-    loaded, system = _loaded(case, assignments)
-    own = getattr(loaded, "modes", None)
-    wanted = count or (own.count if own is not None else 10)
-    found = system.modes(count=wanted, damped=own.damped if own is not None else False, **_options(loaded))
+    loaded, definition = _loaded(case, assignments)
+    found = definition.modes(loaded, count=count)
     click.echo(found.table())
     if output is not None:
         found.save(output)
@@ -77,15 +64,8 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> 
         results.claim(output)
         if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
             raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
-    loaded, system = _loaded(case, assignments)
-    section = getattr(loaded, "equilibrium", None)
-    steps = section.load_steps if section is not None else None
-    try:
-        found, failed = system.equilibrium(load_steps=steps, **_options(loaded)), None
-    except RunFailed as error:
-        if error.run is None:
-            raise
-        found, failed = error.run, error
+    loaded, definition = _loaded(case, assignments)
+    found = definition.equilibrium(loaded)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
     width = max(len(label) for label, _ in rows)
     for label, value in rows:
@@ -93,5 +73,5 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> 
     if output is not None:
         results.save(found, output)
         click.echo(f"results: {output}")
-    if failed is not None:
-        raise failed
+    if found.attrs["status"] == "failed":
+        raise RunFailed(found.attrs["message"], found)

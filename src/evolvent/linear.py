@@ -24,7 +24,7 @@ class Response(FrequencyResponse):
         """Magnitude and phase over the frequency, a line for each output and input; a panel for each unit."""
         hz = self.frequency_hz
         panels: dict[str, list[Line]] = {}
-        phases = []
+        phases: list[Line] = []
         for i, output in enumerate(self.outputs):
             for j, given in enumerate(self.inputs):
                 label, color = f"{output} / {given}", len(phases)

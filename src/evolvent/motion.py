@@ -135,6 +135,7 @@ class Motion:
     main : str, name of the frame whose axes are the "body axes"; None for the first frame
     up : the inertial axis that points up in pictures
     magnification : float, factor by which pictures enlarge displacements from their mean; positions here are true
+    repeats : bool, whether it is one period of a motion that goes on
     """
 
     title: str
@@ -147,6 +148,7 @@ class Motion:
     main: str | None = None
     up: Literal["x", "y", "z"] = "z"
     magnification: float = 1.0
+    repeats: bool = False
 
     def __post_init__(self) -> None:
         if self.main is not None and self.main not in [f.name for f in self.frames]:

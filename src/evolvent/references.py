@@ -13,8 +13,10 @@ from evolvent.errors import InputError
 _NAME = re.compile(r"[^\W\d][\w -]*(?<! )")
 #: Names of the variables of a whole run, which stand beside its parts.
 OF_THE_RUN = frozenset(
-    "time axis energy energy_kinetic energy_elastic energy_dissipated energy_released energy_defect momentum "
-    "angular_momentum work_loads work_drives work_spools".split()
+    (
+        *("time", "axis", "momentum", "angular_momentum", "work_loads", "work_drives", "work_spools"),
+        *("energy", "energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released", "energy_defect"),
+    )
 )
 #: What numbers of the nodes of a thread mean; those of a beam count from its root.
 FROM_TIP = "node, 0 at the tip"

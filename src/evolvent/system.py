@@ -314,8 +314,8 @@ class System:
                 if len(cycle) == 2:
                     raise InputError(f"{name!r} refers to itself; it must refer to another part")
                 raise InputError(
-                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must refer "
-                    f"to another part, or to none"
+                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must "
+                    "refer to another part, or to none"
                 )
             if name in found:
                 return

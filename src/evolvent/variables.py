@@ -1,4 +1,4 @@
-"""Variables of a run by their full names: 'hub.rate', 'boom.tip_deflection.y', 'boom.tip.velocity', 'boom[5].position'."""
+"""Variables of a run by their full names: 'hub.rate', 'boom.tip.velocity', 'boom[5].position.y', 'energy_defect'."""
 
 from __future__ import annotations
 
@@ -102,11 +102,13 @@ def _end(found: xr.DataArray, match: re.Match[str]) -> dict[Hashable, int]:
     dimension = next((d for d in found.dims if str(d).rpartition(".")[2] == "node"), None)
     if dimension is None:
         raise InputError(
-            f"'{match['part']}.{match['variable']}' has no values at nodes, so '{match['part']}.{match['end']}' has none"
+            f"'{match['part']}.{match['variable']}' has no values at nodes, so none at '{match['part']}.{match['end']}'"
         )
     if found[dimension].attrs.get("long_name") == FROM_TIP:
         if match["end"] == "root":
-            raise InputError(f"{match['part']!r} is a thread, which has a tip and no root; give a node, from 0 at the tip")
+            raise InputError(
+                f"{match['part']!r} is a thread, which has no root; give a node, counted from 0 at the tip"
+            )
         return {dimension: 0}
     return {dimension: 0 if match["end"] == "root" else -1}
 

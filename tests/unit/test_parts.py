@@ -264,7 +264,9 @@ def test_parts_in_a_circle_are_refused():
     system = System()
     system.add(parts.Point(mass=1.0, at="b"), "a")
     system.add(parts.Point(mass=1.0, at="a"), "b")
-    with pytest.raises(InputError, match="the parts 'a' -> 'b' -> 'a' refer to one another in a cycle; one of them must"):
+    with pytest.raises(
+        InputError, match="the parts 'a' -> 'b' -> 'a' refer to one another in a cycle; one of them must"
+    ):
         system.assemble()
 
 

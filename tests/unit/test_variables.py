@@ -44,8 +44,8 @@ def test_ends_of_beams_and_threads(run):
     ("name", "words"),
     [
         ("boom.tip.positon", "no variable is called 'boom.tip.positon'; did you mean 'boom.position'?"),
-        ("boom.tip.energy_elastic", "'boom.energy_elastic' has no values at nodes, so 'boom.tip' has none"),
-        ("blade.root.position", "'blade' is a thread, which has a tip and no root"),
+        ("boom.tip.energy_elastic", "'boom.energy_elastic' has no values at nodes, so none at 'boom.tip'"),
+        ("blade.root.position", "'blade' is a thread, which has no root"),
         ("boom[4].position", "has no 4; it has 4, counted from 0"),
         ("bom.tip.position", "no variable is called 'bom.tip.position'"),
     ],

@@ -14,7 +14,7 @@ from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
 from evolvent.studio import charts
 from evolvent.studio.elements import ChartElement, MotionElement
-from evolvent.studio.jobs import Job
+from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.runspanel import STATUS, told
 from evolvent.studio.state import Loaded
 
@@ -88,7 +88,7 @@ class ResultView:
         self._job = job
         with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
             word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
-            ui.label(f"Run {int(job.key[:4])} {word}").classes("ev-h1")
+            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])}: {word}").classes("ev-h1")
             with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
                 self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
             self._told = ui.label(told(job))
@@ -99,11 +99,11 @@ class ResultView:
 
     def _without(self, job: Job) -> None:
         with ui.element("div").classes("ev-titlebar"):
-            ui.label(f"Run {int(job.key[:4])} {job.title}").classes("ev-h1")
+            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}").classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
         kind = "bad" if job.status == "failed" else "warn"
         ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
-        if job.kind == "run":
+        if job.kind in COMPUTED:
             ui.button("Open its case", on_click=lambda: self.page.runs.open_case(job.key)).props(
                 "outline color=primary"
             )
@@ -122,7 +122,8 @@ class ResultView:
             self._downloads(loaded)
         _messages(attrs)
         with ui.element("div").classes("ev-pair"):
-            with ui.element("div").classes("ev-card").props('data-testid="motion"'):
+            still = " ev-still" if loaded.still else ""
+            with ui.element("div").classes(f"ev-card{still}").props('data-testid="motion"'):
                 MotionElement([loaded.ref], [loaded.name])
             with ui.element("div").classes("ev-card ev-tablebox ev-two"):
                 _table(

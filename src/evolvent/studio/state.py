@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from evolvent import cases
 from evolvent.errors import InputError
 from evolvent.studio.folder import Folder
-from evolvent.studio.jobs import Jobs
-from evolvent.studio.worker import CASE
+from evolvent.studio.jobs import Job, Jobs
+from evolvent.studio.worker import CASE, MODE
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure, Number
@@ -57,10 +57,16 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, the case's start, runs ("run"), a measurement, a study."""
+    """What the page shows beside the panels: nothing, the case's start, runs ("run"), modes, a measurement, a study."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
+
+
+def view_of(job: Job) -> View:
+    """What shows a job."""
+    kind = {"equilibrium": "run", "sweep": "study", "identify": "measure"}.get(job.kind, job.kind)
+    return View(kind, (f"job:{job.key}",))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +79,11 @@ class Loaded:
     run: Any
     numbers: Sequence[Number]
     figures: Sequence[Figure]
+
+    @property
+    def still(self) -> bool:
+        """Whether it is one state, such as an equilibrium."""
+        return int(self.run.sizes.get("time", 1)) == 1
 
 
 class Studio:
@@ -152,8 +163,12 @@ class Studio:
         cases.system(str(draft.content.get("system", "")))
         self.draft = draft
 
-    def submit(self, draft: Draft | None = None) -> str:
+    def submit(self, draft: Draft | None = None, kind: str = "run") -> str:
         """Put a case, that of the form unless given, into the queue; returns the job's key.
+
+        Parameters
+        ----------
+        kind : "run", "equilibrium" or "modes", what is computed of it
 
         Raises
         ------
@@ -164,10 +179,14 @@ class Studio:
         self.folder.check_case(draft.content)
         content = self._placed(draft.content)
         case = cases.load(content)
-        cases.system(case.system).plan(case)
+        definition = cases.system(case.system)
+        if kind == "run":
+            definition.plan(case)
+        else:
+            definition.build(case).assemble()
         name = draft.source.partition(":")[2] or case.system
         text = cases.to_yaml(case)
-        return self.jobs.add("run", pathlib.PurePosixPath(name).stem, case=text).key
+        return self.jobs.add(kind, pathlib.PurePosixPath(name).stem, case=text).key
 
     def _placed(self, content: Any) -> Any:
         """A case whose files are named from the root of the disk on, for the process that runs it."""
@@ -249,6 +268,12 @@ class Studio:
         with self._lock:
             return _motion(loaded.path, loaded.path.stat().st_mtime_ns)
 
+    def mode(self, ref: str) -> bytes | None:
+        """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
+        key, _, number = ref.removeprefix("job:").rpartition(":")
+        path = self.jobs.place(self.jobs.get(key).key) / MODE.format(number)
+        return path.read_bytes() if number.isdecimal() and path.is_file() else None
+
     def case_text(self, ref: str) -> str:
         """The case of a run, as YAML."""
         return str(self.load(ref).run.attrs["case"])
@@ -272,5 +297,6 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
     from evolvent import animation
 
-    motion = animation.of_run(_loaded(path, stamp)[0])
+    run = _loaded(path, stamp)[0]
+    motion = animation.of_run(run, least=1)
     return None if motion is None else animation.pack(motion)
