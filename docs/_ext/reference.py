@@ -84,7 +84,8 @@ def families_table() -> str:
     ]
     for row in families.FAMILIES:
         cells = ["supported" if solver in row.solvers else "refused" for solver in families.SOLVERS]
-        text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
+        advice = "; ".join(dict.fromkeys(filter(None, (row.advice, row.at_rest))))
+        text.append(f"| {' | '.join([row.name, *cells, _cell(advice)])} |")
     return "\n".join(text)
 
 

@@ -56,7 +56,10 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 @click.argument("case", metavar="CASE|FILE")
 @_SET
 @click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
-def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> None:
+@click.option(
+    "--figures", multiple=True, callback=once, metavar="DIR", help="Folder for figures and a page of the shape."
+)
+def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None) -> None:
     """Find the equilibrium of a CASE under its loads, from its start."""
     from evolvent import results, show
 
@@ -64,6 +67,8 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> 
         results.claim(output)
         if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
             raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    if figures is not None:
+        results.claim_folder(figures)
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
@@ -73,5 +78,18 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None) -> 
     if output is not None:
         results.save(found, output)
         click.echo(f"results: {output}")
+    if figures is not None:
+        _draw(found, figures)
     if found.attrs["status"] == "failed":
         raise RunFailed(found.attrs["message"], found)
+
+
+def _draw(found: Any, folder: str) -> None:
+    """Figures along the parts, and the shape as a page."""
+    from evolvent import animation, plots, results, show
+
+    paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
+    motion = animation.of_run(found, least=1)
+    if motion is not None:
+        paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
+    click.echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

@@ -121,14 +121,47 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
 
 
 def figures(run: xr.DataTree) -> list[Figure]:
-    """Default figures of a run: one a kind of part, and one of the balances; empty of a single sample."""
+    """Default figures of a run: one a kind of part, and one of the balances; of one state, of all that is long."""
     if run.sizes.get("time", 1) < 2:
-        return []
+        return figures_along(run)
     kinds: dict[str, list[str]] = {}
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
     return [_kind_figure(run, kind, own) for kind, own in kinds.items()] + [balance_figure(run)]
+
+
+def figures_along(run: xr.DataTree) -> list[Figure]:
+    """Figures of the last state along the parts, one a part; without what is nothing beside others of its unit."""
+    found = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        panels = []
+        named = [name for name in json.loads(group.attrs.get("plots_along", "[]")) if name in group.data_vars]
+        largest: dict[str, float] = {}
+        for name in named:
+            unit = group[name].attrs["units"]
+            largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.abs(group[name].values[-1]))))
+        for name in named:
+            variable = group[name]
+            if np.nanmax(np.abs(variable.values[-1])) > 1e-9 * largest[variable.attrs["units"]]:
+                panels.append(_panel_along(group, name))
+        if panels:
+            panels[-1] = dataclasses.replace(panels[-1], x_label="length from the root, m")
+            title, size = f"Along {part}", (8.0, 1.2 + 2.4 * len(panels))
+            found.append(Figure(name=f"along-{part.replace(' ', '-')}", title=title, panels=panels, size=size))
+    return found
+
+
+def _panel_along(group: xr.Dataset, name: str) -> Panel:
+    """The last values of a variable over the length at which they are, a line a component."""
+    variable = group[name]
+    place = variable.dims[1]
+    arc = next(c for c in group.coords.values() if c.dims == (place,) and c.attrs.get("units") == "m")
+    columns = variable.values[-1].reshape(arc.size, -1)
+    tags = _tags(variable.isel({place: 0}), columns.shape[1])
+    lines = [Line(x=arc.values, y=y, label=tag.lstrip(".")) for y, tag in zip(columns.T, tags, strict=True)]
+    return Panel(x_label="", y_label=_panel_label(variable, name), lines=_coloured(_moving(lines)))
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:

@@ -1,7 +1,7 @@
 """Results as a tree: one group a part, times and balances at the root.
 
-A group's attributes say how the part is drawn and plotted (``drawn`` and ``plots``, JSON), so that a file needs nothing
-beside itself to be shown.
+A group's attributes say how the part is drawn and plotted (``drawn``, ``plots`` and ``plots_along``, JSON), so that a
+file needs nothing beside itself to be shown.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
         "kind": getattr(part, "kind", type(part).__name__),
         "drawn": json.dumps(found.drawn),
         "plots": json.dumps(found.plots),
+        "plots_along": json.dumps(found.plots_along),
     }
     variables, coordinates = (
         {key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name}) for key, v in of.items()}

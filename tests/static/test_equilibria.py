@@ -375,7 +375,8 @@ def test_bad_arguments(options, told):
 
 
 def test_threads_are_refused():
-    with pytest.raises(InputError, match=r"'blade' is a thread .*, which solve_static does not support"):
+    words = r"'blade' is a thread .*, which equilibria do not support; take a Beam in place of the thread, or simulate"
+    with pytest.raises(InputError, match=words):
         solve_static(heliogyro(segments="springs"))
 
 

@@ -113,7 +113,7 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.label(loaded.name).classes("ev-h1")
+            ui.label(f"Equilibrium {loaded.name}" if attrs["solver"] == "static" else loaded.name).classes("ev-h1")
             status = attrs["status"]
             ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
@@ -129,7 +129,8 @@ class ResultView:
                 _table(
                     [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
                 )
-        self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
+        if not loaded.still or loaded.figures:
+            self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
         def take() -> None:
@@ -163,7 +164,8 @@ class ResultView:
         ):
             for k, (title, _) in enumerate(figures):
                 ui.tab(str(k), label=title).props(f'data-testid="figure-{k}"')
-            ui.tab("chosen", label="Variables").props('data-testid="figure-chosen"')
+            if not all(item.still for item in loaded):
+                ui.tab("chosen", label="Variables").props('data-testid="figure-chosen"')
         body = ui.element("div").style("width:100%").props('data-testid="charts"')
 
         def draw(which: str) -> None:
