@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from evolvent.solids import Solid
+from evolvent.units import unit_text
 
 Array = np.ndarray
 
@@ -342,9 +343,10 @@ class Motion:
 
 
 def name_and_unit(label: str) -> tuple[str, str]:
-    """The parts of a label such as "tension [N]"; the unit is '' where it has none."""
+    """The parts of a label such as "tension [N]", the unit as it is shown, "1/m" for "m-1"; '' where there is none."""
     name, _, rest = label.partition(" [")
-    return name, rest.removesuffix("]")
+    unit = rest.removesuffix("]")
+    return name, unit_text(unit) if unit else ""
 
 
 def quantity(x: float, unit: str, digits: int = 3) -> str:

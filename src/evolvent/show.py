@@ -13,6 +13,7 @@ import xarray as xr
 from evolvent import results, variables
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.units import unit_text
 
 if TYPE_CHECKING:
     from evolvent.motion import Motion
@@ -36,23 +37,6 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
     unit = found.attrs.get("units", "")
     text = str(found.attrs.get("long_name", fallback)).partition(",")[0]
     return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
-
-
-def unit_text(unit: str) -> str:
-    """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
-    powers = str.maketrans("234", "²³⁴")
-    above: list[str] = []
-    below: list[str] = []
-    for word in unit.split():
-        letters = word.rstrip("-0123456789")
-        power = word[len(letters) :]
-        (below if power.startswith("-") else above).append(
-            letters + power.lstrip("-").replace("1", "").translate(powers)
-        )
-    top = " ".join(above) or "1"
-    if not below:
-        return top if above else unit
-    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
 
 
 def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
