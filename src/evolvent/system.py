@@ -61,7 +61,7 @@ class System:
         InputError
             If `part` is none, or the name is taken.
         """
-        if isinstance(part, type) or not hasattr(part, "write"):
+        if not isinstance(part, Part):
             raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
         if name is None:
             kind = type(part).__name__.lower()
@@ -320,7 +320,7 @@ class System:
             if name in found:
                 return
             path.append(name)
-            for other in getattr(self._parts[name], "references", tuple)():
+            for other in self._parts[name].references():
                 if other not in self._parts:
                     raise InputError(
                         f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"

@@ -50,7 +50,7 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
     """Variables and coordinates of a part, and how it is drawn and plotted."""
     part = solution.assembly.parts[name]
     attrs = {
-        "kind": getattr(part, "kind", type(part).__name__),
+        "kind": type(part).model_fields["kind"].default,
         "drawn": json.dumps(found.drawn),
         "plots": json.dumps(found.plots),
         "plots_along": json.dumps(found.plots_along),
