@@ -270,6 +270,17 @@ def test_parts_in_a_circle_are_refused():
         system.assemble()
 
 
+@pytest.mark.parametrize(
+    "part", [parts.Spring(a="bob", b="bob", stiffness=1.0), parts.Link(a="bob", b="bob", length=1.0)]
+)
+def test_two_ends_at_one_place_are_refused(part):
+    system = System()
+    system.add(POINT, "bob")
+    system.add(part, "rod")
+    with pytest.raises(InputError, match=r"rod\.a and rod\.b are the same place, 'bob'; give two places"):
+        system.assemble()
+
+
 def test_index_finds_parts_by_name_and_family():
     assembly = assemble(POINT, *BLADE)
     assert assembly.index("blade") == 0
