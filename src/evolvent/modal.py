@@ -95,5 +95,7 @@ class ModalResults(Modes):
         """
         from evolvent import results
 
+        found = self.to_dataset()
+        found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
         with results.writing(path) as temporary:
-            self.to_dataset().to_netcdf(temporary, engine="h5netcdf")
+            found.to_netcdf(temporary, engine="h5netcdf")

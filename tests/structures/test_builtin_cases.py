@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.optimize import brentq, least_squares
 
 import evolvent as ev
@@ -400,6 +401,18 @@ def test_the_command_equilibrium_draws_along_the_parts(
     wanted = line_load * left**2 / 2.0 + 0.01 * 2.0 * left
     # each element's is its mean, off by w h^2/24; the strip bends so far that the arm is 1 % shorter
     np.testing.assert_allclose(np.abs(line.y), wanted, rtol=1.5e-2, atol=1.2 * line_load * (1.0 / 3.0) ** 2 / 24.0)
+
+
+def test_files_of_modes_say_what_they_hold(call: Callable[..., tuple[int, str, str]], tmp_path: Any) -> None:
+    code, out, _ = call("modes", "hanging-chain", "--count", "3", "-o", "modes.nc")
+    assert code == 0
+    assert "modes: modes.nc" in out
+    with xr.open_dataset(tmp_path / "modes.nc") as found:
+        assert found.frequency_hz.size == 3
+        assert "evolvent" in found.attrs["made_with"]
+    for command in ("info", "plot"):
+        code, _, err = call(command, "modes.nc")
+        assert (code, "it holds modes, not a run" in err) == (2, True)
 
 
 def test_names_of_results_of_the_run_are_those_that_no_part_takes() -> None:

@@ -95,7 +95,7 @@ BAD = {
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
     "link: wrong length": (lambda: [POINT, parts.Link(**AT, length=2.0)], "'link-1'"),
-    "link: no length": (lambda: [POINT, parts.Link(a="point-1", b="point-1")], "link-1.length"),
+    "link: no length": (lambda: [POINT, parts.Link(a="point-1", b=tuple(POINT.position))], "link-1.length"),
     "link: negative length": (lambda: [POINT, parts.Link(**AT, length=-1.0)], "Link.length is -1.0"),
     "link: negative drum": (lambda: [POINT, parts.Link(**AT, drum=-0.1)], "Link.drum is -0.1"),
     "link: a drum without a length": (lambda: [POINT, parts.Link(**AT, drum=0.1)], "link-1.length is missing"),
