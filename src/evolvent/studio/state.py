@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent import cases
+from evolvent import cases, families
 from evolvent.errors import InputError
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Job, Jobs
@@ -183,7 +183,7 @@ class Studio:
         if kind == "run":
             definition.plan(case)
         else:
-            definition.build(case).assemble()
+            families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = draft.source.partition(":")[2] or case.system
         text = cases.to_yaml(case)
         return self.jobs.add(kind, pathlib.PurePosixPath(name).stem, case=text).key
