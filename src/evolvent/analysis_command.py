@@ -89,7 +89,7 @@ def _draw(found: Any, folder: str) -> None:
     from evolvent import animation, plots, results, show
 
     paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
-    motion = animation.of_run(found, least=1)
+    motion = show.motion(found)
     if motion is not None:
         paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
     click.echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

@@ -47,10 +47,10 @@ VIEWER = tuple(_HERE / "viewer" / f"{name}.js" for name in ("motion", "picture",
 _SMALL, _MANY = 0.02, 24
 
 
-def of_run(run: Any, *, least: int = 2) -> Motion | None:
-    """The motion of a run, labelled if the run did not end as it should; None of fewer than `least` samples."""
+def of_run(run: Any) -> Motion | None:
+    """The motion of a run, labelled if the run did not end as it should; None if it holds too little to move."""
     motion: Motion | None = cases.system(run.attrs["system"]).motion(run)
-    return None if motion is None or motion.time.size < least else motion.labelled(unfinished(run))
+    return None if motion is None or motion.time.size < 2 else motion.labelled(unfinished(run))
 
 
 def write(motion: Motion, path: str | os.PathLike[str]) -> str:

@@ -335,7 +335,7 @@ def problems(content: Mapping[str, Any], kind: type[Section] | None = None) -> d
         Dotted key of a field, or of a section, '' for none -> one sentence. Empty if all is well.
     """
     try:
-        content = copied(content)
+        content = with_system(copied(content)) if kind is None else copied(content)
         kind = _kind(content) if kind is None else kind
         kind.model_validate(content)
     except ValidationError as error:
@@ -415,18 +415,17 @@ def _kind(content: Mapping[str, Any]) -> type[Section]:
 
 
 def _content(case: Any) -> dict[str, Any]:
-    """Content of a case as nested dicts that may be changed; one of parts without a key `system` is a structure."""
-    content = _as_written(case)
-    return {"system": "structure", **content} if is_structure(content) and "system" not in content else content
+    """Content of a case as nested dicts that may be changed, with its system."""
+    return with_system(_read(case))
 
 
-def is_structure(content: Mapping[str, Any]) -> bool:
-    """Whether the content of a file is a case of the system `structure`, which needs no key `system`."""
-    return content.get("system", "structure") == "structure" and "parts" in content
+def with_system(content: dict[str, Any]) -> dict[str, Any]:
+    """Content of a case with its key ``system``: one that has parts and no system is a structure."""
+    return {"system": "structure", **content} if "parts" in content and "system" not in content else content
 
 
-def _as_written(case: Any) -> dict[str, Any]:
-    """Content of a case as nested dicts that may be changed, with the keys that stand in it."""
+def _read(case: Any) -> dict[str, Any]:
+    """Content of a case as it is written."""
     if isinstance(case, (Section, Mapping)):
         return copied(case.model_dump() if isinstance(case, Section) else case)
     if not isinstance(case, (str, os.PathLike)):

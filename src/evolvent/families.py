@@ -45,7 +45,7 @@ EXPLICIT, IMPLICIT, STATIC, MODES = "explicit", "implicit", "static", "modes"
 SOLVERS = {
     EXPLICIT: "rk4, heun and dopri5",
     IMPLICIT: "generalized-alpha",
-    STATIC: "equilibria",
+    STATIC: "equilibrium",
     MODES: "modes",
 }
 EVERY = frozenset(SOLVERS)
@@ -63,7 +63,6 @@ class Family:
     records : str, its field in the model
     solvers : frozenset of str, those that support it
     advice : str, what to take instead
-    at_rest : str, the same where equilibria or modes are asked for, if it is something else
     which : function of the records to a mask of those that belong to the family; None for all
     forces, tangents : functions of the family that all solvers call, and those that implicit and static ones also call;
         only what is called by its address (`evolvent.jit.indirect`), the rest is compiled into its callers
@@ -73,7 +72,6 @@ class Family:
     records: str
     solvers: frozenset[str]
     advice: str = ""
-    at_rest: str = ""
     which: Callable[[Array], Array] | None = None
     forces: tuple[Any, ...] = ()
     tangents: tuple[Any, ...] = ()
@@ -84,10 +82,6 @@ class Family:
         if self.which is None:
             return np.ones(found.size, dtype=bool)
         return np.asarray(self.which(found), dtype=bool)
-
-    def instead(self, solver: str) -> str:
-        """What to take instead, for a solver that does not support the family."""
-        return self.at_rest if self.at_rest and solver in (STATIC, MODES) else self.advice
 
 
 def records(model: Model, name: str) -> Array:
@@ -100,8 +94,6 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
     return lambda found: found[field] == value
 
 
-#: What has an equilibrium and modes where a thread has none.
-_BEAM = "take a Beam in place of the thread, or simulate"
 _NOT_EXPLICIT = EVERY - {EXPLICIT}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
@@ -132,21 +124,23 @@ FAMILIES = (
     Family("a link", "links", EVERY),
     Family("a guide", "guides", EVERY),
     Family(
-        "a thread with segments of springs", "threads", _IN_TIME, at_rest=_BEAM,
+        "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
-        "take segments 'springs', or dopri5", _BEAM,
-        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE), forces=_THREAD,
+        "take segments 'springs', or dopri5; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] != FREE),
+        forces=_THREAD,
     ),
     Family(
         "a thread on a free spool", "threads", frozenset({EXPLICIT}),
-        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5", _BEAM, _is("drive", FREE),
+        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        which=_is("drive", FREE),
         forces=(thread.spring_thread, *_THREAD),
     ),
-    Family("a load on a thread", "loads", _IN_TIME, at_rest=_BEAM, which=lambda found: found["kind"] < loads.AT_MARKER),
+    Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
     Family(
         "a force or torque", "loads", EVERY,
         which=lambda found: (found["kind"] >= loads.AT_MARKER) & ~_has_profile(found, loads.PROFILE),
@@ -156,7 +150,7 @@ FAMILIES = (
         which=lambda found: (found["kind"] >= loads.AT_MARKER) & _has_profile(found, loads.PROFILE),
         forces=(profile.profile,),
     ),
-    Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5", "leave it out, or simulate"),
+    Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(
         "a beam", "beams", EVERY, forces=(flexible.add_elements, flexible.beam_energies, flexible.beam_momenta),
         tangents=(flexible.add_element_tangents,),
@@ -268,10 +262,10 @@ def owner(assembly: Any, family: str, index: int) -> str:
 
 def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:
     what = family.name if family is not None else f"one of the {name}"
-    advice = f"; {family.instead(solver)}" if family is not None and family.instead(solver) else ""
+    advice = f"; {family.advice}" if family is not None and family.advice else ""
     raise InputError(
         f"{owner(assembly, name, index)!r} is {what}, which {SOLVERS[solver]} "
-        f"{'does' if solver == IMPLICIT else 'do'} not support{advice}"
+        f"{'does' if solver in (IMPLICIT, STATIC) else 'do'} not support{advice}"
     )
 
 

@@ -116,8 +116,7 @@ def families_table() -> str:
     ]
     for row in families.FAMILIES:
         cells = ["supported" if solver in row.solvers else "refused" for solver in families.SOLVERS]
-        advice = "; ".join(dict.fromkeys(filter(None, (row.advice, row.at_rest))))
-        text.append(f"| {' | '.join([row.name, *cells, _cell(advice)])} |")
+        text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
     return "\n".join(text)
 
 

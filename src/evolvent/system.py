@@ -89,9 +89,11 @@ class System:
         Raises
         ------
         InputError
-            If a part refers to one that is not there, parts refer to one another in a cycle, or the start breaks a
+            If a part refers to one that is not there, parts refer to one another in a circle, or the start breaks a
             constraint.
         """
+        if not self._parts:
+            raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
         builder = Builder(self._gravity)
         for name in self._in_order():
             part = self._parts[name]

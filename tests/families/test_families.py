@@ -113,7 +113,7 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(families, "FAMILIES", tuple(others))
     with pytest.raises(InputError) as refused:
         solved(case, variant)
-    for words in (repr(case.part), row.name, SOLVERS[solver], row.instead(solver)):
+    for words in (repr(case.part), row.name, SOLVERS[solver], row.advice):
         assert words in str(refused.value)
 
 

@@ -205,7 +205,7 @@ def test_why_there_is_no_start_is_one_sentence(studio):
     content = {"system": "structure", "parts": {"push": {"kind": "force", "at": [0, 0, 0], "force": [0, 0, 1]}}}
     with pytest.raises(InputError):
         studio.start(content)
-    with pytest.raises(InputError, match="parts is empty"):
+    with pytest.raises(InputError, match="the system has no parts"):
         studio.start({"system": "structure", "parts": {}})
 
 
@@ -308,7 +308,7 @@ def test_what_has_no_modes_is_refused_before_it_waits(studio):
     reel = {"kind": "reel", "body": "hub", "radius": 0.1, "drive": {"constant": {"rate": 1.0, "angle": 5.0}}}
     thread = {"kind": "thread", "reel": "reel", "length": 1, "line_density": 0.1, "nodes": 5, "stiffness": 400}
     content = cases.content_of({"parts": {"hub": HUB | {"motion": "driven"}, "reel": reel, "thread": thread}})
-    for kind, word in (("modes", "modes"), ("equilibrium", "equilibria")):
-        with pytest.raises(InputError, match=f"'thread' is a thread .* which {word} do not support; take a Beam"):
+    for kind, words in (("modes", "modes do"), ("equilibrium", "equilibrium does")):
+        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; take a Beam"):
             studio.submit(Draft("", "", content), kind)
     assert studio.jobs.listed() == []

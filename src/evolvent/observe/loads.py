@@ -14,6 +14,7 @@ from evolvent.kernels import loads as kernels
 from evolvent.kernels.profile import profile
 from evolvent.kernels.thread import load_resultant
 from evolvent.model import N_INVENTORY
+from evolvent.observe.threads import copies_drawn
 from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
 
@@ -57,6 +58,8 @@ def observe_thread_load(view: View, index: int) -> Observed:
     what = "resultant of the load on the released thread" + (", of one copy" if thread["copies"] > 1 else "")
     found.vector("force", values[:, :3], "N", f"{what}, inertial axes")
     found.vector("position", values[:, 3:], "m", "middle of the released thread, inertial axes")
+    if thread["copies"] > 1:
+        found.drawn[0]["forces"]["copies"] = copies_drawn(view, thread)
     _add_work(found, view, power, power)
     return found
 

@@ -104,8 +104,6 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
     if not isinstance(values, Mapping):
         wrong(f"{key} is {shown(values)}; it must be a mapping of names to parts", values)
         return found, errors
-    if not values:
-        wrong(f"{key} is empty; it must hold a part, such as ball: {{kind: point, mass: 2 kg}}", values)
     for name, given in values.items():
         try:
             check_name(name)

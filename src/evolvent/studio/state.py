@@ -295,8 +295,8 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
-    from evolvent import animation
+    from evolvent import animation, show
 
     run = _loaded(path, stamp)[0]
-    motion = animation.of_run(run, least=1)
+    motion = show.motion(run) if run.sizes.get("time", 1) == 1 else animation.of_run(run)
     return None if motion is None else animation.pack(motion)
