@@ -133,52 +133,6 @@ class SystemDefinition:
 
         return Plan(duration=float(times[-1]), run=run, solver=method, start=start, observe=observe)
 
-    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
-        """The slowest modes of a case about its equilibrium, by its keys `equilibrium` and `modes` where it has them.
-
-        Parameters
-        ----------
-        count : int, in place of the case's own
-
-        Raises
-        ------
-        InputError, RunFailed
-            As of `System.modes`.
-        """
-        section = getattr(case, "modes", None)
-        options = _about_equilibrium(case)
-        if section is not None:
-            options |= {"count": section.count, "damped": section.damped}
-        if count is not None:
-            options["count"] = count
-        found: ModalResults = self.build(case).modes(**options)
-        return found
-
-    def equilibrium(self, case: Any, progress: Callable[[float], None] | None = None) -> xr.DataTree:
-        """The equilibrium of a case under its loads, whatever its status, by its key `equilibrium` where it has one.
-
-        Parameters
-        ----------
-        progress : called with the load factor reached
-
-        Raises
-        ------
-        InputError
-            As of `System.equilibrium`.
-        """
-        section = getattr(case, "equilibrium", None)
-        options = _about_equilibrium(case)
-        if section is not None:
-            options["load_steps"] = section.load_steps
-        found: Any
-        try:
-            found = self.build(case).equilibrium(progress=progress, **options)
-        except RunFailed as error:
-            found = error.run
-            if found is None:
-                raise
-        return found
-
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
         return {}
@@ -239,6 +193,52 @@ class SystemDefinition:
         for name in ("tolerance", "spectral_radius"):
             if settings.get(name) is not None:
                 found[name] = settings[name]
+        return found
+
+    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+        """The slowest modes of a case about its equilibrium, by its keys `equilibrium` and `modes` where it has them.
+
+        Parameters
+        ----------
+        count : int, in place of the case's own
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `System.modes`.
+        """
+        section = getattr(case, "modes", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options |= {"count": section.count, "damped": section.damped}
+        if count is not None:
+            options["count"] = count
+        found: ModalResults = self.build(case).modes(**options)
+        return found
+
+    def equilibrium(self, case: Any, progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        """The equilibrium of a case under its loads, whatever its status, by its key `equilibrium` where it has one.
+
+        Parameters
+        ----------
+        progress : called with the load factor reached
+
+        Raises
+        ------
+        InputError
+            As of `System.equilibrium`.
+        """
+        section = getattr(case, "equilibrium", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options["load_steps"] = section.load_steps
+        found: Any
+        try:
+            found = self.build(case).equilibrium(progress=progress, **options)
+        except RunFailed as error:
+            found = error.run
+            if found is None:
+                raise
         return found
 
     def _given(self, laws: Any) -> dict[str, Any]:
