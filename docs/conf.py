@@ -46,6 +46,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "myst_nb",
+    "evolvent.sphinxext",
     "reference",
 ]
 exclude_patterns = [

@@ -345,7 +345,10 @@ def observed(
     for name, seen in observe(solution, [owner(name) for name in wanted]).items():
         for key, v in seen.variables.items():
             full = f"{name}.{key}"
-            if any(one == full or one.startswith((f"{full}.", f"{name}[")) for one in wanted):
+            if any(
+                one == full or one.startswith((f"{full}.", f"{name}[", f"{name}.root.", f"{name}.tip."))
+                for one in wanted
+            ):
                 dims = tuple(d if d in SHARED else f"{name}.{d}" for d in v.dims)
                 data[full] = xr.Variable(dims, v.values, {"units": v.units, "long_name": v.long_name})
                 for place, c in seen.coordinates.items():

@@ -12,22 +12,11 @@ from evolvent.studies.command import once
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
-    """The checked case and its system of parts."""
+    """The checked case, and the definition of its system."""
     from evolvent import cases
 
     loaded = cases.load(case, cases.parse_assignments(assignments))
-    return loaded, cases.system(loaded.system).build(loaded)
-
-
-def _options(loaded: Any) -> dict[str, Any]:
-    """Time and steady turn that a case asks for."""
-    section = getattr(loaded, "equilibrium", None)
-    if section is None:
-        return {}
-    found = {"time": section.time}
-    if section.rotating is not None:
-        found["rotating"] = section.rotating
-    return found
+    return loaded, cases.system(loaded.system)
 
 
 def _claim(output: str | None, figures: str | None, case: str) -> None:
@@ -59,10 +48,8 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
     from evolvent import results
 
     _claim(output, figures, case)
-    loaded, system = _loaded(case, assignments)
-    own = getattr(loaded, "modes", None)
-    wanted = count or (own.count if own is not None else 10)
-    found = system.modes(count=wanted, damped=own.damped if own is not None else False, **_options(loaded))
+    loaded, definition = _loaded(case, assignments)
+    found = definition.modes(loaded, count=count)
     click.echo(found.table())
     if output is not None:
         found.save(output)
@@ -78,21 +65,16 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 @click.argument("case", metavar="CASE|FILE")
 @_SET
 @click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
-@click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for a page that shows it in 3-D.")
+@click.option(
+    "--figures", multiple=True, callback=once, metavar="DIR", help="Folder for figures and a page of the shape."
+)
 def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None) -> None:
     """Find the equilibrium of a CASE under its loads, from its start."""
     from evolvent import results, show
 
     _claim(output, figures, case)
-    loaded, system = _loaded(case, assignments)
-    section = getattr(loaded, "equilibrium", None)
-    steps = section.load_steps if section is not None else None
-    try:
-        found, failed = system.equilibrium(load_steps=steps, **_options(loaded)), None
-    except RunFailed as error:
-        if error.run is None:
-            raise
-        found, failed = error.run, error
+    loaded, definition = _loaded(case, assignments)
+    found = definition.equilibrium(loaded)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
     width = max(len(label) for label, _ in rows)
     for label, value in rows:
@@ -101,8 +83,17 @@ def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, fig
         results.save(found, output)
         click.echo(f"results: {output}")
     if figures is not None:
-        results.make_folder(figures)
-        found.ev.animate(os.path.join(figures, "equilibrium.html"))
-        click.echo(f"figures: equilibrium.html in {figures}")
-    if failed is not None:
-        raise failed
+        _draw(found, figures)
+    if found.attrs["status"] == "failed":
+        raise RunFailed(found.attrs["message"], found)
+
+
+def _draw(found: Any, folder: str) -> None:
+    """Figures along the parts, and the shape as a page."""
+    from evolvent import animation, plots, results, show
+
+    paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
+    motion = show.motion(found)
+    if motion is not None:
+        paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
+    click.echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

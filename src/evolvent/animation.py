@@ -36,6 +36,8 @@ LARGEST_PACK = 60_000_000
 MOST_POINTS, MOST_POINTS_PACKED = 1200, 4000
 #: Time in which a run is shown unless a speed is asked for, s.
 SHOWN = 15.0
+#: The same of a period that repeats, s.
+SHOWN_PERIOD = 2.0
 #: Where a motion is seen from at first, rad.
 AZIMUTH, ELEVATION = -1.1, 0.6
 _HERE = pathlib.Path(__file__).parent
@@ -86,7 +88,7 @@ def page(
     frames : int
     speed : float, optional
         Time of the run over time of the clock at the start; left out, what shows the run in `SHOWN` seconds.
-    playing : bool, whether it plays once when it is opened; else it shows the first frame
+    playing : bool, whether it plays when it is opened, once unless it repeats; else it shows the first frame
 
     Notes
     -----
@@ -153,9 +155,9 @@ def thinned(motion: Motion, most: int) -> Motion:
 
 
 def default_speed(motion: Motion) -> float:
-    """Time of the run over time of the clock that shows the run in `SHOWN` seconds."""
+    """Time of the run over time of the clock that shows the run in `SHOWN` seconds, or a period in `SHOWN_PERIOD`."""
     span = float(motion.time[-1] - motion.time[0])
-    return float(f"{span / SHOWN:.3g}") if span > 0.0 else 1.0
+    return float(f"{span / (SHOWN_PERIOD if motion.repeats else SHOWN):.3g}") if span > 0.0 else 1.0
 
 
 #: Blocks in double precision: a time or a place may be large beside its changes.
@@ -188,6 +190,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         "main": None if body is None else body.name,
         "view": [AZIMUTH, ELEVATION],
         "speed": default_speed(motion),
+        "repeats": motion.repeats,
         "grid": grid_step(motion.reach),
         "colors": [
             {"name": name_and_unit(label)[0], "unit": name_and_unit(label)[1], "low": r.low, "high": r.high}

@@ -466,7 +466,9 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
 def _kind(content: Mapping[str, Any]) -> type[Section]:
     """The model of a case's system."""
     if "system" not in content:
-        raise InputError(f"the key 'system' is missing; known: {', '.join(systems())}")
+        raise InputError(
+            f"the key 'system' is missing; known: {', '.join(systems())}; a case with the key 'parts' needs none"
+        )
     if not isinstance(content["system"], str):
         raise InputError(f"system is {shown(content['system'])}; known: {', '.join(systems())}")
     kind: type[Section] = system(content["system"]).Case

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from evolvent.cases import Plan
-from evolvent.errors import InputError, in_keys, naming_keys, nearest
+from evolvent.errors import InputError, RunFailed, in_keys, naming_keys, nearest
 from evolvent.schema import Section
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from evolvent.builder import Assembly
     from evolvent.figures import Figure, Number
+    from evolvent.modal import ModalResults
     from evolvent.motion import Motion
     from evolvent.solvers.solution import Solution
     from evolvent.system import System
@@ -202,6 +203,52 @@ class SystemDefinition:
                 found[name] = settings[name]
         return found
 
+    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+        """The slowest modes of a case about its equilibrium, by its keys `equilibrium` and `modes` where it has them.
+
+        Parameters
+        ----------
+        count : int, in place of the case's own
+
+        Raises
+        ------
+        InputError, RunFailed
+            As of `System.modes`.
+        """
+        section = getattr(case, "modes", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options |= {"count": section.count, "damped": section.damped}
+        if count is not None:
+            options["count"] = count
+        found: ModalResults = self.build(case).modes(**options)
+        return found
+
+    def equilibrium(self, case: Any, progress: Callable[[float], None] | None = None) -> xr.DataTree:
+        """The equilibrium of a case under its loads, whatever its status, by its key `equilibrium` where it has one.
+
+        Parameters
+        ----------
+        progress : called with the load factor reached
+
+        Raises
+        ------
+        InputError
+            As of `System.equilibrium`.
+        """
+        section = getattr(case, "equilibrium", None)
+        options = _about_equilibrium(case)
+        if section is not None:
+            options["load_steps"] = section.load_steps
+        found: Any
+        try:
+            found = self.build(case).equilibrium(progress=progress, **options)
+        except RunFailed as error:
+            found = error.run
+            if found is None:
+                raise
+        return found
+
     def _given(self, laws: Any) -> dict[str, Any]:
         """The laws in Python that a run was given, by name; refuses those that `build` does not take."""
         asked: Any = laws
@@ -216,6 +263,14 @@ class SystemDefinition:
             if name not in self.laws:
                 raise InputError(f"no law is called {name!r}; {nearest(str(name), self.laws)}")
         return given
+
+
+def _about_equilibrium(case: Any) -> dict[str, Any]:
+    """Time and steady turn that a case asks for."""
+    section = getattr(case, "equilibrium", None)
+    if section is None:
+        return {}
+    return {"time": section.time} | ({} if section.rotating is None else {"rotating": section.rotating})
 
 
 def _law_name(law: Any) -> str:

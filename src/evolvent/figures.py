@@ -40,7 +40,7 @@ class Panel:
     Attributes
     ----------
     equal : bool, whether both axes have the same scale
-    log : bool, whether y is logarithmic
+    log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
     x_names : mapping, place on the x axis -> name, for an axis of things rather than numbers
     """
@@ -51,6 +51,7 @@ class Panel:
     title: str = ""
     equal: bool = False
     log: bool = False
+    log_x: bool = False
     y_zero: bool = False
     x_names: Mapping[float, str] | None = None
 

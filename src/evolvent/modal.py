@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from evolvent.solvers.modal import Modes
+from evolvent.solvers.modal import NOTHING, Modes
 from evolvent.solvers.sampled import empty
 from evolvent.solvers.solution import Solution
 
@@ -24,6 +24,21 @@ class ModalResults(Modes):
     def of(cls, found: Modes) -> Self:
         """The same modes."""
         return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
+
+    def rows(self) -> list[list[str]]:
+        """A table for the screen: its head with units, then a row a mode; effective masses of real modes alone."""
+        head = ["mode", "frequency, Hz", "rad/s", "damping ratio"]
+        masses = None if np.iscomplexobj(self.shape) else self.effective_mass
+        if masses is not None:
+            head += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
+        found = [head]
+        for k in range(len(self.pole)):
+            row = [str(k), f"{self.frequency_hz[k]:.5g}", f"{self.frequency[k]:.5g}", f"{self.damping_ratio[k]:.3g}"]
+            if masses is not None:
+                least = NOTHING * self.total_mass
+                row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
+            found.append(row)
+        return found
 
     def motion(self, k: int, *, amplitude: float | None = None, frames: int = 60) -> Motion:
         """The motion of one mode over one period.
@@ -49,7 +64,7 @@ class ModalResults(Modes):
             title += f", damping ratio {self.damping_ratio[k]:.3g}"
         found = motion_of(tree, title=title)
         assert found is not None
-        return dataclasses.replace(found, forces=[], numbers={})
+        return dataclasses.replace(found, forces=[], numbers={}, repeats=True)
 
     def animate(self, k: int, path: str | os.PathLike[str], *, amplitude: float | None = None, frames: int = 60) -> str:
         """Write the animation of one mode as an HTML page; returns its path.
@@ -80,5 +95,7 @@ class ModalResults(Modes):
         """
         from evolvent import results
 
+        found = self.to_dataset()
+        found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
         with results.writing(path) as temporary:
-            self.to_dataset().to_netcdf(temporary, engine="h5netcdf")
+            found.to_netcdf(temporary, engine="h5netcdf")

@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from evolvent.solids import Solid
+from evolvent.units import unit_text
 
 Array = np.ndarray
 
@@ -135,6 +136,7 @@ class Motion:
     main : str, name of the frame whose axes are the "body axes"; None for the first frame
     up : the inertial axis that points up in pictures
     magnification : float, factor by which pictures enlarge displacements from their mean; positions here are true
+    repeats : bool, whether it is one period of a motion that goes on
     """
 
     title: str
@@ -147,6 +149,7 @@ class Motion:
     main: str | None = None
     up: Literal["x", "y", "z"] = "z"
     magnification: float = 1.0
+    repeats: bool = False
 
     def __post_init__(self) -> None:
         if self.main is not None and self.main not in [f.name for f in self.frames]:
@@ -340,9 +343,10 @@ class Motion:
 
 
 def name_and_unit(label: str) -> tuple[str, str]:
-    """The parts of a label such as "tension [N]"; the unit is '' where it has none."""
+    """The parts of a label such as "tension [N]", the unit as it is shown, "1/m" for "m-1"; '' where there is none."""
     name, _, rest = label.partition(" [")
-    return name, rest.removesuffix("]")
+    unit = rest.removesuffix("]")
+    return name, unit_text(unit) if unit else ""
 
 
 def quantity(x: float, unit: str, digits: int = 3) -> str:

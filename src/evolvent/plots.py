@@ -122,6 +122,8 @@ def _panel(axis: Any, panel: Panel) -> None:
         axis.set_aspect("equal", adjustable="datalim")
     if panel.log:
         axis.set_yscale("log")
+    if panel.log_x:
+        axis.set_xscale("log")
     if panel.y_zero:
         values = np.concatenate([np.ravel(line.y) for line in panel.lines])
         values = values[np.isfinite(values)]

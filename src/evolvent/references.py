@@ -11,25 +11,26 @@ from evolvent.errors import InputError
 
 #: A name: no dot, bracket or slash, which stand between a part and what is on it, or between groups of a file.
 _NAME = re.compile(r"[^\W\d][\w -]*(?<! )")
-_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)|\[(?P<node>\d+)\])?")
-#: Variables and dimensions that every run has beside the groups of its parts, whose names no part can have.
-OF_RUNS = frozenset(
-    [
-        "time",
-        "axis",
-        "energy",
-        "energy_kinetic",
-        "energy_elastic",
-        "energy_released",
-        "energy_dissipated",
-        "energy_defect",
-        "work_loads",
-        "work_drives",
-        "work_spools",
-        "momentum",
-        "angular_momentum",
-    ]
+#: Names of the variables of a whole run, which stand beside its parts.
+OF_THE_RUN = frozenset(
+    (
+        *(
+            "time",
+            "axis",
+            "cause",
+            "energy_losses",
+            "momentum",
+            "angular_momentum",
+            "work_loads",
+            "work_drives",
+            "work_spools",
+        ),
+        *("energy", "energy_kinetic", "energy_elastic", "energy_dissipated", "energy_released", "energy_defect"),
+    )
 )
+#: What numbers of the nodes of a thread mean; those of a beam count from its root.
+FROM_TIP = "node, 0 at the tip"
+_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)|\[(?P<node>\d+)\])?")
 
 
 class Location(NamedTuple):
@@ -69,8 +70,8 @@ def check_name(name: Any) -> str:
         )
     if name == "ground":
         raise InputError("the name of a part is 'ground', which stands for the inertial frame; take another")
-    if name in OF_RUNS:
-        raise InputError(f"the name of a part is {name!r}, which is that of a run's own variable; take another")
+    if name in OF_THE_RUN:
+        raise InputError(f"the name of a part is {name!r}, which is a result of the whole run; take another")
     return name
 
 

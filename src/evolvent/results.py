@@ -41,6 +41,10 @@ _VARIABLES = "variables"
 _LONGEST = 255
 
 
+#: Attribute ``holds`` of files of modes.
+MODES = "modes"
+
+
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str, **attrs: Any) -> xr.Variable:
     """A variable with its units and name."""
     return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": long_name, **attrs})
@@ -147,8 +151,8 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
         dataset = _load(name)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
-    if {"frequency_hz", "damping_ratio"} <= set(dataset.variables):
-        raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads it")
+    if dataset.attrs.get("holds") == MODES:
+        raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads them")
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
         raise InputError(f"cannot read {name!r}: it is a NetCDF file, but not a run of evolvent")
     try:

@@ -13,6 +13,7 @@ import xarray as xr
 from evolvent import results, variables
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.units import unit_text
 
 if TYPE_CHECKING:
     from evolvent.motion import Motion
@@ -42,23 +43,6 @@ def label_of(found: xr.DataArray, fallback: str = "") -> str:
     unit = found.attrs.get("units", "")
     text = str(found.attrs.get("long_name", fallback)).partition(",")[0]
     return f"{text}, {unit_text(unit)}" if unit and unit != "1" else text
-
-
-def unit_text(unit: str) -> str:
-    """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
-    powers = str.maketrans("234", "²³⁴")
-    above: list[str] = []
-    below: list[str] = []
-    for word in unit.split():
-        letters = word.rstrip("-0123456789")
-        power = word[len(letters) :]
-        (below if power.startswith("-") else above).append(
-            letters + power.lstrip("-").replace("1", "").translate(powers)
-        )
-    top = " ".join(above) or "1"
-    if not below:
-        return top if above else unit
-    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
 
 
 def lines_of(run: xr.DataTree | xr.Dataset, name: str, *, label: str | None = None, first: int = 0) -> list[Line]:
@@ -133,15 +117,48 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
 
 
 def figures(run: xr.DataTree) -> list[Figure]:
-    """Default figures of a run: one a kind of part, and one of the balances; empty of a single sample."""
+    """Default figures of a run: one a kind of part, and one of the balances; of one state, of all that is long."""
     if run.sizes.get("time", 1) < 2:
-        return []
+        return figures_along(run)
     kinds: dict[str, list[str]] = {}
     for part in variables.parts(run):
         if plots_of(run, part):
             kinds.setdefault(str(run[part].attrs.get("kind", "part")), []).append(part)
     drawn = [_kind_figure(run, kind, own) for kind, own in kinds.items()]
     return [figure for figure in drawn if figure.panels] + [balance_figure(run)]
+
+
+def figures_along(run: xr.DataTree) -> list[Figure]:
+    """Figures of the last state along the parts, one a part; without what is nothing beside others of its unit."""
+    found = []
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        panels = []
+        named = [name for name in json.loads(group.attrs.get("plots_along", "[]")) if name in group.data_vars]
+        largest: dict[str, float] = {}
+        for name in named:
+            unit = group[name].attrs["units"]
+            largest[unit] = max(largest.get(unit, 0.0), float(np.nanmax(np.abs(group[name].values[-1]))))
+        for name in named:
+            variable = group[name]
+            if np.nanmax(np.abs(variable.values[-1])) > 1e-9 * largest[variable.attrs["units"]]:
+                panels.append(_panel_along(group, name))
+        if panels:
+            panels[-1] = dataclasses.replace(panels[-1], x_label="length from the root, m")
+            title, size = f"Along {part}", (8.0, 1.2 + 2.4 * len(panels))
+            found.append(Figure(name=f"along-{part.replace(' ', '-')}", title=title, panels=panels, size=size))
+    return found
+
+
+def _panel_along(group: xr.Dataset, name: str) -> Panel:
+    """The last values of a variable over the length at which they are, a line a component."""
+    variable = group[name]
+    place = variable.dims[1]
+    arc = next(c for c in group.coords.values() if c.dims == (place,) and c.attrs.get("units") == "m")
+    columns = variable.values[-1].reshape(arc.size, -1)
+    tags = _tags(variable.isel({place: 0}), columns.shape[1])
+    lines = [Line(x=arc.values, y=y, label=tag.lstrip(".")) for y, tag in zip(columns.T, tags, strict=True)]
+    return Panel(x_label="", y_label=_panel_label(variable, name), lines=_coloured(_moving(lines, 0.0)))
 
 
 def _kind_figure(run: xr.DataTree, kind: str, parts: list[str]) -> Figure:

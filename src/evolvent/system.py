@@ -69,7 +69,7 @@ class System:
         InputError
             If `part` is none, or the name is taken.
         """
-        if isinstance(part, type) or not hasattr(part, "write"):
+        if not isinstance(part, Part):
             raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
         if name is None:
             kind = type(part).__name__.lower()
@@ -252,20 +252,23 @@ class System:
 
         Returns
         -------
-        evolvent.solvers.linear.StateSpace
-            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``.
+        evolvent.linear.LinearModel
+            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``;
+            ``model.frequency_response().plot("response.png")``.
 
         Raises
         ------
         InputError, RunFailed
             As of `modes`.
         """
+        from evolvent.linear import LinearModel
         from evolvent.solvers.linear import linearize
 
-        return linearize(
+        found = linearize(
             self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
             centre=centre, boundary=boundary, static_correction=static_correction,
         )  # fmt: skip
+        return LinearModel.of(found)
 
     def to_yaml(self, **settings: Any) -> str:
         """The system as a case file, which `evolvent.load` and ``evolvent run`` read.
@@ -317,12 +320,17 @@ class System:
 
         def visit(name: str) -> None:
             if name in path:
-                circle = " -> ".join([*path[path.index(name) :], name])
-                raise InputError(f"the parts {circle} refer to one another in a circle; one of them must come first")
+                cycle = [*path[path.index(name) :], name]
+                if len(cycle) == 2:
+                    raise InputError(f"{name!r} refers to itself; it must refer to another part")
+                raise InputError(
+                    f"the parts {' -> '.join(map(repr, cycle))} refer to one another in a cycle; one of them must "
+                    "refer to another part, or to none"
+                )
             if name in found:
                 return
             path.append(name)
-            for other in getattr(self._parts[name], "references", tuple)():
+            for other in self._parts[name].references():
                 if other not in self._parts:
                     raise InputError(
                         f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, self._parts)}"

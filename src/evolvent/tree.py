@@ -1,7 +1,7 @@
 """Results as a tree: one group a part, times and balances at the root.
 
-A group's attributes say how the part is drawn and plotted (``drawn`` and ``plots``, JSON), so that a file needs nothing
-beside itself to be shown. ``variables`` lists what was written, so that a damaged file is recognised.
+A group's attributes say how the part is drawn and plotted (``drawn``, ``plots`` and ``plots_along``, JSON), so that a
+file needs nothing beside itself to be shown. ``variables`` lists what was written: a damaged file is recognised.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from evolvent.observe.variables import AXES
 from evolvent.solvers import balance as eb
 from evolvent.solvers.solution import Solution
 
-#: Energies and work of the root, each with its field in the balance; their names are in `references.OF_RUNS` as well.
+#: Energies and work of the root, each with its field in the balance; their names are in `references.OF_THE_RUN` as well.
 _ENERGIES = {
     "energy_kinetic": ("kinetic", "kinetic energy"),
     "work_loads": ("loads", "work of loads and weight since the start"),
@@ -54,9 +54,10 @@ def _group(solution: Solution, name: str, found: Observed) -> xr.Dataset:
     """Variables and coordinates of a part, and how it is drawn and plotted."""
     part = solution.assembly.parts[name]
     attrs = {
-        "kind": getattr(part, "kind", type(part).__name__),
+        "kind": type(part).model_fields["kind"].default,
         "drawn": json.dumps(found.drawn),
         "plots": json.dumps(found.plots),
+        "plots_along": json.dumps(found.plots_along),
     }
     variables, coordinates = (
         {key: xr.Variable(v.dims, v.values, {"units": v.units, "long_name": v.long_name}) for key, v in of.items()}

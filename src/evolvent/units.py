@@ -551,3 +551,20 @@ Exponent = Annotated[float, Quantity(what="a plain number", unit="", example="1.
 NumberOrZero = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", least=0.0)]
 PositiveNumber = Annotated[float, Quantity(what="a plain number", unit="", example="0.5", above=0.0)]
 Parameters = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0, empty=True)]
+
+
+def unit_text(unit: str) -> str:
+    """A unit as a figure shows it: 'kg m2 s-1' -> 'kg m²/s'."""
+    powers = str.maketrans("234", "²³⁴")
+    above: list[str] = []
+    below: list[str] = []
+    for word in unit.split():
+        letters = word.rstrip("-0123456789")
+        power = word[len(letters) :]
+        (below if power.startswith("-") else above).append(
+            letters + power.lstrip("-").replace("1", "").translate(powers)
+        )
+    top = " ".join(above) or "1"
+    if not below:
+        return top if above else unit
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"

@@ -1,16 +1,20 @@
-"""Variables of a run by their full names: 'hub.rate', 'boom.tip_deflection.y', 'boom[5].position', 'energy_defect'."""
+"""Variables of a run by their full names: 'hub.rate', 'boom.tip.velocity', 'boom[5].position.y', 'energy_defect'."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 
 import numpy as np
 import xarray as xr
 
 from evolvent.errors import InputError, nearest
+from evolvent.references import FROM_TIP
 
-_NAME = re.compile(r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\])?(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[xyzw]))?")
+_NAME = re.compile(
+    r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
+    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[xyzw]))?"
+)
 #: Dimensions that mean the same in every group.
 SHARED = ("time", "axis", "quaternion")
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
@@ -47,7 +51,8 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     Parameters
     ----------
     name : str
-        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node.
+        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node,
+        'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam.
 
     Raises
     ------
@@ -74,7 +79,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
         own = [k.partition(".")[2] for k in known if k.startswith(f"{part}.")]
         raise InputError(f"{name!r} is a part; give one of its variables: {', '.join(own)}")
     if variable not in group.variables:
-        raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
+        raise InputError(f"no variable is called {name!r}; {nearest(full, known)}")
     return _entry(group[variable], match, name)
 
 
@@ -87,7 +92,25 @@ def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray
             count = "none" if dimension is None else f"{found.sizes[dimension]}, counted from 0"
             raise InputError(f"{name!r}: {match['part']}.{match['variable']} has no {number}; it has {count}")
         found = found.isel({dimension: number})
+    elif match["end"] is not None:
+        found = found.isel(_end(found, match))
     return found if match["axis"] is None else _component(found, name, match["axis"])
+
+
+def _end(found: xr.DataArray, match: re.Match[str]) -> dict[Hashable, int]:
+    """Dimension and number of the node at an end of a beam or thread; the nodes of a thread count from its tip."""
+    dimension = next((d for d in found.dims if str(d).rpartition(".")[2] == "node"), None)
+    if dimension is None:
+        raise InputError(
+            f"'{match['part']}.{match['variable']}' has no values at nodes, so none at '{match['part']}.{match['end']}'"
+        )
+    if found[dimension].attrs.get("long_name") == FROM_TIP:
+        if match["end"] == "root":
+            raise InputError(
+                f"{match['part']!r} is a thread, which has no root; give a node, counted from 0 at the tip"
+            )
+        return {dimension: 0}
+    return {dimension: 0 if match["end"] == "root" else -1}
 
 
 def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:

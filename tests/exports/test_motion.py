@@ -61,8 +61,14 @@ def test_copies_stand_as_blades_of_their_own_do():
     for one, other in solids:
         assert one.centre == pytest.approx(other.centre, abs=1e-12)
         assert one.axis == pytest.approx(other.axis, abs=1e-12)
-    pulls = np.concatenate([force.vectors for force in each.forces], axis=1)
-    assert copies.forces[0].vectors == pytest.approx(pulls, abs=1e-9)
+    pulls = [force for force in each.forces if force.name.startswith("pull of")]
+    lights = [force for force in each.forces if force not in pulls]
+    assert len(copies.forces) == 2
+    for one, others in zip(copies.forces, (pulls, lights), strict=True):
+        assert len(others) == 3
+        at, vectors = (np.concatenate([getattr(f, key) for f in others], axis=1) for key in ("points", "vectors"))
+        assert one.points == pytest.approx(at, abs=1e-7)
+        assert one.vectors == pytest.approx(vectors, abs=1e-9)
 
 
 def test_the_pull_of_the_blades_turns_the_body(runs):

@@ -30,6 +30,7 @@ def test_a_pendulum(method: str) -> None:
     close(found.of("rod", "tension"), wanted, part=1e-3)
     close(found.of("rod", "length"), 0.8, part=1e-6)
     close(found.of("rod", "ends")[:, 1], x)
+    close(found.of("rod", "force"), -wanted[:, None] * x / 0.8, part=1e-3)
 
 
 @METHODS
@@ -42,6 +43,7 @@ def test_a_link_between_bodies_pushes(method: str) -> None:
     system.add(parts.Spring(a="a", b="b", stiffness=20.0, length=0.7), "spring")
     found = run(system, np.linspace(0.0, 0.2, 5), method)
     close(found.of("strut", "tension"), -6.0, part=1e-6)
+    close(found.of("strut", "force")[:, 0], 6.0, part=1e-6)
     close(found.of("spring", "force"), 6.0, part=1e-6)
 
 
@@ -60,6 +62,8 @@ def test_a_cord_on_a_drum(method: str) -> None:
     close(found.of("cord", "length"), free, part=1e-4)
     close(found.of("cord", "wound_length"), s - free, part=5e-3)
     close(found.of("cord", "tension"), m * v**2 / free, part=1e-3)
+    rate = np.gradient(found.state("bob", 3, rate=True), found.t, axis=0, edge_order=2)
+    close(found.of("cord", "force"), m * rate, part=2e-2)
     ends = found.of("cord", "ends")
     close(np.linalg.norm(ends[:, 0], axis=1), R)
     close(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), free, part=1e-4)

@@ -117,10 +117,72 @@ def test_a_torque_spread_over_a_beam_turns_a_stiff_rod() -> None:
     close(found.of("motor", "work"), 0.3 * rate * found.t, part=5e-3)
 
 
-def test_a_load_on_a_thread_has_no_variables() -> None:
-    import families.lumped  # noqa: F401
-    from families.case import CASES
+THREAD = {
+    "wind": parts.UniformLoad(thread="thread", force=(0.02, 0.05, 0.01)),
+    "air": parts.LawLoad(
+        thread="thread", law=["-c*vx - a*z", "-c*vy + a*x", "-c*vz + a*t"], constants={"c": 0.3, "a": 0.02}
+    ),
+    "light": parts.RadiationPressure(
+        thread="thread", pressure=0.2, width=0.1, direction=(0.0, 3.0, 4.0), reflectivity=0.6
+    ),
+    "jet": parts.UniformLoad(thread="thread", force=(0.03, 0.0, 0.0), frame="body"),
+}
 
-    case = CASES["a load on a thread"]()
-    found = run(case.system(), case.times, step=case.step)
-    assert not found.tree["wind"].data_vars
+
+@pytest.mark.parametrize("method", ["rk4", IMPLICIT])
+def test_loads_along_a_thread(method: str) -> None:
+    """Resultants from the raw state of the nodes, on a base that turns; their works are the solver's account."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven", rate=0.5), "base")
+    reel = {"centre": (0.0, 0.1, 0.0), "payout_axis": (0.0, 0.0, -1.0), "spool_axis": (1.0, 0.0, 0.0)}
+    drive = parts.ConstantDrive(rate=1.0, angle=5.0)
+    system.add(parts.Reel(body="base", radius=0.1, drive=drive, **reel), "reel")
+    system.add(
+        parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=5, stiffness=400.0, damping=2.0, tip_mass=0.2),
+        "thread",
+    )
+    for name, load in THREAD.items():
+        system.add(load, name)
+    samples = np.linspace(0.0, 1.0, 401)
+    found = run(system, samples, method, step=5e-4 if method == "rk4" else 2.5e-3)
+    x, v = (found.state("thread", 15, rate=rate).reshape(-1, 5, 3) for rate in (False, True))
+    count, t = found.solution.s[:, 0], found.t
+    span = np.where(count[:, None] > np.arange(5), np.array([0.1, 0.2, 0.2, 0.2, 0.2]), 0.0)
+    Q = found.assembly.model.threads["departure"][0]
+    inner = np.concatenate([x[:, 1:], x[:, :1]], axis=1)
+    inner[np.arange(t.size), count - 1] = Q
+    outer = np.concatenate([x[:, :1], x[:, :-1]], axis=1)
+    turned = np.stack([np.cos(0.5 * t), np.sin(0.5 * t), 0.0 * t], axis=1)
+    normal = np.cross(outer - inner, turned[:, None])
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    sun = np.array([0.0, 0.6, 0.8])
+    c = normal @ sun
+    per_length = {
+        "wind": np.broadcast_to([0.02, 0.05, 0.01], x.shape),
+        "air": -0.3 * v + 0.02 * np.stack([-x[..., 2], x[..., 0], np.broadcast_to(t[:, None], c.shape)], axis=-1),
+        "light": 0.02 * np.abs(c)[..., None] * (0.4 * sun + 1.2 * c[..., None] * normal),
+        "jet": np.broadcast_to(0.03 * turned[:, None], x.shape),
+    }
+    for name, force in per_length.items():
+        close(found.of(name, "force"), np.einsum("tn,tnc->tc", span, force))
+        close(found.of(name, "power"), np.einsum("tn,tnc,tnc->t", span, force, v))
+        close(found.of(name, "position"), np.einsum("tn,tnc->tc", span, x) / span.sum(axis=1)[:, None])
+        assert found.tree[name].attrs["plots"] == '["force"]'
+    assert count[0] == 3
+    assert count[-1] == 4
+    close(sum(found.of(name, "work") for name in THREAD), account(found), part=2e-3)
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_a_load_on_copies_of_a_thread_does_work_on_all(copies: int) -> None:
+    system = System()
+    system.add(parts.RigidBody(inertia=0.004, motion="spin", rate=6.0), "wheel")
+    drive = parts.ConstantDrive(rate=3.5, angle=100.0)
+    system.add(parts.Reel(body="wheel", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
+    thread = parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, copies=copies, segments="inextensible")
+    system.add(thread, "blade")
+    system.add(parts.UniformLoad(thread="blade", force=(0.0, 0.0, 1e-3)), "wind")
+    found = run(system, np.linspace(0.0, 0.05, 101), "dopri5")
+    assert found.of("wind", "work")[-1] > 0.0
+    close(found.of("wind", "work"), account(found), part=1e-3)
+    assert ("of one copy" in found.tree["wind"]["force"].attrs["long_name"]) == (copies == 2)

@@ -150,6 +150,25 @@ def test_a_structure_with_the_part(command, tmp_path):
         assert sentence in err
 
 
+def test_pages_of_the_package_show_its_keys(installed, tmp_path):
+    pytest.importorskip("sphinx")
+    pytest.importorskip("myst_parser")
+    (tmp_path / "conf.py").write_text('extensions = ["myst_parser", "evolvent.sphinxext"]\n')
+    page = "# Mast\n\n```{keys} pantograph tension-cable\n```\n\n```{parts} tension-cable\n```\n\n"
+    (tmp_path / "index.md").write_text(page + "```{case-file} pantograph\n```\n")
+    source = str(pathlib.Path(evolvent.__file__).parents[1])
+    env = os.environ | {"PYTHONPATH": os.pathsep.join([source, str(installed), os.environ.get("PYTHONPATH", "")])}
+    build = [sys.executable, "-m", "sphinx", "-q", "-b", "text", ".", "out"]
+    done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    text = (tmp_path / "out" / "index.txt").read_text()
+    for words in ("Pantograph\n", "Tension cable\n", "cells", "stiffness", "system: pantograph"):
+        assert words in text, words
+    (tmp_path / "index.md").write_text("# Mast\n\n```{keys} pantografh\n```\n")
+    done = subprocess.run(build, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert "no system and no kind of part is called 'pantografh'; did you mean 'pantograph'?" in done.stderr
+
+
 def test_a_package_that_cannot_be_loaded_harms_no_other(command, tmp_path, installed):
     broken = installed / "broken-0.1.dist-info"
     broken.mkdir()

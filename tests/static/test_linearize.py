@@ -401,6 +401,31 @@ def test_frequencies_for_a_figure(cantilever):
     assert_allclose(found.frequency_hz, found.omega / (2.0 * np.pi))
 
 
+def test_the_figure_of_a_frequency_response(tmp_path):
+    """Of a mass on a damped spring: magnitude 1/|k - m w^2 + i w c| and phase over Hz, a panel a unit."""
+    m, k, c = 2.0, 800.0, 4.0
+    system = System()
+    system.add(parts.Point(mass=m, position=(1.0, 0.0, 0.0)), "bob")
+    system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="bob", length=1.0, stiffness=k, damping=c), "rod")
+    model = system.linearize(["bob.force.x"], ["bob.displacement.x", "bob.velocity.x"])
+    assert repr(model) == f"<LinearModel: {model.summary}>"
+    response = model.frequency_response()
+    sheet = response.figure()
+    assert [panel.y_label for panel in sheet.panels] == ["magnitude, m/N", "magnitude, m/s/N", "phase, deg"]
+    assert all(panel.log_x for panel in sheet.panels)
+    line = sheet.panels[0].lines[0]
+    w = 2.0 * np.pi * line.x
+    assert_allclose(line.y, 1.0 / np.abs(k - m * w**2 + 1j * w * c), rtol=1e-6)
+    assert_allclose(sheet.panels[2].lines[0].y, np.degrees(np.angle(1.0 / (k - m * w**2 + 1j * w * c))), atol=1e-4)
+    assert line.label == "bob.displacement.x / bob.force.x"
+    assert response.plot(tmp_path / "response.png") == str(tmp_path / "response.png")
+    assert [axis.get_xscale() for axis in response.plot().axes] == ["log"] * 3
+    small = model.reduce(1)
+    assert small.frequency_response([3.0]).plot(tmp_path / "one.svg")
+    with pytest.raises(InputError, match="frequencies above 0"):
+        model.frequency_response([0.0]).plot()
+
+
 # ------------------------------------------------------------------------------------------------ refused
 
 

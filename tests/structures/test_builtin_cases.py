@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.optimize import brentq, least_squares
 
 import evolvent as ev
 from book import Book
-from evolvent import cases, plots
+from evolvent import cases, plots, show
+from evolvent.references import OF_THE_RUN
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 
@@ -315,7 +317,14 @@ BAD = {
     ),
     "a circle of references": (
         "  one: {kind: point, mass: 1 kg, at: two}\n  two: {kind: point, mass: 1 kg, at: one}\n",
-        "the parts one -> two -> one refer to one another in a circle",
+        "the parts 'one' -> 'two' -> 'one' refer to one another in a cycle",
+    ),
+    "a part that refers to itself": (
+        "  one: {kind: point, mass: 1 kg, at: one}\n", "'one' refers to itself; it must refer to another part",
+    ),
+    "the name of a result of the run": (
+        "  energy: {kind: point, mass: 1 kg}\n",
+        "the name of a part is 'energy', which is a result of the whole run; take another",
     ),
     "two parts of one name": (BOB + BOB, "the key 'bob' stands twice"),
     "no parts": ("", "parts is empty"),
@@ -343,6 +352,71 @@ def test_bad_input_is_one_line_that_names_the_part(
     assert len(err.splitlines()) == 1, err
     assert words in err
     assert "Traceback" not in err
+
+
+def test_a_case_of_parts_needs_no_key_system(call: Callable[..., tuple[int, str, str]], tmp_path: Any) -> None:
+    text = HEAD.partition("\n")[2] + BOB
+    (tmp_path / "bare.yaml").write_text(text)
+    code, out, err = call("run", "bare.yaml", "--no-figures", "--set", "parts.bob.velocity=[1, 0, 0 m/s]")
+    assert (code, err) == (0, "")
+    assert "bob.position" in out
+    system = ev.load(cases.parse_yaml(text, "bare"))
+    assert list(system.parts) == ["bob"]
+    code, _, err = call("modes", "bare.yaml", "--set", "sytem=structure")
+    assert (code, err.strip()) == (2, "evolvent: unknown key 'sytem'; did you mean 'system'?")
+    (tmp_path / "neither.yaml").write_text("simulate: {until: 1 s}\n")
+    code, _, err = call("run", "neither.yaml")
+    assert code == 2
+    assert "the key 'system' is missing" in err
+
+
+CANTILEVER = """\
+gravity: [0, 0, -2 m/s^2]
+parts:
+  boom:
+    {kind: beam, length: 2 m, section: {rectangle: {thickness: 2 mm, width: 20 mm}}, elements: 6, normal: [0, 0, 1],
+     material: {young_modulus: 70 GPa, poisson_ratio: 0, density: 1600 kg/m^3}}
+  wall: {kind: joint, a: [0, 0, 0 m], b: boom.root, type: clamp}
+  end: {kind: point, mass: 10 g, at: boom.tip}
+"""
+
+
+def test_the_command_equilibrium_draws_along_the_parts(
+    call: Callable[..., tuple[int, str, str]], tmp_path: Any
+) -> None:
+    """Of a cantilever under its weight, of which the moment at the root is w L^2/2 + m g L."""
+    (tmp_path / "cantilever.yaml").write_text(CANTILEVER)
+    code, out, err = call("equilibrium", "cantilever.yaml", "-o", "rest.nc", "--figures", "drawn")
+    assert (code, err) == (0, "")
+    assert "figures: along-boom.png, shape.html in drawn" in out
+    assert {path.name for path in (tmp_path / "drawn").iterdir()} == {"along-boom.png", "shape.html"}
+    rest = ev.open(tmp_path / "rest.nc")
+    (sheet,) = show.figures(rest)
+    labels = [panel.y_label for panel in sheet.panels]
+    assert labels[0] == "deflection, m"
+    line_load = 1600.0 * 0.002 * 0.02 * 2.0
+    bending = next(p for p in sheet.panels if p.y_label.startswith("bending moment") and p.lines[0].y[0] != 0.0)
+    (line,) = bending.lines
+    left = 2.0 - line.x
+    wanted = line_load * left**2 / 2.0 + 0.01 * 2.0 * left
+    # each element's is its mean, off by w h^2/24; the strip bends so far that the arm is 1 % shorter
+    np.testing.assert_allclose(np.abs(line.y), wanted, rtol=1.5e-2, atol=1.2 * line_load * (1.0 / 3.0) ** 2 / 24.0)
+
+
+def test_files_of_modes_say_what_they_hold(call: Callable[..., tuple[int, str, str]], tmp_path: Any) -> None:
+    code, out, _ = call("modes", "hanging-chain", "--count", "3", "-o", "modes.nc")
+    assert code == 0
+    assert "modes: modes.nc" in out
+    with xr.open_dataset(tmp_path / "modes.nc") as found:
+        assert found.frequency_hz.size == 3
+        assert "evolvent" in found.attrs["made_with"]
+    for command in ("info", "plot"):
+        code, _, err = call(command, "modes.nc")
+        assert (code, "it holds modes, not a run" in err) == (2, True)
+
+
+def test_names_of_results_of_the_run_are_those_that_no_part_takes() -> None:
+    assert set(run("yo-yo-despin").to_dataset().variables) == OF_THE_RUN
 
 
 def test_a_method_that_does_not_support_a_part_names_it(call: Callable[..., tuple[int, str, str]]) -> None:

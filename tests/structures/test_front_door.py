@@ -84,7 +84,7 @@ def test_names_of_the_variables_of_a_run_are_refused() -> None:
     """Every variable and dimension beside the groups of parts: a part of that name could not be kept in the results."""
     run = ball().simulate(until=1.0)
     for name in {*run.to_dataset().variables, *run.dims}:
-        with pytest.raises(InputError, match=f"the name of a part is '{name}', which is that of a run's own variable"):
+        with pytest.raises(InputError, match=f"the name of a part is '{name}', which is a result of the whole run"):
             ball().add(parts.Point(mass=1.0), name)
     with pytest.raises(InputError, match="parts: the name of a part is 'energy', which is that of a run's own"):
         cases.load({"parts": {"energy": {"kind": "point", "mass": 1}}})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import time
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.parts.registry import kinds
 from evolvent.studio import charts, form, parts, preview
 from evolvent.studio.folder import Folder
-from evolvent.studio.state import NEW, Studio
+from evolvent.studio.state import NEW, Draft, Studio, View, view_of
 
 STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}
@@ -255,3 +256,59 @@ def test_a_run_of_a_structure_has_numbers_figures_motion_and_variables(studio):
     for name in names:  # whatever is offered can be drawn
         json.dumps([chart.options for chart in charts.charts(show.figure(loaded.run, [name]))], allow_nan=False)
     assert pathlib.Path(loaded.path).name == "slew.nc"
+
+
+# ------------------------------------------------------------------------------------------------ equilibria, modes
+
+STRIP = {
+    "parts": {
+        "boom": BOOM,
+        "wall": {"kind": "joint", "a": [0, 0, "0 m"], "b": "boom.root", "type": "clamp"},
+        "weight": {"kind": "force", "at": "boom.tip", "force": [0, 0, "-1 N"]},
+    }
+}
+
+
+def wait(studio, key):
+    """Wait until a job has ended; returns it."""
+    for _ in range(1200):
+        if not studio.jobs.get(key).open:
+            return studio.jobs.get(key)
+        time.sleep(0.1)
+    raise AssertionError(studio.jobs.get(key))
+
+
+def test_equilibria_and_modes_wait_in_the_queue_and_are_kept(studio):
+    draft = Draft("file:strip.yaml", "strip.yaml", cases.content_of(STRIP))
+    keys = {kind: studio.submit(draft, kind) for kind in ("equilibrium", "modes")}
+    rest, found = (wait(studio, key) for key in keys.values())
+    assert [job.status for job in (rest, found)] == ["success", "success"]
+    loaded = studio.load(f"job:{keys['equilibrium']}")
+    assert loaded.still
+    assert [figure.title for figure in loaded.figures] == ["Along boom"]
+    for figure in loaded.figures:
+        json.dumps([chart.options for chart in charts.charts(figure)], allow_nan=False)
+    assert studio.motion(f"job:{keys['equilibrium']}")
+    system = evolvent.load(STRIP)
+    np.testing.assert_allclose(loaded.run["boom"].tip_position, system.equilibrium()["boom"].tip_position)
+    modes = system.modes()
+    assert [float(row[1]) for row in found.extra["rows"]] == pytest.approx(modes.frequency_hz, rel=1e-4)
+    assert len(found.extra["head"]) == len(found.extra["rows"][0]) == 10
+    ref = f"job:{keys['modes']}"
+    assert b'"repeats":true' in studio.mode(f"{ref}:3")
+    for wrong in (f"{ref}:10", f"{ref}:-1", f"{ref}:x", f"{ref}:", f"{ref}:../3"):
+        assert studio.mode(wrong) is None
+    assert studio.path(ref).name == "modes.nc"
+    assert [view_of(job) for job in (rest, found)] == [
+        View("run", (f"job:{keys['equilibrium']}",)), View("modes", (ref,)),
+    ]  # fmt: skip
+
+
+def test_what_has_no_modes_is_refused_before_it_waits(studio):
+    reel = {"kind": "reel", "body": "hub", "radius": 0.1, "drive": {"constant": {"rate": 1.0, "angle": 5.0}}}
+    thread = {"kind": "thread", "reel": "reel", "length": 1, "line_density": 0.1, "nodes": 5, "stiffness": 400}
+    content = cases.content_of({"parts": {"hub": HUB | {"motion": "driven"}, "reel": reel, "thread": thread}})
+    for kind, words in (("modes", "modes do"), ("equilibrium", "equilibrium does")):
+        with pytest.raises(InputError, match=f"'thread' is a thread .* which {words} not support; take a Beam"):
+            studio.submit(Draft("", "", content), kind)
+    assert studio.jobs.listed() == []

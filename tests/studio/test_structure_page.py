@@ -8,6 +8,7 @@ import zipfile
 
 import pytest
 
+import evolvent
 from evolvent import cases
 from studio.serving import choose, part, serving
 
@@ -16,6 +17,22 @@ DRAWN = "document.querySelector('.ev-start .ev-motion')?.viewer"
 TIP = (
     f"(() => {{ const line = {DRAWN}?.motions[0].lines[0]; return line ? line.points[3 * line.count - 3] : null; }})()"
 )
+
+#: The picture of results.
+MOVES = f"document.querySelector('{part('motion')} .ev-motion')?.viewer"
+#: A strip that a small weight bends; it has no key `system`.
+CANTILEVER = """\
+parts:
+  boom:
+    kind: beam
+    length: 2 m
+    section: {rectangle: {thickness: 2 mm, width: 20 mm}}
+    material: {young_modulus: 70 GPa, poisson_ratio: 0, density: 1600 kg/m^3}
+    elements: 6
+    normal: [0, 0, 1]
+  wall: {kind: joint, a: [0, 0, 0 m], b: boom.root, type: clamp}
+  weight: {kind: force, at: boom.tip, force: [0, 0, -0.05 N]}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -165,6 +182,58 @@ def test_a_structure_is_run_and_its_variables_are_drawn(page, server, folder, sh
     page.wait_for_selector(part("start"))
     page.click(part("tab-runs"))
     page.wait_for_selector(part("result"))
+
+
+def test_modes_are_listed_and_the_chosen_one_moves(page, server, shots):
+    choose(page, "case", "slew.yaml")
+    page.screenshot(path=shots / "structure-buttons.png")
+    page.click(part("modes"))
+    page.wait_for_selector(part("modes-table"))
+    rows = page.locator(f"{part('modes-table')} tr")
+    assert rows.first.locator("th").all_inner_texts()[:4] == ["mode", "frequency, Hz", "rad/s", "damping ratio"]
+    found = evolvent.load("boom-slew").modes(count=10)
+    hertz = [float(rows.nth(k + 1).locator("td").nth(1).inner_text()) for k in range(10)]
+    assert hertz == pytest.approx(found.frequency_hz, rel=1e-4)
+    assert rows.nth(7).get_attribute("class").split() == ["ev-pick", "on"]  # the first that is no rigid motion
+    title = f"{MOVES}?.motions[0].header.title"
+    page.wait_for_function(f"{title}?.startsWith('Mode 6')")
+    # it plays, and begins again after each period
+    page.wait_for_function(f"(window.now = {MOVES}.now) > 0.6 * {MOVES}.end")
+    page.wait_for_function(f"{MOVES}.now < window.now")
+    assert page.evaluate(f"{MOVES}.playing")
+    page.wait_for_timeout(300)
+    page.screenshot(path=shots / "structure-modes.png")
+    page.click(part("mode-8"))
+    page.wait_for_function(f"{title}?.startsWith('Mode 8')")
+    assert rows.nth(9).get_attribute("class").split() == ["ev-pick", "on"]
+    with page.expect_download() as kept:
+        page.click(part("download-modes"))
+    assert kept.value.suggested_filename.endswith("slew-modes.nc")
+    page.click(part("tab-case"))
+    page.wait_for_selector(part("start"))
+    page.click(part("tab-runs"))
+    page.wait_for_function(f"{title}?.startsWith('Mode 8')")  # the one that was looked at last
+
+
+def test_the_equilibrium_is_found_and_drawn(page, folder, shots):
+    """A cantilever under a weight at its tip: w L^3/(3 EI) below its root."""
+    content = cases.parse_yaml(CANTILEVER, "cantilever")
+    (folder / "cantilever.yaml").write_text(CANTILEVER)
+    page.reload()
+    page.wait_for_selector(part("run"))
+    page.wait_for_timeout(400)
+    choose(page, "case", "cantilever.yaml")
+    page.click(part("equilibrium"))
+    page.wait_for_selector(part("result"))
+    page.locator(f"{part('main')} >> text=boom.tip_deflection").first.wait_for()
+    page.wait_for_function(f"{MOVES}?.motions[0].lines.length === 1")
+    tip = page.evaluate(f"(({{ points, count }}) => points[3 * count - 1])({MOVES}.motions[0].lines[0])")
+    wanted = evolvent.load(content).equilibrium()["boom"].tip_position.values[0, 2]
+    assert tip == pytest.approx(wanted, rel=1e-4)
+    assert tip == pytest.approx(-0.05 * 2.0**3 / (3.0 * 70e9 * 0.02 * 0.002**3 / 12.0), rel=2e-2)
+    assert not page.locator(part("play")).is_visible()
+    page.wait_for_timeout(400)
+    page.screenshot(path=shots / "structure-equilibrium.png")
 
 
 def test_two_runs_of_a_structure_are_compared(page, server):

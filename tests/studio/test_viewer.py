@@ -79,6 +79,19 @@ def test_it_plays_once_in_15_seconds(browser, path, tmp_path):
     opened.close()
 
 
+def test_a_period_is_played_again_and_again(browser, tmp_path):
+    page = tmp_path / "period.html"
+    page.write_bytes(animation.page(dataclasses.replace(many_bodies(), repeats=True))[0])
+    opened = browser.new_page()
+    opened.goto(page.as_uri())
+    opened.wait_for_timeout(300)
+    opened.evaluate(f"{VIEWER}.go({VIEWER}.end - 0.01)")
+    opened.wait_for_timeout(300)
+    assert get(opened, "playing")
+    assert 0.0 < get(opened, "now") < 6.0
+    opened.close()
+
+
 def test_keys(page):
     press(page, "ArrowRight")
     assert get(page, "now") == pytest.approx(0.1)

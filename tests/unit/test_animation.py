@@ -132,6 +132,10 @@ def test_frames_speed_and_playing():
     assert (frames, len(found["time"]), header["speed"], header["playing"]) == (7, 7, 3.0, False)
     _, header, _ = read_page(animation.page(long_line(100, 4))[0])
     assert header["speed"] == pytest.approx(10.0 / 15.0, rel=1e-2)  # 15 s for the run
+    assert not header["repeats"]
+    period = dataclasses.replace(long_line(100, 4), repeats=True)
+    for header in (read_page(animation.page(period)[0])[1], read_pack(animation.pack(period))[0]):
+        assert (header["repeats"], header["speed"]) == (True, 5.0)  # a period takes 2 s
 
 
 def test_positions_far_away_keep_their_precision():

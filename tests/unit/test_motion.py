@@ -161,6 +161,8 @@ def test_the_usual_largest_force_is_a_fifth_of_the_reach():
 def test_units():
     assert name_and_unit("tip speed [m/s]") == ("tip speed", "m/s")
     assert name_and_unit("strain") == ("strain", "")
+    assert name_and_unit("curvature [m-1]") == ("curvature", "1/m")
+    assert name_and_unit("angular momentum [kg m2 s-1]") == ("angular momentum", "kg m²/s")
     shown = [quantity(x, "N") for x in (0.0, 0.0021, 12.34, 44321.0, -3e-7)]
     assert shown == ["0 N", "2.1 mN", "12.3 N", "44.3 kN", "-300 nN"]
     assert quantity(0.0021, "m/s") == "0.0021 m/s"

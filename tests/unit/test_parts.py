@@ -95,7 +95,7 @@ BAD = {
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
     "link: wrong length": (lambda: [POINT, parts.Link(**AT, length=2.0)], "'link-1'"),
-    "link: no length": (lambda: [POINT, parts.Link(a="point-1", b="point-1")], "link-1.length"),
+    "link: no length": (lambda: [POINT, parts.Link(a="point-1", b=tuple(POINT.position))], "link-1.length"),
     "link: negative length": (lambda: [POINT, parts.Link(**AT, length=-1.0)], "Link.length is -1.0"),
     "link: negative drum": (lambda: [POINT, parts.Link(**AT, drum=-0.1)], "Link.drum is -0.1"),
     "link: a drum without a length": (lambda: [POINT, parts.Link(**AT, drum=0.1)], "link-1.length is missing"),
@@ -264,7 +264,20 @@ def test_parts_in_a_circle_are_refused():
     system = System()
     system.add(parts.Point(mass=1.0, at="b"), "a")
     system.add(parts.Point(mass=1.0, at="a"), "b")
-    with pytest.raises(InputError, match="the parts a -> b -> a refer to one another in a circle"):
+    with pytest.raises(
+        InputError, match="the parts 'a' -> 'b' -> 'a' refer to one another in a cycle; one of them must"
+    ):
+        system.assemble()
+
+
+@pytest.mark.parametrize(
+    "part", [parts.Spring(a="bob", b="bob", stiffness=1.0), parts.Link(a="bob", b="bob", length=1.0)]
+)
+def test_two_ends_at_one_place_are_refused(part):
+    system = System()
+    system.add(POINT, "bob")
+    system.add(part, "rod")
+    with pytest.raises(InputError, match=r"rod\.a and rod\.b are the same place, 'bob'; give two places"):
         system.assemble()
 
 

@@ -1,6 +1,6 @@
 """Observations: the named results of every part of a finished run, one function a family.
 
-`observe` reads them off a solution. A part from outside may have a method ``observe(view, name)`` of its own, which
+`observe` reads them off a solution. A part of another package may override `evolvent.parts.base.Part.observe`, which
 stands in place of its family's function.
 """
 
@@ -13,7 +13,7 @@ from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
 
-__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe"]
+__all__ = ["OBSERVERS", "Observed", "Variable", "View", "observe", "of_family"]
 
 #: Function of each family of named parts.
 OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
@@ -53,10 +53,13 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
         part = view.assembly.parts.get(name)
         if part is None:  # the ground, or none
             continue
-        own = getattr(part, "observe", None)
-        function = OBSERVERS.get(view.assembly.names[name][0])
+        own = part.observe(view, name) or of_family(view, name)
         if own is not None:
-            found[name] = own(view, name)
-        elif function is not None:
-            found[name] = function(view, name)
+            found[name] = own
     return found
+
+
+def of_family(view: View, name: str) -> Observed | None:
+    """Named results of a part by its family; None of an event, which has none."""
+    function = OBSERVERS.get(view.assembly.names[name][0])
+    return None if function is None else function(view, name)

@@ -45,6 +45,8 @@ def observe_beam(view: View, name: str) -> Observed:
     line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
     found.drawn = [{"line": line | _section_drawn(part.section, nodes, axes, found)}]
     found.plots = ["tip_deflection"]
+    moments = ["bending_moment_y", "bending_moment_z", "torsional_moment"] if part.vectors == 4 else ["bending_moment"]
+    found.plots_along = ["deflection", "axial_force", *moments]
     return found
 
 

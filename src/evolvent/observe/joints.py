@@ -204,7 +204,8 @@ def observe_link(view: View, name: str) -> Observed:
     found, row = Observed(), view.model.links[view.index(name)]
     (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
     apart = b - a
-    found.scalar("tension", view.solution.la[:, rows_of(view, name)[0]], "N", "tension, positive where it pulls")
+    tension = view.solution.la[:, rows_of(view, name)[0]]
+    found.scalar("tension", tension, "N", "tension, positive where it pulls")
     if row["drum"] > 0.0:
         radius, body = float(row["drum"]), int(view.model.markers["index"][row["a"]])
         square = dot(apart, apart)
@@ -219,6 +220,10 @@ def observe_link(view: View, name: str) -> Observed:
     else:
         found.scalar("length", norm(apart), "m", "distance of its ends")
         found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
+    apart = a - b
+    length = norm(apart)[:, None]
+    pull = np.divide(apart, length, out=np.zeros_like(apart), where=length > 0.0)
+    found.vector("force", tension[:, None] * pull, "N", "force on end b, inertial axes; on end a it is the opposite")
     found.drawn = [{"line": {"points": "ends", "kind": "rod", "values": ["tension"]}}]
     found.plots = ["tension"]
     return found

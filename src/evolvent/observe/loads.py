@@ -7,9 +7,14 @@ from typing import Any
 import numpy as np
 
 from evolvent import jit
+from evolvent.flow.inventory import inventory
+from evolvent.flow.needs import load_explicit
 from evolvent.kernels import beam_loads, flexible
 from evolvent.kernels import loads as kernels
 from evolvent.kernels.profile import profile
+from evolvent.kernels.thread import load_resultant
+from evolvent.model import N_INVENTORY
+from evolvent.observe.threads import copies_drawn
 from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
 
@@ -17,10 +22,10 @@ Array = np.ndarray
 
 
 def observe_load(view: View, name: str) -> Observed:
-    """Force or torque at a marker; loads along threads have no single value."""
+    """Force or torque at a marker, or the resultant of a load along a thread."""
     found, row = Observed(), view.model.loads[view.index(name)]
     if row["kind"] < kernels.AT_MARKER:
-        return found
+        return observe_thread_load(view, view.index(name))
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
     at = first + kernels.PROFILE if values.size > kernels.PROFILE else -1
@@ -37,6 +42,25 @@ def observe_load(view: View, name: str) -> Observed:
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
     power = dot(vector, v)
     _add_work(found, view, after * power, before * power)
+    return found
+
+
+def observe_thread_load(view: View, index: int) -> Observed:
+    """Resultant on the released thread, and the work on all copies that the thread stands for."""
+    found, model = Observed(), view.model.copy()
+    thread = model.threads[int(model.loads["target"][index])]
+    load_explicit(model, load_resultant)
+    sums, values, power = np.empty(N_INVENTORY), np.empty((view.t.size, 6)), np.empty(view.t.size)
+    for k, (t, y, s) in enumerate(zip(view.t.tolist(), view.y, view.s, strict=True)):
+        inventory(t, y, s, model, sums)  # it places the nodes
+        power[k] = load_resultant(t, s, model, index, values[k])
+    _add_vector(found, values[:, :3], values[:, 3:], "force")
+    what = "resultant of the load on the released thread" + (", of one copy" if thread["copies"] > 1 else "")
+    found.vector("force", values[:, :3], "N", f"{what}, inertial axes")
+    found.vector("position", values[:, 3:], "m", "middle of the released thread, inertial axes")
+    if thread["copies"] > 1:
+        found.drawn[0]["forces"]["copies"] = copies_drawn(view, thread)
+    _add_work(found, view, power, power)
     return found
 
 

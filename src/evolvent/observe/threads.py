@@ -9,6 +9,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.observe.variables import Observed, cross, norm, turned, turned_back
 from evolvent.observe.view import Pose, View
+from evolvent.references import FROM_TIP
 from evolvent.solvers.sampled import angular_momentum as sums_about_origin
 
 Array = np.ndarray
@@ -57,7 +58,7 @@ def observe_thread(view: View, name: str) -> Observed:
     found.vector("momentum", sums[:, mdl.P_ALL : mdl.P_ALL + 3], "kg m s-1", f"linear momentum {what}, inertial axes")
     text = f"angular momentum about the inertial origin {what}"
     found.vector("angular_momentum", sums_about_origin(sums), "kg m2 s-1", text)
-    found.coordinate("node", "node", np.arange(n), "1", "node, 0 at the tip")
+    found.coordinate("node", "node", np.arange(n), "1", FROM_TIP)
     _draw(view, name, found)
     found.plots = ["tip_lag", "hub_tension", "deployed_length"]
     return found
@@ -92,7 +93,7 @@ def _draw(view: View, name: str, found: Observed) -> None:
     pull = (hub / np.where(length > 0.0, length, 1.0))[:, None] * away
     found.vector("hub_position", Q, "m", "where the thread leaves the spool, inertial axes")
     found.vector("hub_force", pull, "N", "pull of the thread where it leaves the spool, inertial axes")
-    own: dict[str, Any] = {"copies": _copies(view, row)} if row["copies"] > 1 else {}
+    own: dict[str, Any] = {"copies": copies_drawn(view, row)} if row["copies"] > 1 else {}
     drawn = {"points": "line", "values": {key.replace("_", " "): f"line_{key}" for key in values}, "tip": 0, **own}
     if width is not None:
         chord = np.broadcast_to(turned(pose.R, row["chord"])[:, None], line.shape)
@@ -104,7 +105,7 @@ def _draw(view: View, name: str, found: Observed) -> None:
         found.drawn.append({"marks": {"points": ["tip_position"]}})
 
 
-def _copies(view: View, row: np.record) -> dict[str, Any]:
+def copies_drawn(view: View, row: np.record) -> dict[str, Any]:
     """How the copies of a thread stand about their body, for `evolvent.drawing`."""
     names = {index: name for name, (family, index) in view.assembly.names.items() if family == "bodies"}
     axis = view.model.bodies[int(row["body"])]["axis"]
@@ -178,7 +179,7 @@ def observe_reel(view: View, name: str) -> Observed:
                 "centre": [float(c) for c in row["departure"] - float(row["radius"]) * row["normal"]],
                 "axis": [float(c) for c in row["chord"]],
                 "width": view.part(threads[0]).width or float(row["radius"]),
-                **({"copies": _copies(view, row)} if row["copies"] > 1 else {}),
+                **({"copies": copies_drawn(view, row)} if row["copies"] > 1 else {}),
             }
         }
     ]

@@ -39,12 +39,14 @@ class Observed:
     coordinates : dict, name -> Variable, of places along the part's own dimensions
     drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.observe.drawing`
     plots : list of str, names of the variables that its default figures show
+    plots_along : list of str, the same of one state: variables along its length
     """
 
     variables: dict[str, Variable] = dataclasses.field(default_factory=dict)
     coordinates: dict[str, Variable] = dataclasses.field(default_factory=dict)
     drawn: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     plots: list[str] = dataclasses.field(default_factory=list)
+    plots_along: list[str] = dataclasses.field(default_factory=list)
 
     def scalar(self, name: str, values: Array, units: str, long_name: str) -> None:
         """Add a number at every sample: (nt,)."""

@@ -29,6 +29,21 @@ class Part(Section):
         """Append rows, coordinates and parameters; register `name`."""
         raise NotImplementedError(f"{type(self).__name__} has no write()")
 
+    def observe(self, view: Any, name: str) -> Any:
+        """Results of a part of another package, in place of those of its family; None for these.
+
+        Parameters
+        ----------
+        view : evolvent.observe.View, of the finished run
+        name : str, of the part
+
+        Returns
+        -------
+        evolvent.observe.Observed or None
+            `evolvent.observe.of_family` gives those of the family, to which more can be added.
+        """
+        return None
+
     def as_keys(self) -> dict[str, Any]:
         """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""
         given = self.model_dump(mode="json", exclude_defaults=True)

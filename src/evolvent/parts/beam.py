@@ -155,8 +155,11 @@ class Beam(Part):
 
         Notes
         -----
-        A beam's are those of `kernels.ancf.STRAINS` and `line_stiffness`, without what its formulation takes together;
-        a cable's ``N = EA E |r'|`` and ``EI |r' x r''| / |r'|^2``, of `cable_stretch` ``EA (|r'| - 1)``.
+        A beam's strains and moments are those of `kernels.ancf.STRAINS` and `line_stiffness`, without what its
+        formulation takes together. With their forces N, Q_y, Q_z and moments M_y, M_z, the section carries the force
+        dW/da = N a + Q_y b + Q_z c + M_y b' + M_z c' (a = r,x, b and c across): here are its parts along a, b and c.
+        A cable's moment is ``EI |r' x r''| / |r'|^2``; its force ``EA E |r'| + EI |r''|^2 / |r'|``, since its energy of
+        bending is that of r'' whatever the stretch; of `cable_stretch` ``EA (|r'| - 1)``.
         """
         x = np.asarray(nodes, dtype=float)
         if x.shape[-3:] != (self.elements + 1, self.vectors, 3):
@@ -171,16 +174,21 @@ class Beam(Part):
             if self.vectors == 2:  # whose curvature is never without stress
                 rest[..., 1] = 0.0
             found = found - rest
-        values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, xi)
+        values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, x, xi)
         arc = (self.length / n * (np.arange(n)[:, None] + xi)).ravel()
         return {"arc": arc, **{key: value.reshape(*x.shape[:-3], n * xi.size) for key, value in values.items()}}
 
-    def _of_beam(self, off: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
+    def _of_beam(self, off: np.ndarray, x: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
         """What `along` gives, of strains (..., n, k, 9) off those without stress."""
         forces = off * self._stiffness(xi, lambda section, at: elements.line_stiffness(at, section, self.material))
-        keys = ("force", "shear_y", "shear_z", "torque", "bend_y", "bend_z")
+        a, b, c, db, dc = self._beam_vectors(x, xi)
+        force = sum(forces[..., i, None] * v for i, v in ((0, a), (1, b), (2, c), (4, db), (5, dc)))
+        pull, shear_y, shear_z = (np.einsum("...i,...i->...", force, v) for v in (a, b, c))
         return {
-            **{key: forces[..., i] for i, key in enumerate(keys)},
+            "force": pull / np.sqrt(np.einsum("...i,...i->...", a, a)),
+            "shear_y": shear_y,
+            "shear_z": shear_z,
+            **{key: forces[..., i] for i, key in ((3, "torque"), (4, "bend_y"), (5, "bend_z"))},
             "strain": off[..., 0],
             "energy": 0.5 * np.einsum("...i,...i->...", forces, off),
         }
@@ -192,11 +200,13 @@ class Beam(Part):
             s = section.at(at).properties(self.material.nu)
             return self.material.E * np.array([s.area, s.Iz])
 
-        forces = off * self._stiffness(xi, stiffness)
+        stiff = self._stiffness(xi, stiffness)
+        forces = off * stiff
         pull, zero = forces[..., 0], np.zeros(off.shape[:-1])
         if self.formulation == "cable":  # Green's strain and its stress: |r'| turns them into a force
-            a = _slopes(x, self.length / self.elements, xi, order=1)
-            pull = pull * np.sqrt(np.einsum("...i,...i->...", a, a))
+            a, bend = (_slopes(x, self.length / self.elements, xi, order=order) for order in (1, 2))
+            size = np.sqrt(np.einsum("...i,...i->...", a, a))
+            pull = pull * size + stiff[..., 1] * np.einsum("...i,...i->...", bend, bend) / size
         energy = 0.5 * np.einsum("...i,...i->...", forces, off)
         nothing = dict.fromkeys(("shear_y", "shear_z", "torque", "bend_z"), zero)
         return {**nothing, "strain": off[..., 0], "force": pull, "bend_y": forces[..., 1], "energy": energy}
@@ -209,14 +219,19 @@ class Beam(Part):
         pieces = [self.section.between(i / n, (i + 1) / n) for i in range(n)]
         return np.array([[of(piece, at) for at in xi] for piece in pieces])
 
-    def _beam_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
-        """`kernels.ancf.line_strains` of nodes (..., n + 1, 4, 3), at `xi` of all elements: (..., n, k, 9)."""
+    def _beam_vectors(self, x: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Slopes a, b, c of nodes (..., n + 1, 4, 3), b' and c', at `xi` of all elements: (..., n, k, 3) each."""
         length, at = self.length / self.elements, xi[:, None]
         a = _slopes(x, length, xi, order=1)
         across, steps = x[..., 2:, :], np.diff(x[..., 2:, :], axis=-3)
         first, last = across[..., :-1, :, :], across[..., 1:, :, :]
         b, c = (first[..., None, i, :] * (1.0 - at) + last[..., None, i, :] * at for i in (0, 1))
         db, dc = (steps[..., None, i, :] / length for i in (0, 1))
+        return a, b, c, db, dc
+
+    def _beam_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
+        """`kernels.ancf.line_strains` of nodes (..., n + 1, 4, 3), at `xi` of all elements: (..., n, k, 9)."""
+        a, b, c, db, dc = self._beam_vectors(x, xi)
         found = np.empty((*a.shape[:-1], 9))
         pairs = ((a, a), (a, b), (a, c), (db, c), (a, db), (a, dc), (b, b), (c, c), (b, c))
         for i, (one, other) in enumerate(pairs):

@@ -49,6 +49,8 @@ class Link(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the link into the family `links`."""
+        if self.a == self.b:
+            raise InputError(f"{name}.a and {name}.b are the same place, {self.a!r}; give two places")
         a, b = builder.marker(self.a, f"{name}.a"), builder.marker(self.b, f"{name}.b")
         distance = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis, anchor = unit(self.axis), unit(self.anchor)

@@ -56,6 +56,8 @@ class Spring(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the spring into the family `springs`."""
+        if self.a == self.b:
+            raise InputError(f"{name}.a and {name}.b are the same place, {self.a!r}; give two places")
         a, b = builder.marker(self.a, f"{name}.a"), builder.marker(self.b, f"{name}.b")
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis = np.zeros(3)

@@ -315,6 +315,9 @@ class Modes:
             ):
                 name_of = name.replace("_", " ")
                 data[name] = (("mode", "axis"), self.effective_mass[:, part], {"units": unit, "long_name": name_of})
+                factor, root = name.replace("effective", "participation"), "kg^(1/2)" if unit == "kg" else "kg^(1/2) m"
+                what = f"participation factor, whose square is the {name_of}"
+                data[factor] = (("mode", "axis"), self.participation[:, part], {"units": root, "long_name": what})
                 for of, values in (("movable", self.movable_mass), ("total", self.total_mass)):
                     data[name.replace("effective", of)] = ("axis", values[part], {"units": unit})
         for name in self.parts:

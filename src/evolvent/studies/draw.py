@@ -18,7 +18,7 @@ from evolvent.figures import Figure as Described
 from evolvent.figures import Line, Panel
 from evolvent.plots import PALETTE, sheet
 from evolvent.results import make_folder, writing
-from evolvent.show import unit_text
+from evolvent.units import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

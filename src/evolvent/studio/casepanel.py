@@ -16,11 +16,19 @@ from evolvent.studio import parts
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView
+from evolvent.studio.jobs import COMPUTED
 from evolvent.studio.partsview import PartsView
-from evolvent.studio.state import Draft, View
+from evolvent.studio.state import Draft, view_of
 
 if TYPE_CHECKING:
     from evolvent.studio.page import Page
+
+
+#: What the analyses beside a run find.
+_TIPS = {
+    "equilibrium": "the shape at rest under the loads, as the key equilibrium asks for",
+    "modes": "frequencies and shapes about the equilibrium, as the keys equilibrium and modes ask for",
+}
 
 
 class CasePanel:
@@ -44,7 +52,13 @@ class CasePanel:
                 ).props('flat dense accept=".yaml,.yml" data-testid="case-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
-            self._run = ui.button("Run", on_click=self._submit).props('unelevated color=primary data-testid="run"')
+            self._run = ui.button("Run", on_click=lambda: self._submit()).props(
+                'unelevated color=primary data-testid="run"'
+            )
+            with ui.element("div").classes("ev-part") as self._analyses:
+                for kind in ("equilibrium", "modes"):
+                    button = ui.button(COMPUTED[kind], on_click=lambda k=kind: self._submit(k))
+                    button.props(f'outline color=primary data-testid="{kind}"').tooltip(_TIPS[kind])
             ui.button("Save as", on_click=self._save).props('flat color=primary data-testid="save-case"')
             ui.button("YAML", on_click=self._text).props('flat color=primary data-testid="yaml"')
             self._state = ui.label("").classes("ev-status").style("margin-left:auto")
@@ -140,14 +154,18 @@ class CasePanel:
         self.studio.draft = self.draft
         count = len(self.wrong())
         self._run.set_enabled(not count)
+        self._analyses.set_visibility(self.has_parts)
+        for button in self._analyses:
+            if isinstance(button, ui.button):
+                button.set_enabled(not count)
         self.page.start.soon()
         self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
 
-    def _submit(self) -> None:
+    def _submit(self, kind: str = "run") -> None:
         def add() -> None:
             self._flush()
-            key = self.studio.submit(self.draft)
-            self.page.show(View("run", (f"job:{key}",)), tab="runs")
+            key = self.studio.submit(self.draft, kind)
+            self.page.show(view_of(self.studio.jobs.get(key)), tab="runs")
 
         self.page.attempt(add)
 

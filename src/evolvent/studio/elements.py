@@ -52,7 +52,15 @@ class MotionElement(Element, component=_STATIC / "motion.js"):
 
     def show_start(self, ref: str) -> None:
         """Show the start of a case that is being written, from where the last one was seen."""
-        self._props["urls"] = [f"/studio/start?ref={urllib.parse.quote(ref)}"]
+        self._show(f"/studio/start?ref={urllib.parse.quote(ref)}")
+
+    def show_mode(self, ref: str) -> None:
+        """Show a mode, "job:KEY:NUMBER", moving, from where the last one was seen."""
+        self._props["playing"] = True
+        self._show(f"/studio/mode?ref={urllib.parse.quote(ref)}")
+
+    def _show(self, url: str) -> None:
+        self._props["urls"] = [url]
         self.update()
 
 

@@ -20,7 +20,7 @@ from typing import Any
 from evolvent.errors import InputError
 from evolvent.studies.store import locked
 from evolvent.studio.folder import Folder
-from evolvent.studio.worker import CASE, CERTIFICATE, JOB, RUN, STUDY
+from evolvent.studio.worker import CASE, CERTIFICATE, JOB, MODES, RUN, STUDY
 
 #: Seconds that a cancelled job has to keep what it computed.
 GRACE = 8.0
@@ -28,6 +28,10 @@ GRACE = 8.0
 _WINDOW = 15.0
 #: States of a job that is still to end.
 OPEN = ("waiting", "running")
+#: Kinds of jobs that compute a case, and what they are called.
+COMPUTED = {"run": "Run", "equilibrium": "Equilibrium", "modes": "Modes"}
+#: File or folder of the results, by kind of job.
+RESULTS = {"run": RUN, "equilibrium": RUN, "modes": MODES, "sweep": STUDY, "identify": CERTIFICATE}
 
 
 @dataclasses.dataclass
@@ -37,14 +41,14 @@ class Job:
     Attributes
     ----------
     key : str, name of its folder
-    kind : "run", "sweep" or "identify"
+    kind : "run", "equilibrium", "modes", "sweep" or "identify"
     title : str
     status : "waiting", "running", "cancelling", or how it ended: "success", "stopped by event", "interrupted", "failed"
     message : str
     note : str, what it does before it can tell how far it is
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
-    extra : what a job of its kind has more: signals, rows, warnings, modes
+    extra : what a job of its kind has more: signals, head and rows of a table, warnings, modes
     """
 
     key: str
@@ -197,7 +201,7 @@ class Jobs:
 
     def result(self, key: str) -> pathlib.Path | None:
         """File or folder of a job's results, None while there are none."""
-        name = {"run": RUN, "sweep": STUDY, "identify": CERTIFICATE}[self.get(key).kind]
+        name = RESULTS[self.get(key).kind]
         path = self.place(key) / name
         whole = path / "results.zarr" if name == STUDY else path
         return path if whole.exists() else None

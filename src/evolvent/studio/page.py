@@ -11,6 +11,7 @@ from nicegui import ui
 from evolvent.errors import EvolventError
 from evolvent.studio.casepanel import CasePanel
 from evolvent.studio.measureview import MeasurePanel
+from evolvent.studio.modesview import ModesView
 from evolvent.studio.resultview import ResultView
 from evolvent.studio.runspanel import RunsPanel
 from evolvent.studio.startview import StartView
@@ -44,6 +45,7 @@ class Page:
             self.main = ui.element("div").classes("ev-main").props('data-testid="main"')
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
+        self.modes = ModesView(self)
         ui.timer(_LOOK, self.look)
         ui.timer(0.01, self._first, once=True)
 
@@ -126,6 +128,8 @@ class Page:
                     self.start.draw()
                 case "run":
                     self.result.draw(self.view.refs)
+                case "modes":
+                    self.modes.draw(self.view.refs[0])
                 case "measure":
                     self.measure.draw_main()
                 case "study":
@@ -172,7 +176,7 @@ class Page:
         turned = [key for key, status in states.items() if status != self._states.get(key)] if self._looked else []
         self._states, self._looked = states, True
         self.runs.follow(changed)
-        if self.view.kind in ("run", "study", "measure"):
+        if self.view.kind in ("run", "modes", "study", "measure"):
             if any(f"job:{key}" in self.view.refs for key in turned):
                 self.draw()
             else:

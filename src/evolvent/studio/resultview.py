@@ -14,7 +14,7 @@ from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
 from evolvent.studio import charts
 from evolvent.studio.elements import ChartElement, MotionElement
-from evolvent.studio.jobs import Job
+from evolvent.studio.jobs import COMPUTED, Job
 from evolvent.studio.runspanel import STATUS, told
 from evolvent.studio.state import Loaded
 
@@ -88,7 +88,7 @@ class ResultView:
         self._job = job
         with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
             word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
-            ui.label(f"Run {int(job.key[:4])} {word}").classes("ev-h1")
+            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])}: {word}").classes("ev-h1")
             with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
                 self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
             self._told = ui.label(told(job))
@@ -99,11 +99,11 @@ class ResultView:
 
     def _without(self, job: Job) -> None:
         with ui.element("div").classes("ev-titlebar"):
-            ui.label(f"Run {int(job.key[:4])} {job.title}").classes("ev-h1")
+            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}").classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
         kind = "bad" if job.status == "failed" else "warn"
         ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
-        if job.kind == "run":
+        if job.kind in COMPUTED:
             ui.button("Open its case", on_click=lambda: self.page.runs.open_case(job.key)).props(
                 "outline color=primary"
             )
@@ -113,7 +113,7 @@ class ResultView:
     def _one(self, loaded: Loaded) -> None:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
-            ui.label(loaded.name).classes("ev-h1")
+            ui.label(f"Equilibrium {loaded.name}" if attrs["solver"] == "static" else loaded.name).classes("ev-h1")
             status = attrs["status"]
             ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
@@ -122,13 +122,15 @@ class ResultView:
             self._downloads(loaded)
         _messages(attrs)
         with ui.element("div").classes("ev-pair"):
-            with ui.element("div").classes("ev-card").props('data-testid="motion"'):
+            still = " ev-still" if loaded.still else ""
+            with ui.element("div").classes(f"ev-card{still}").props('data-testid="motion"'):
                 MotionElement([loaded.ref], [loaded.name])
             with ui.element("div").classes("ev-card ev-tablebox ev-two"):
                 _table(
                     [["", "value"], *([n.label, n.value] for n in loaded.numbers if n.label != "warning")], bare=True
                 )
-        self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
+        if not loaded.still or loaded.figures:
+            self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
         def take() -> None:
@@ -162,7 +164,8 @@ class ResultView:
         ):
             for k, (title, _) in enumerate(figures):
                 ui.tab(str(k), label=title).props(f'data-testid="figure-{k}"')
-            ui.tab("chosen", label="Variables").props('data-testid="figure-chosen"')
+            if not all(item.still for item in loaded):
+                ui.tab("chosen", label="Variables").props('data-testid="figure-chosen"')
         body = ui.element("div").style("width:100%").props('data-testid="charts"')
 
         def draw(which: str) -> None:

@@ -38,6 +38,16 @@ def install(app: FastAPI, studio: Studio) -> None:
             return Response("this run holds too little to move", status_code=404, media_type="text/plain")
         return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
 
+    def mode(ref: str) -> Response:
+        content = studio.mode(ref)
+        if content is None:
+            return Response("there is no such mode", status_code=404, media_type="text/plain")
+        return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-cache"})
+
+    def modes(ref: str) -> Response:
+        path = studio.path(ref)
+        return FileResponse(path, filename=f"{_plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
+
     def start(ref: str) -> Response:
         content = studio.start_of(ref)
         if content is None:
@@ -63,6 +73,8 @@ def install(app: FastAPI, studio: Studio) -> None:
         return FileResponse(path, media_type="text/html", headers=headers)
 
     for name, answer in (("motion", motion), ("start", start), ("run", run), ("case", case), ("figures", figures)):
+        app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
+    for name, answer in (("mode", mode), ("modes", modes)):
         app.get(f"/studio/{name}", include_in_schema=False)(guarded(answer))
     app.get("/studio/certificate", include_in_schema=False)(guarded(certificate))
 

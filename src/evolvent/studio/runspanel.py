@@ -9,15 +9,15 @@ from nicegui import ui
 
 from evolvent.errors import EvolventError
 from evolvent.studio.casepanel import ask_name
-from evolvent.studio.jobs import Job
-from evolvent.studio.state import View
+from evolvent.studio.jobs import COMPUTED, Job
+from evolvent.studio.state import View, view_of
 
 if TYPE_CHECKING:
     from evolvent.studio.page import Page
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
-_KINDS = {"run": "", "sweep": "study", "identify": "measurement"}
+_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "measurement"}
 
 
 def duration(seconds: float) -> str:
@@ -28,12 +28,6 @@ def duration(seconds: float) -> str:
     return f"{minutes} min {seconds % 60:.0f} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def view_of(job: Job) -> View:
-    """What shows a job."""
-    kind = {"run": "run", "sweep": "study", "identify": "measure"}[job.kind]
-    return View(kind, (f"job:{job.key}",))
-
-
 def told(job: Job) -> str:
     """How far a job is, as a sentence."""
     if job.status == "cancelling":
@@ -41,8 +35,8 @@ def told(job: Job) -> str:
     if job.status == "running":
         if not job.reached and job.kind != "identify":
             return job.note or "starting; where functions must be compiled first, this takes up to a minute"
-        unit = "cases" if job.kind == "sweep" else "s"
-        reached = f"{job.reached:.4g} of {job.end:.4g} {unit}" if job.kind != "identify" else "computing"
+        unit = {"sweep": " cases", "run": " s", "equilibrium": " of the loads", "modes": " modes"}.get(job.kind, "")
+        reached = f"{job.reached:.4g} of {job.end:.4g}{unit}" if unit else "computing"
         left = job.left
         return reached + (f", about {duration(left)} left" if left is not None else "")
     if job.status == "waiting":
@@ -163,9 +157,9 @@ class RunsPanel:
 
     def _menu(self, job: Job) -> None:
         with ui.button(icon="more_vert").props(f'flat dense round size=sm data-testid="menu-{job.key}"'), ui.menu():
-            if job.kind == "run":
+            if job.kind in COMPUTED:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
-                if self.studio.jobs.result(job.key) is not None:
+                if job.kind != "modes" and self.studio.jobs.result(job.key) is not None:
                     ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
             if job.kind == "sweep" and job.status != "success":
                 ui.menu_item("Go on", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))

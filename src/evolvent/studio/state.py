@@ -10,11 +10,11 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent import cases
+from evolvent import cases, families
 from evolvent.errors import InputError
 from evolvent.studio.folder import Folder
-from evolvent.studio.jobs import Jobs
-from evolvent.studio.worker import CASE
+from evolvent.studio.jobs import Job, Jobs
+from evolvent.studio.worker import CASE, MODE
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure, Number
@@ -57,10 +57,16 @@ class Draft:
 
 @dataclasses.dataclass(frozen=True)
 class View:
-    """What the page shows beside the panels: nothing, the case's start, runs ("run"), a measurement, a study."""
+    """What the page shows beside the panels: nothing, the case's start, runs ("run"), modes, a measurement, a study."""
 
     kind: str = ""
     refs: tuple[str, ...] = ()
+
+
+def view_of(job: Job) -> View:
+    """What shows a job."""
+    kind = {"equilibrium": "run", "sweep": "study", "identify": "measure"}.get(job.kind, job.kind)
+    return View(kind, (f"job:{job.key}",))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,6 +79,11 @@ class Loaded:
     run: Any
     numbers: Sequence[Number]
     figures: Sequence[Figure]
+
+    @property
+    def still(self) -> bool:
+        """Whether it is one state, such as an equilibrium."""
+        return int(self.run.sizes.get("time", 1)) == 1
 
 
 class Studio:
@@ -101,7 +112,8 @@ class Studio:
         """Cases that can be opened, source -> how it is shown."""
         found = {f"new:{name}": f"new {name}" for name in NEW}
         found |= {f"case:{name}": name for name in cases.built_in()}
-        found |= {f"file:{name}": name for name, content in self.folder.yaml().items() if "system" in content}
+        written = self.folder.yaml().items()
+        found |= {f"file:{name}": name for name, content in written if "system" in content or "parts" in content}
         return found | {f"file:{name}": f"{name} (cannot be read)" for name in self.folder.unreadable()}
 
     def study_sources(self) -> dict[str, str]:
@@ -151,8 +163,12 @@ class Studio:
         cases.system(str(draft.content.get("system", "")))
         self.draft = draft
 
-    def submit(self, draft: Draft | None = None) -> str:
+    def submit(self, draft: Draft | None = None, kind: str = "run") -> str:
         """Put a case, that of the form unless given, into the queue; returns the job's key.
+
+        Parameters
+        ----------
+        kind : "run", "equilibrium" or "modes", what is computed of it
 
         Raises
         ------
@@ -163,10 +179,14 @@ class Studio:
         self.folder.check_case(draft.content)
         content = self._placed(draft.content)
         case = cases.load(content)
-        cases.system(case.system).plan(case)
+        definition = cases.system(case.system)
+        if kind == "run":
+            definition.plan(case)
+        else:
+            families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
         name = draft.source.partition(":")[2] or case.system
         text = cases.to_yaml(case)
-        return self.jobs.add("run", pathlib.PurePosixPath(name).stem, case=text).key
+        return self.jobs.add(kind, pathlib.PurePosixPath(name).stem, case=text).key
 
     def _placed(self, content: Any) -> Any:
         """A case whose files are named from the root of the disk on, for the process that runs it."""
@@ -248,6 +268,12 @@ class Studio:
         with self._lock:
             return _motion(loaded.path, loaded.path.stat().st_mtime_ns)
 
+    def mode(self, ref: str) -> bytes | None:
+        """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
+        key, _, number = ref.removeprefix("job:").rpartition(":")
+        path = self.jobs.place(self.jobs.get(key).key) / MODE.format(number)
+        return path.read_bytes() if number.isdecimal() and path.is_file() else None
+
     def case_text(self, ref: str) -> str:
         """The case of a run, as YAML."""
         return str(self.load(ref).run.attrs["case"])
@@ -269,7 +295,8 @@ def _loaded(path: pathlib.Path, stamp: int) -> tuple[Any, Any, Any]:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _motion(path: pathlib.Path, stamp: int) -> bytes | None:
-    from evolvent import animation
+    from evolvent import animation, show
 
-    motion = animation.of_run(_loaded(path, stamp)[0])
+    run = _loaded(path, stamp)[0]
+    motion = show.motion(run) if run.sizes.get("time", 1) == 1 else animation.of_run(run)
     return None if motion is None else animation.pack(motion)

@@ -15,6 +15,8 @@ from typing import Any
 
 #: Files of a job.
 JOB, CASE, RUN, STUDY, CERTIFICATE = "job.json", "case.yaml", "run.nc", "study", "certificate.html"
+#: Modes, and the packed motion of one of them.
+MODES, MODE = "modes.nc", "mode-{}.motion"
 
 
 def main(folder: str) -> int:
@@ -27,7 +29,10 @@ def main(folder: str) -> int:
     place = pathlib.Path(folder)
     job = json.loads((place / JOB).read_text(encoding="utf-8"))
     try:
-        {"run": _run, "sweep": _sweep, "identify": _identify}[job["kind"]](place, job, told)
+        compute = {
+            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
+        }[job["kind"]]  # fmt: skip
+        compute(place, job, told)
     except EvolventError as error:
         told.say(status="failed", message=str(error))
     except KeyboardInterrupt:
@@ -56,6 +61,10 @@ class _Told:
         except OSError:  # the studio is gone; the results are kept all the same
             self._stop.set()
 
+    def compiling(self, state: Any) -> None:
+        """Tell how many functions are compiled, of `evolvent.jit.Progress`."""
+        self.say(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
+
     def reached(self, reached: float, end: float) -> None:
         """Tell how far the work is; raises KeyboardInterrupt where it is to stop."""
         self.say(reached=float(reached), end=float(end))
@@ -70,13 +79,38 @@ def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
     plan = cases.system(case.system).plan(case)
     told.reached(0.0, plan.duration)
 
-    def compiling(state: jit.Progress) -> None:
-        told.say(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
-
-    with jit.reporting(compiling):
+    with jit.reporting(told.compiling):
         found = plan.run(lambda reached: told.reached(reached, plan.duration))
     results.save(found, place / RUN)
     told.say(status=found.attrs["status"], message=found.attrs["message"])
+
+
+def _equilibrium(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+    from evolvent import cases, jit, results
+
+    case = cases.load(os.fspath(place / CASE))
+    told.reached(0.0, 1.0)
+    with jit.reporting(told.compiling):
+        found = cases.system(case.system).equilibrium(case, lambda factor: told.reached(min(factor, 1.0), 1.0))
+    results.save(found, place / RUN)
+    told.say(status=found.attrs["status"], message=found.attrs["message"])
+
+
+def _modes(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+    from evolvent import animation, cases, jit
+
+    case = cases.load(os.fspath(place / CASE))
+    told.reached(0.0, 1.0)
+    with jit.reporting(told.compiling):
+        found = cases.system(case.system).modes(case)
+    count = len(found.pole)
+    for k in range(count):
+        (place / MODE.format(k)).write_bytes(animation.pack(found.motion(k)))
+        told.reached(k + 1.0, count)
+    head, *rows = found.rows()
+    told.say(head=head, rows=rows)
+    found.save(place / MODES)
+    told.say(status="success", message="")
 
 
 def _sweep(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:

@@ -207,7 +207,8 @@ export class Viewer extends Picture {
     this.last = clock;
     if (this.playing) {
       this.now += Math.min(gap, 250) / 1000 * this.speed;
-      if (this.now >= this.end) { this.now = this.end; this.play(false); }
+      if (this.now >= this.end && this.motions[0].header.repeats) this.now = this.begin + (this.now - this.begin) % (this.end - this.begin || 1);
+      else if (this.now >= this.end) { this.now = this.end; this.play(false); }
       this.dirty = true;
     }
     if (!this.dirty) return;

@@ -33,7 +33,7 @@ from evolvent.kernels.thread.chain import (
 )
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
-from evolvent.kernels.thread.loads import node_loads
+from evolvent.kernels.thread.loads import load_resultant, node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import (
     INEXTENSIBLE,
@@ -72,6 +72,7 @@ __all__ = [
     "departure_acceleration",
     "kick_chain",
     "leave_spool",
+    "load_resultant",
     "node_loads",
     "project_chain",
     "reels",

@@ -8,7 +8,7 @@ const load = async (url) => {
 
 export default {
   template: `<div class="ev-motion"><div ref="host" v-show="!note"></div><div class="ev-note" v-if="note">{{ note }}</div></div>`,
-  props: { urls: Array, labels: Array },
+  props: { urls: Array, labels: Array, playing: Boolean },
   data: () => ({ note: "loading the motion" }),
   mounted() {
     const dark = () => document.body.classList.contains("body--dark");
@@ -31,7 +31,7 @@ export default {
         const onTime = (now) => { window.evolventTime = now; window.dispatchEvent(new CustomEvent("evolvent-time", { detail: now })); };
         const before = this.$el.viewer, dark = document.body.classList.contains("body--dark");
         before?.free();
-        const viewer = new Viewer(this.$refs.host, motions, { names: this.labels, dark, onTime });
+        const viewer = new Viewer(this.$refs.host, motions, { names: this.labels, playing: this.playing, dark, onTime });
         if (before) {  // seen from where the motion before was seen
           viewer.base = viewer.extent(before.base.azimuth, before.base.elevation, viewer.inertial, viewer.follow, before.base.what);
           viewer.camera = before.camera;

@@ -1,0 +1,286 @@
+"""Sphinx extension ``evolvent.sphinxext``: pages made from the code itself, for this package and others that add to it.
+
+Directives of MyST pages: ``{keys}`` (of cases and parts), ``{parts}``, ``{case-file}``, ``{built-in}``, ``{commands}``
+and ``{families}``.
+"""
+
+from __future__ import annotations
+
+import inspect
+import types
+import typing
+from collections.abc import Iterable
+from typing import Any
+
+import click
+from docutils import nodes
+from pydantic_core import PydanticUndefined
+from sphinx.util.docutils import SphinxDirective
+
+from evolvent import cases, cli, families, studies, units
+from evolvent.errors import InputError, nearest
+from evolvent.parts import registry
+from evolvent.parts.base import Part, Reference
+from evolvent.parts.expression import Law
+from evolvent.parts.profile import Profile
+from evolvent.schema import OneOf, Section, descriptions, marks
+
+
+class Commands(SphinxDirective):
+    """``{commands}``: a section for every command of `evolvent`, from the very objects that parse it."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write the sections."""
+        root = click.Context(cli.commands, info_name="evolvent")
+        text = []
+        for name in cli.commands.list_commands(root):
+            command = cli.commands.get_command(root, name)
+            assert command is not None
+            context = click.Context(command, info_name=name, parent=root)
+            lines = [f"## evolvent {name}", "", "```text", " ".join(command.get_usage(context).split()[1:]), "```", ""]
+            for paragraph in inspect.cleandoc(command.help or "").split("\n\n"):
+                if paragraph.startswith("\b"):  # click's mark of lines that stay as they are
+                    lines += ["```text", *paragraph.removeprefix("\b").strip().splitlines(), "```", ""]
+                else:
+                    lines += [_prose(paragraph), ""]
+            for option in command.params:
+                record = option.get_help_record(context)
+                if record is not None and record[1]:
+                    lines += [f"`{record[0]}`", f": {_prose(record[1])}", ""]
+            text += lines
+        return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+class Keys(SphinxDirective):
+    """``{keys}``: for every system a section with every key of its cases, its unit, default and meaning.
+
+    ``{keys} pantograph tension-cable``: for these systems and kinds of parts alone.
+    """
+
+    optional_arguments = 1
+    final_argument_whitespace = True
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table for each section of each case."""
+        names = self.arguments[0].split() if self.arguments else cases.systems()
+        return self.parse_text_to_nodes(keys_text(names), allow_section_headings=True)
+
+
+def keys_text(names: Iterable[str]) -> str:
+    """Sections of Markdown with tables of the keys of systems and kinds of parts.
+
+    Raises
+    ------
+    InputError
+        If a name is neither.
+    """
+    text: list[str] = []
+    for name in names:
+        if name in registry.kinds():
+            kind: type[Section] = registry.kinds()[name]
+        elif name in cases.systems():
+            kind = cases.system(name).Case
+        else:
+            known = nearest(name, [*cases.systems(), *registry.kinds()])
+            raise InputError(f"no system and no kind of part is called {name!r}; {known}")
+        text += [f"## {name.replace('-', ' ').capitalize()}", ""]
+        if issubclass(kind, Part):
+            text += [_cell(_first_line(kind)), ""]
+        _section(kind, "", text)
+    return "\n".join(text)
+
+
+class BuiltIn(SphinxDirective):
+    """``{built-in}``: the cases and studies that come with the package."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write two lists."""
+        text = [f"- `{name}`: {what}" for name, what in cases.built_in().items()]
+        text += [f"- `{name}` (a study): {what}" for name, what in studies.built_in().items()]
+        return self.parse_text_to_nodes("\n".join(text))
+
+
+class Families(SphinxDirective):
+    """``{families}``: which solver supports which family of parts, from the table that the solvers ask."""
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table."""
+        return self.parse_text_to_nodes(families_table())
+
+
+def families_table() -> str:
+    """The families of parts and the solvers, as a table in Markdown."""
+    text = [
+        f"| family of parts | {' | '.join(families.SOLVERS.values())} | instead |",
+        "|---" * (len(families.SOLVERS) + 2) + "|",
+    ]
+    for row in families.FAMILIES:
+        cells = ["supported" if solver in row.solvers else "refused" for solver in families.SOLVERS]
+        text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
+    return "\n".join(text)
+
+
+class Parts(SphinxDirective):
+    """``{parts}``: every kind of part with what it is and its keys, with units; needed keys in bold.
+
+    ``{parts} tension-cable``: these kinds alone.
+    """
+
+    optional_arguments = 1
+    final_argument_whitespace = True
+
+    def run(self) -> list[nodes.Node]:
+        """Write a table."""
+        return self.parse_text_to_nodes(parts_table(self.arguments[0].split() if self.arguments else None))
+
+
+def parts_table(names: Iterable[str] | None = None) -> str:
+    """The kinds of parts, all unless some are named, as a table in Markdown."""
+    wanted = registry.kinds() if names is None else list(names)
+    text = [":::{table}", ":class: keys", ":align: left", "", "| kind | what it is | keys |", "|---|---|---|"]
+    for kind in sorted(wanted):
+        part = registry.kinds()[kind]
+        keys = []
+        for name, field in part.model_fields.items():
+            if name == "kind":
+                continue
+            unit = next((f" {found}" for mark in marks(field) if (found := _unit_of(mark))), "")
+            keys.append((f"**`{name}`**" if field.is_required() else f"`{name}`") + _cell(unit))
+        text.append(f"| `{kind}` | {_cell(_first_line(part))} | {', '.join(keys)} |")
+    return "\n".join([*text, "", ":::"])
+
+
+def _unit_of(mark: Any) -> str:
+    """Unit of the values that an annotation reads, '' for none."""
+    return str(getattr(getattr(mark, "quantity", mark), "unit", ""))
+
+
+def _first_line(kind: type[Section]) -> str:
+    """First line of a section's docstring, without quotation marks of code."""
+    return (kind.__doc__ or "").strip().splitlines()[0].replace("`", "")
+
+
+class CaseFile(SphinxDirective):
+    """``{case-file} heliogyro``: a built-in case or study as it would be edited."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Write its text."""
+        name = self.arguments[0]
+        text = studies.text(name) if name in studies.built_in() else cases.text(name)
+        return [nodes.literal_block(text, text, language="yaml")]
+
+
+def _prose(text: str) -> str:
+    """Help as one paragraph of Markdown."""
+    return " ".join(text.replace("\b", "").split()).replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
+
+
+def _section(kind: type[Section], before: str, text: list[str]) -> None:
+    """Add a table of the keys of `kind`, then those of its sections."""
+    rows, inner = [], []
+    texts = descriptions(kind)
+    for name, field in kind.model_fields.items():
+        below, many = (None, False) if issubclass(kind, Part) else _below(field.annotation)
+        key = f"{before}{name}"
+        if below is not None:
+            inner.append((below, f"{key}.{'N.' if many else ''}"))
+            if not field.is_required() and field.default in (None, ()):
+                rows.append((key, "section" if not many else "list", "none", (below.__doc__ or "").rstrip(".")))
+            continue
+        default = "needed" if field.is_required() else _value(field.get_default(call_default_factory=True))
+        rows.append((key, _kind(field.annotation, field.metadata), default, texts[name]))
+    if rows:
+        doc = (kind.__doc__ or "").strip().splitlines()[0]
+        text += ["", doc if before else "", "", ":::{table}", ":class: keys", ":align: left", ""]
+        text += ["| key | value | default | |", "|---|---|---|---|"]
+        text += [f"| `{key}` | {kind_} | {default} | {_cell(what)} |" for key, kind_, default, what in rows]
+        text += ["", ":::", ""]
+    for below, path in inner:
+        if below is Part:
+            for name, part in sorted(registry.kinds().items()):
+                text += ["", f"### {name}", "", _cell(_first_line(part)), ""]
+                _section(part, "", text)
+        else:
+            _section(below, path, text)
+
+
+def _below(annotation: Any) -> tuple[type[Section] | None, bool]:
+    """The section that a field holds, and whether it holds a list of them."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation, False
+    many = typing.get_origin(annotation) is tuple
+    for part in typing.get_args(annotation):
+        found, inside = _below(part)
+        if found is not None:
+            return found, many or inside
+    return None, False
+
+
+def _kind(annotation: Any, metadata: Any = ()) -> str:
+    """What a key takes: a unit, a choice, a number."""
+    for item in metadata:
+        if isinstance(item, units.Quantity):
+            return _unit(item)
+        if isinstance(item, units.OneOrMore):
+            return f"{_unit(item.quantity)}, or a list"
+        if isinstance(item, units.Whole):
+            return "whole number"
+        if isinstance(item, units.Vector):
+            return f"3 of: {_unit(item.quantity)}"
+        if isinstance(item, Reference):
+            return item.what
+        if isinstance(item, OneOf):
+            return "one of " + ", ".join(f"`{name}`" for name in item.kinds)
+        if isinstance(item, units.Tensor):
+            return f"number, 3 or 3 x 3 of: {_unit(item.quantity)}"
+        if isinstance(item, Law):
+            return "expression, or a function" if item.python else "expression"
+    origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is typing.Annotated:
+        return _kind(parts[0], parts[1:])
+    if origin is typing.Literal:
+        return ", ".join(f"`{part}`" for part in parts)
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(dict.fromkeys(_kind(part) for part in parts if part is not type(None)))
+    if origin is tuple:
+        if len(parts) == 2 and parts[1] is Ellipsis:
+            return f"list of: {_kind(parts[0])}"
+        each = [_kind(part) for part in parts]
+        return f"{len(parts)} of: {each[0]}" if len(set(each)) == 1 else ", ".join(each)
+    if isinstance(annotation, type) and issubclass(annotation, Profile):
+        return "profile"
+    return {bool: "`true` or `false`", str: "text", float: "number", int: "whole number"}.get(annotation, "value")
+
+
+def _unit(quantity: units.Quantity) -> str:
+    """Unit of a quantity, as text."""
+    return (quantity.unit or "number") + (" or `auto`" if quantity.auto else "")
+
+
+def _value(default: Any) -> str:
+    """A default, as a user would write it."""
+    if default is None or default is PydanticUndefined or default == ():
+        return "none"
+    if isinstance(default, bool):
+        return f"`{str(default).lower()}`"
+    if isinstance(default, tuple):
+        return f"`[{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in default)}]`"
+    return f"`{default:g}`" if isinstance(default, float) else f"`{default}`"
+
+
+def _cell(text: str) -> str:
+    """Text for a cell of a table."""
+    return text.replace("|", "\\|").replace("_", "\\_").replace("*", "\\*").replace("<", "\\<")
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register the directives."""
+    app.add_directive("commands", Commands)
+    app.add_directive("keys", Keys)
+    app.add_directive("built-in", BuiltIn)
+    app.add_directive("case-file", CaseFile)
+    app.add_directive("families", Families)
+    app.add_directive("parts", Parts)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
