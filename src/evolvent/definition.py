@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
     from evolvent.system import System
 
+    #: Variables of the root: name -> (dimensions, values, units, long name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+
 
 class SystemDefinition:
     """A system that can be run by name: a short form of a case, from which parts follow.
@@ -86,53 +89,95 @@ class SystemDefinition:
         InputError
             For whatever can be found before the run.
         """
-        from evolvent import analysis, cases
-        from evolvent.solvers import drive
-        from evolvent.solvers.laws import refusing_laws
+        from evolvent import analysis
 
         given = self._given(laws)
         keys = self.keys
         with naming_keys(keys):
-            assembly = self.build(case, laws=given).assemble()
-            with refusing_laws(assembly):
-                settings = self.prepared_settings(case, assembly, given)
-            if "until" not in settings:
-                raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
-            times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
-            method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-            checked = None
-            if settings.get("step") is not None and method in drive.METHODS:  # quick, and refuses an unstable step
-                checked = analysis.plan(assembly, times, **settings)
+            assembly, times, settings = self.assembled(case, given)
+            method, prepare = self.prepare_run(case, assembly, times, settings)
 
         def solve(progress: Callable[[float], None] | None) -> tuple[Solution, str]:
             with naming_keys(keys):
-                prepared, why = checked or analysis.plan(assembly, times, **settings)
+                prepared, why = prepare()
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
             return solution, why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
             solution, why = solve(progress)
-            found = analysis.tree(
-                solution, case=cases.to_yaml(case), why=why, system=case.system, root=self.derived(case, solution),
-                title=getattr(case, "title", ""),
-                warning=self.warning(case, solution),
-            )  # fmt: skip
-            if given:
-                found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in given.items()})
-            return found
+            return self.tree(case, solution, why, laws=given)
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, _ = solve(None)
-            return analysis.observed(solution, names, system=case.system, root=self.derived(case, solution))
+            return analysis.observed(solution, names, system=case.system, root=self.findings(case, solution)[0])
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
-            return analysis.tree(solution, case="", why="", system=case.system, root=self.derived(case, solution))
+            return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
         return Plan(duration=float(times[-1]), run=run, solver=method, start=start, observe=observe)
 
-    def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
+    def assembled(self, case: Any, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, dict[str, Any]]:
+        """The assembled parts of a case, the times of its samples (s), and the other settings of its run.
+
+        Raises
+        ------
+        InputError
+            For parts and settings that cannot be used.
+        """
+        from evolvent import analysis
+        from evolvent.solvers.laws import refusing_laws
+
+        assembly = self.build(case, laws=laws).assemble()
+        with refusing_laws(assembly):
+            settings = self.prepared_settings(case, assembly, laws)
+        if "until" not in settings:
+            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
+        times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+        return assembly, times, settings
+
+    def prepare_run(
+        self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
+    ) -> tuple[str, Callable[[], tuple[Any, str]]]:
+        """The solver of a run, and a function that prepares the run and says why its method is taken.
+
+        The run has ``run(progress)``, which returns a Solution. What can be found quickly is refused here, what needs
+        compiled functions by the function.
+        """
+        from evolvent import analysis
+        from evolvent.solvers import drive
+
+        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        if settings.get("step") is not None and method in drive.METHODS:  # quick, and refuses an unstable step
+            checked = analysis.plan(assembly, times, **settings)
+            return method, lambda: checked
+        return method, lambda: analysis.plan(assembly, times, **settings)
+
+    def tree(self, case: Any, solution: Solution, why: str, *, laws: Mapping[str, Any] | None = None) -> xr.DataTree:
+        """The results of a case.
+
+        Parameters
+        ----------
+        why : str, why the method was taken
+        laws : mapping, the laws in Python of the run, by name
+        """
+        from evolvent import analysis, cases
+
+        root, warning = self.findings(case, solution)
+        found = analysis.tree(
+            solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
+            title=getattr(case, "title", ""), warning=in_keys(warning, self.keys),
+        )  # fmt: skip
+        if laws:
+            found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})
+        return found
+
+    def findings(self, case: Any, solution: Solution) -> tuple[Variables, str]:
+        """`derived` and `warning`; overridden where both follow from one computation."""
+        return self.derived(case, solution), self.warning(case, solution)
+
+    def derived(self, case: Any, solution: Solution) -> Variables:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
         return {}
 
