@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -120,6 +120,39 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
     return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, size=size)
 
 
+def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), title: str = "Spectra") -> Figure:
+    """Amplitude spectra with a Hann window, in which an oscillation's peak is as high as its amplitude.
+
+    Parameters
+    ----------
+    lines : values over time (s), as of `lines_of`, at equal intervals
+    unit : str, of the values
+    marks : angular frequencies, rad/s, that are marked as identified
+
+    Raises
+    ------
+    InputError
+        If there are fewer than four samples, or their intervals are not equal.
+    """
+    time = lines[0].x
+    steps = np.diff(time)
+    if time.size < 4 or np.ptp(steps) > 1e-6 * steps.max():
+        raise InputError(f"the run has {time.size} samples; a spectrum needs four or more at equal intervals")
+    window = np.hanning(time.size)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(4 * time.size, steps[0])
+    drawn = []
+    for line in lines:
+        transform = np.fft.rfft((line.y - line.y.mean()) * window, 4 * time.size)
+        drawn.append(dataclasses.replace(line, x=omega, y=2.0 * np.abs(transform) / window.sum(), width=1.0))
+    top = max(float(line.y.max()) for line in drawn)
+    low = max(min(float(line.y.min()) for line in drawn), 1e-6 * top)
+    for k, w in enumerate(marks):
+        label = "identified" if k == 0 else ""
+        drawn.append(Line(x=np.array([w, w]), y=np.array([low, 2.0 * top]), color="gray", style=":", label=label))
+    panel = Panel(x_label="angular frequency, rad/s", y_label=f"amplitude, {unit}", lines=drawn, log=True)
+    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], size=(8.0, 4.5))
+
+
 def figures(run: xr.DataTree) -> list[Figure]:
     """Default figures of a run: one a kind of part, and one of the balances; empty of a single sample."""
     if run.sizes.get("time", 1) < 2:
@@ -191,22 +224,30 @@ def _coloured(lines: list[Line]) -> list[Line]:
     ]
 
 
-def balance_figure(run: xr.DataTree) -> Figure:
-    """Energies, work and losses, and how well they balance."""
-    root = variables.root_dataset(run)
+#: Energies, work and losses of the balance, with their labels.
+_BALANCE = {
+    "energy_kinetic": "kinetic",
+    "energy_elastic": "elastic",
+    "energy_dissipated": "dissipated",
+    "work_loads": "work of loads",
+    "work_drives": "work of drives",
+    "work_spools": "work of spools",
+    "energy_released": "brought in at releases",
+}
+
+
+def balance_figure(run: xr.DataTree, rows: Mapping[str, str] | None = None) -> Figure:
+    """Energies, work and losses, and how well they balance.
+
+    Parameters
+    ----------
+    rows : mapping, variable of the root -> label; those of any run if left out
+    """
+    rows, root = _BALANCE if rows is None else rows, variables.root_dataset(run)
     time = root["time"].values
-    rows = [
-        ("energy_kinetic", "kinetic", 1.0),
-        ("energy_elastic", "elastic", 1.0),
-        ("energy_dissipated", "dissipated", 1.0),
-        ("work_loads", "work of loads", 1.0),
-        ("work_drives", "work of drives", 1.0),
-        ("work_spools", "work of spools", 1.0),
-        ("energy_released", "brought in at releases", 1.0),
-    ]
-    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name, _, _ in rows)
-    seen = [row for row in rows if np.nanmax(np.abs(root[row[0]].values), initial=0.0) > 1e-6 * peak]
-    lines = [Line(x=time, y=sign * root[name].values, label=text, color=k) for k, (name, text, sign) in enumerate(seen)]
+    sizes = {name: float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name in rows}
+    seen = [name for name in rows if sizes[name] > 1e-6 * max(sizes.values())]
+    lines = [Line(x=time, y=root[name].values, label=rows[name], color=k) for k, name in enumerate(seen)]
     defect = Line(x=time, y=root["energy_defect"].values, color=0)
     panels = [
         Panel(x_label="", y_label="energy, J", lines=lines),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import os
@@ -14,7 +15,8 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.figures import Figure as Described
-from evolvent.plots import PALETTE, sheet
+from evolvent.figures import Line, Map, Panel
+from evolvent.plots import sheet
 from evolvent.results import make_folder, writing
 
 if TYPE_CHECKING:
@@ -76,46 +78,38 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
         varies = numeric and np.unique(drawn.values[~np.isnan(drawn.values)]).size > 1
         if varies and keys and len(found) < _MOST:
             rest = [str(dim) for dim in variable.dims if dim not in shown and variable.sizes[dim] > 1]
-            found[re.sub(r"\W", "_", str(name))] = _figure(drawn, keys, rest, grid)
+            found[re.sub(r"\W", "_", str(name))] = sheet(_figure(drawn, keys, rest, grid))
     return found
 
 
-def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Figure:
+def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Described:
     """A line, a map, or a panel of marks for each key; `rest` are dimensions at whose beginning it is drawn."""
-    from matplotlib.figure import Figure as Sheet
-
-    what = str(drawn.attrs.get("long_name", drawn.name))
-    sheet = Sheet(figsize=(7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys)), layout="constrained")
-    sheet.suptitle(what, x=0.01, ha="left", fontsize=12, fontweight="bold")
-    axes = sheet.subplots(1 if grid else len(keys), 1, squeeze=False)[:, 0]
-    for axis, key in zip(axes, keys, strict=False):
-        (x,) = _along(axis, "x", drawn[key])
+    panels = []
+    for key in keys[:1] if grid else keys:
+        x, x_names = _along(drawn[key])
+        axes: dict[str, Any] = {"x_label": _label(drawn[key]), "x_names": x_names}
         if grid and len(keys) > 1:
-            (y,) = _along(axis, "y", drawn[keys[1]])
-            values = np.ma.masked_invalid(drawn.transpose(keys[1], key).values)
-            axis.set_facecolor("0.85")  # what failed is grey
-            mesh = axis.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
-            sheet.colorbar(mesh, ax=axis, label=_label(drawn))
-        else:
-            axis.plot(x, drawn.values, "o-" if grid else "o", color=PALETTE[0 if grid else 1], markersize=3.5)
-            axis.set_ylabel(_label(drawn))
-            axis.grid(alpha=0.25)
+            y, axes["y_names"] = _along(drawn[keys[1]])
+            axes["map"] = Map(x=x, y=y, values=drawn.transpose(key, keys[1]).values, label=_label(drawn))
+            panels.append(Panel(y_label=_label(drawn[keys[1]]), lines=[], **axes))
+            continue
+        line = Line(x=x, y=drawn.values, marker="o", style="-" if grid else "", color=0 if grid else 1)
+        panels.append(Panel(y_label=_label(drawn), lines=[line], **axes))
     if rest:
-        told = (
-            f"{_label(drawn[dim])} = {drawn[dim].item()}" if dim in drawn.coords else f"{dim}: first" for dim in rest
-        )
-        axes[0].set_title(f"at {', '.join(told)}", loc="left", fontsize=10)
-    return sheet
+        at = (f"{_label(drawn[dim])} = {drawn[dim].item()}" if dim in drawn.coords else f"{dim}: first" for dim in rest)
+        panels[0] = dataclasses.replace(panels[0], title=f"at {', '.join(at)}")
+    size = (7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys))
+    title = str(drawn.attrs.get("long_name", drawn.name))
+    return Described(name=str(drawn.name), title=title, panels=panels, size=size)
 
 
-def _along(axis: Any, side: str, values: xr.DataArray) -> tuple[np.ndarray]:
-    """Places of a key's values on an axis, which is labelled; words stand side by side."""
-    getattr(axis, f"set_{side}label")(_label(values))
+def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:
+    """Places of a key's values on an axis, and the names of words, which stand side by side."""
     if values.dtype.kind in "iuf":
-        return (values.values,)
+        return values.values, None
     words = list(dict.fromkeys(values.values.tolist()))
-    getattr(axis, f"set_{side}ticks")(range(len(words)), words)
-    return (np.array([words.index(v) for v in values.values.tolist()], dtype=float),)
+    places = np.array([words.index(v) for v in values.values.tolist()], dtype=float)
+    return places, {float(k): str(word) for k, word in enumerate(words)}
 
 
 def _label(values: xr.DataArray) -> str:
