@@ -57,7 +57,6 @@ class InertiaStand(BatchedDefinition):
     }  # fmt: skip
     build = staticmethod(build)
     findings = staticmethod(findings)
-    layout = staticmethod(show.layout)
     numbers = staticmethod(show.numbers)
     figures = staticmethod(show.figures)
     motion = staticmethod(show.motion)

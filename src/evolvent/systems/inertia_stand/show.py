@@ -18,34 +18,12 @@ if TYPE_CHECKING:
 SHOWN = 0.12
 #: Most springs whose forces are drawn.
 MOST_SPRINGS = 6
-#: Variables that tables and figures read, by their dimensions.
-LAYOUT = {
-    "time": "energy_potential",
-    "time axis": "displacement body.position",
-    "time quaternion": "rotation body.attitude",
-    "time sensor": "sensor_displacement",
-    "linear_mode": "linear_frequency",
-    "linear_mode sensor": "linear_amplitude",
-    "mode": "mode_frequency mode_frequency_std mode_frequency_linear mode_energy",
-    "mode sensor": "mode_amplitude mode_phase",
-    "component": "inertia_true inertia_identified inertia_std",
-}
 
 
 def case_of(run: Any) -> Case:
     """The case that a run was made from."""
     loaded: Case = cases.of_run(run.attrs["case"])
     return loaded
-
-
-def layout(case: Case) -> dict[str, dict[str, int | None]]:
-    """Numeric variables that tables and figures read, with the sizes of their dimensions; None for any size."""
-    sizes = {"axis": 3, "quaternion": 4, "sensor": len(case.sensor_points), "component": 6}
-    sizes["linear_mode"] = 3 if case.stand.support == "guided" else 6
-    found: dict[str, dict[str, int | None]] = show.layout(case)
-    for dims, names in LAYOUT.items():
-        found |= {name: {dim: sizes.get(dim) for dim in dims.split()} for name in names.split()}
-    return found | {f"spring-{k + 1}.force": {"time": None} for k in range(len(case.stand.springs))}
 
 
 def partner(run: Any, k: int) -> int | None:
