@@ -9,7 +9,8 @@ import xarray as xr
 
 from evolvent import cases, show, variables
 from evolvent.errors import InputError
-from evolvent.figures import Figure, Number
+from evolvent.figures import Figure, Line, Number
+from evolvent.units import unit_text
 
 if TYPE_CHECKING:
     from evolvent.motion import Motion
@@ -66,6 +67,29 @@ class RunAccessor:
         if names:
             return plots.save(drawn[0], path)
         return plots.draw(drawn, path)
+
+    def spectrum(self, *names: str, path: str | os.PathLike[str] | None = None) -> Any:
+        """Plot amplitude spectra of variables over time (Hann window).
+
+        Parameters
+        ----------
+        names : full names, of variables of one unit
+        path : str, optional, PNG file
+
+        Returns
+        -------
+        matplotlib.figure.Figure, or the path that was written
+        """
+        from evolvent import plots
+
+        if not names:
+            raise InputError("no variable is named; give names such as 'boom.tip_deflection.y'")
+        lines: list[Line] = []
+        for name in names:
+            lines += show.lines_of(self._run, name, first=len(lines))
+        unit = unit_text(str(variables.get(self._run, names[0]).attrs.get("units", "1")))
+        drawn = show.spectrum(lines, unit=unit, title=f"Spectra of {', '.join(names[:4])}")
+        return plots.sheet(drawn) if path is None else plots.save(drawn, path)
 
     def motion(self) -> Motion | None:
         """Bodies, lines, forces and marks at every sample; None where there is nothing to draw."""

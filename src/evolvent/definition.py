@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
     from evolvent.system import System
 
+    #: Variables of the root: name -> (dimensions, values, units, long name).
+    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
+
 
 class SystemDefinition:
     """A system that can be run by name: a short form of a case, from which parts follow.
@@ -87,55 +90,35 @@ class SystemDefinition:
         InputError
             For whatever can be found before the run.
         """
-        from evolvent import analysis, cases
+        from evolvent import analysis
         from evolvent.solvers import drive
-        from evolvent.solvers.laws import refusing_laws
 
         given = self._given(laws)
         keys = self.keys
         with naming_keys(keys):
-            assembly = self.build(case, laws=given).assemble()
-            with refusing_laws(assembly):
-                settings = self.prepared_settings(case, assembly, given)
-            if "until" not in settings:
-                raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
-            times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+            assembly, times, settings = self.assembled(case, given)
             every, kept = analysis.with_times(times, self.between(case))
-            method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-            checked, note, beams = None, "", assembly.model.flexible.beams.size > 0
-            if method in drive.METHODS and (settings.get("step") is not None or beams):  # refuses an unstable step
-                checked = analysis.plan(assembly, every, **settings)
-                if beams and checked[0].step is not None:
-                    steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
-                    note = (
-                        f"{method} takes {steps} over {times[-1]:.6g} s; generalized-alpha takes far fewer with beams"
-                    )
+            method, prepare, note = self.prepare_run(case, assembly, every, settings)
 
-        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, dict[str, Any], str]:
+        def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
             with naming_keys(keys):
-                prepared, why = checked or analysis.plan(assembly, every, **settings)
+                prepared, why = prepare()
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
-            return *analysis.without(solution, self.derived(case, solution), kept), why
+            root, warning = self.findings(case, solution)
+            return *analysis.without(solution, root, kept), warning, why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
-            solution, root, why = solve(progress)
-            found = analysis.tree(
-                solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
-                title=getattr(case, "title", ""),
-                warning=self.warning(case, solution),
-            )  # fmt: skip
-            if given:
-                found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in given.items()})
-            return found
+            solution, root, warning, why = solve(progress)
+            return self.tree(case, solution, why, laws=given, findings=(root, warning))
 
         def observe(names: Iterable[str]) -> xr.Dataset:
-            solution, root, _ = solve(None)
+            solution, root, _, _ = solve(None)
             return analysis.observed(solution, names, system=case.system, root=root)
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
-            return analysis.tree(solution, case="", why="", system=case.system, root=self.derived(case, solution))
+            return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
         name = drive.cache_name(assembly, method)
         return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
@@ -144,7 +127,79 @@ class SystemDefinition:
         """Times (s) between the samples at which `derived` gets the run as well; their samples are not kept."""
         return np.zeros(0)
 
-    def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
+    def assembled(self, case: Any, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, dict[str, Any]]:
+        """The assembled parts of a case, the times of its samples (s), and the other settings of its run.
+
+        Raises
+        ------
+        InputError
+            For parts and settings that cannot be used.
+        """
+        from evolvent import analysis
+        from evolvent.solvers.laws import refusing_laws
+
+        assembly = self.build(case, laws=laws).assemble()
+        with refusing_laws(assembly):
+            settings = self.prepared_settings(case, assembly, laws)
+        if "until" not in settings:
+            raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
+        times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+        return assembly, times, settings
+
+    def prepare_run(
+        self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
+    ) -> tuple[str, Callable[[], tuple[Any, str]], str]:
+        """The solver of a run, a function that prepares it and says why its method is taken, and a note on its cost.
+
+        The run has ``run(progress)``, which returns a Solution. What can be found quickly is refused here, what needs
+        compiled functions by the function.
+        """
+        from evolvent import analysis
+        from evolvent.solvers import drive
+
+        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        beams = assembly.model.flexible.beams.size > 0
+        if method not in drive.METHODS or (settings.get("step") is None and not beams):
+            return method, lambda: analysis.plan(assembly, times, **settings), ""
+        checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step
+        if beams and checked[0].step is not None:
+            steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
+            note = f"{method} takes {steps} over {times[-1]:.6g} s; generalized-alpha takes far fewer with beams"
+        return method, lambda: checked, note
+
+    def tree(
+        self,
+        case: Any,
+        solution: Solution,
+        why: str,
+        *,
+        laws: Mapping[str, Any] | None = None,
+        findings: tuple[Variables, str] | None = None,
+    ) -> xr.DataTree:
+        """The results of a case.
+
+        Parameters
+        ----------
+        why : str, why the method was taken
+        laws : mapping, the laws in Python of the run, by name
+        findings : of the solution; found if left out
+        """
+        from evolvent import analysis, cases
+
+        root, warning = self.findings(case, solution) if findings is None else findings
+        found = analysis.tree(
+            solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
+            title=getattr(case, "title", ""), warning=in_keys(warning, self.keys),
+        )  # fmt: skip
+        if laws:
+            found.attrs["laws"] = json.dumps({name: _law_name(law) for name, law in laws.items()})
+        return found
+
+    def findings(self, case: Any, solution: Solution) -> tuple[Variables, str]:
+        """`derived` and `warning`; overridden where both follow from one computation."""
+        return self.derived(case, solution), self.warning(case, solution)
+
+    def derived(self, case: Any, solution: Solution) -> Variables:
         """Quantities of the field, for the root of the results: name -> (dimensions, values, units, long name)."""
         return {}
 

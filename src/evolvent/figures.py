@@ -1,4 +1,4 @@
-"""What a system wants to be drawn, as data: line plots, and numbers for a table."""
+"""What a system wants to be drawn, as data: line plots and maps, and numbers for a table."""
 
 from __future__ import annotations
 
@@ -34,6 +34,31 @@ class Line:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Map:
+    """Values over a plane, as colours; what is not finite stays grey.
+
+    Attributes
+    ----------
+    x, y : (n,), (k,) float
+    values : (n, k) float
+    label : str, of the colour bar, with the unit
+    limits : (2,) float, values of the first and last colour, beyond which values are clipped; None for their range
+    log : bool, whether colours are logarithmic in the values; needs limits above zero
+    colors : str, name of matplotlib's colour map
+    contours : mapping, value -> color of a contour line
+    """
+
+    x: Array
+    y: Array
+    values: Array
+    label: str
+    limits: tuple[float, float] | None = None
+    log: bool = False
+    colors: str = "viridis"
+    contours: Mapping[float, str] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Panel:
     """One pair of axes; axis labels carry their units.
 
@@ -42,7 +67,8 @@ class Panel:
     equal : bool, whether both axes have the same scale
     log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
-    x_names : mapping, place on the x axis -> name, for an axis of things rather than numbers
+    x_names, y_names : mapping, place on the axis -> name, for an axis of things rather than numbers
+    map : Map, drawn below the lines; None for none
     """
 
     x_label: str
@@ -54,6 +80,8 @@ class Panel:
     log_x: bool = False
     y_zero: bool = False
     x_names: Mapping[float, str] | None = None
+    y_names: Mapping[float, str] | None = None
+    map: Map | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

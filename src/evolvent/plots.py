@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Panel
+from evolvent.figures import Figure, Line, Map, Panel
 from evolvent.results import make_folder, writing
 
 #: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
@@ -102,6 +102,8 @@ def picture(figure: Figure, kind: str, *, dpi: float = 130.0, title: bool = True
 
 
 def _panel(axis: Any, panel: Panel) -> None:
+    if panel.map is not None:
+        _map(axis, panel.map)
     for line in panel.lines:
         axis.plot(
             line.x,
@@ -117,6 +119,8 @@ def _panel(axis: Any, panel: Panel) -> None:
     axis.set_ylabel(panel.y_label)
     if panel.x_names is not None:
         axis.set_xticks(list(panel.x_names), list(panel.x_names.values()))
+    if panel.y_names is not None:
+        axis.set_yticks(list(panel.y_names), list(panel.y_names.values()))
     axis.set_title(panel.title)
     if panel.equal:
         axis.set_aspect("equal", adjustable="datalim")
@@ -133,6 +137,25 @@ def _panel(axis: Any, panel: Panel) -> None:
     if labelled:
         outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 6 else {"loc": "best"}
         axis.legend(**outside)
+
+
+def _map(axis: Any, drawn: Map) -> None:
+    """Draw a map with its colour bar and contour lines."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    low, high = drawn.limits or (None, None)
+    values = np.asarray(drawn.values, dtype=float)
+    colored = values if drawn.limits is None else np.clip(values, low, high)
+    mesh = axis.pcolormesh(
+        drawn.x, drawn.y, np.ma.masked_invalid(colored).T, shading="nearest", cmap=drawn.colors,
+        norm=(LogNorm if drawn.log else Normalize)(vmin=low, vmax=high),
+    )  # fmt: skip
+    axis.set_facecolor("0.85")
+    axis.grid(visible=False)
+    axis.figure.colorbar(mesh, ax=axis, label=drawn.label)
+    for level, color in drawn.contours.items():
+        if min(values.shape) > 1 and np.any(values < level) and np.any(values > level):
+            axis.contour(drawn.x, drawn.y, values.T, levels=[level], colors=[color], linewidths=1.0)
 
 
 def _color(line: Line) -> Any:

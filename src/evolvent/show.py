@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -114,6 +114,39 @@ def figure(run: xr.DataTree | xr.Dataset, names: Sequence[str], *, name: str = "
     drawn[-1] = Panel(x_label="time, s", y_label=last.y_label, lines=last.lines)
     size = (8.0, 1.2 + 2.4 * len(drawn))
     return Figure(name=name, title=title or ", ".join(names[:4]), panels=drawn, size=size)
+
+
+def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), title: str = "Spectra") -> Figure:
+    """Amplitude spectra with a Hann window, in which an oscillation's peak is as high as its amplitude.
+
+    Parameters
+    ----------
+    lines : values over time (s), as of `lines_of`, at equal intervals
+    unit : str, of the values
+    marks : angular frequencies, rad/s, that are marked as identified
+
+    Raises
+    ------
+    InputError
+        If there are fewer than four samples, or their intervals are not equal.
+    """
+    time = lines[0].x
+    steps = np.diff(time)
+    if time.size < 4 or np.ptp(steps) > 1e-6 * steps.max():
+        raise InputError(f"the run has {time.size} samples; a spectrum needs four or more at equal intervals")
+    window = np.hanning(time.size)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(4 * time.size, steps[0])
+    drawn = []
+    for line in lines:
+        transform = np.fft.rfft((line.y - line.y.mean()) * window, 4 * time.size)
+        drawn.append(dataclasses.replace(line, x=omega, y=2.0 * np.abs(transform) / window.sum(), width=1.0))
+    top = max(float(line.y.max()) for line in drawn)
+    low = max(min(float(line.y.min()) for line in drawn), 1e-6 * top)
+    for k, w in enumerate(marks):
+        label = "identified" if k == 0 else ""
+        drawn.append(Line(x=np.array([w, w]), y=np.array([low, 2.0 * top]), color="gray", style=":", label=label))
+    panel = Panel(x_label="angular frequency, rad/s", y_label=f"amplitude, {unit}", lines=drawn, log=True)
+    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], size=(8.0, 4.5))
 
 
 def figures(run: xr.DataTree) -> list[Figure]:
@@ -238,27 +271,35 @@ def _coloured(lines: list[Line]) -> list[Line]:
     ]
 
 
-def balance_figure(run: xr.DataTree) -> Figure:
-    """Energies, work and losses, by kind where there are several, and how well they balance."""
-    root = variables.root_dataset(run)
+#: Energies, work and losses of the balance, with their labels.
+_BALANCE = {
+    "energy_kinetic": "kinetic",
+    "energy_elastic": "elastic",
+    "energy_dissipated": "dissipated",
+    "work_loads": "work of loads",
+    "work_drives": "work of drives",
+    "work_spools": "work of spools",
+    "energy_released": "brought in at releases",
+}
+
+
+def balance_figure(run: xr.DataTree, rows: Mapping[str, str] | None = None) -> Figure:
+    """Energies, work and losses, by kind where there are several, and how well they balance.
+
+    Parameters
+    ----------
+    rows : mapping, variable of the root -> label; those of any run if left out
+    """
+    rows, root = _BALANCE if rows is None else rows, variables.root_dataset(run)
     time = root["time"].values
-    rows = [
-        ("energy_kinetic", "kinetic", 1.0),
-        ("energy_elastic", "elastic", 1.0),
-        ("energy_dissipated", "dissipated", 1.0),
-        ("work_loads", "work of loads", 1.0),
-        ("work_drives", "work of drives", 1.0),
-        ("work_spools", "work of spools", 1.0),
-        ("energy_released", "brought in at releases", 1.0),
-    ]
-    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name, _, _ in rows)
+    peak = max(float(np.nanmax(np.abs(root[name].values), initial=0.0)) for name in rows)
     factor, unit = next((f, u) for least, f, u in _ENERGY_UNITS if peak > least or least == 0.0)
 
     def lines_of_all(columns: list[tuple[str, np.ndarray]], least: float) -> list[Line]:
         seen = [(text, y) for text, y in columns if np.nanmax(np.abs(y), initial=0.0) > least * peak]
         return [Line(x=time, y=factor * y, label=text, color=k) for k, (text, y) in enumerate(seen)]
 
-    lines = lines_of_all([(text, sign * root[name].values) for name, text, sign in rows], 1e-6)
+    lines = lines_of_all([(text, root[name].values) for name, text in rows.items()], 1e-6)
     panels = [Panel(x_label="", y_label=f"energy, {unit}", lines=lines, y_zero=True)]
     stored = lines_of_all(list(stored_energies(run).items()), _STORED_SHOWN)
     if len(stored) > 1:

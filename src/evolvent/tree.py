@@ -18,7 +18,7 @@ from evolvent.observe.variables import AXES
 from evolvent.solvers import balance as eb
 from evolvent.solvers.solution import Solution
 
-#: Energies and work of the root, each with its field in the balance; their names are in `references.OF_THE_RUN` as well.
+#: Energies and work of the root, each with its field in the balance; their names are in `references.OF_THE_RUN` too.
 _ENERGIES = {
     "energy_kinetic": ("kinetic", "kinetic energy"),
     "work_loads": ("loads", "work of loads and weight since the start"),

@@ -520,6 +520,13 @@ Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration"
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
 LineForceVector = Annotated[Triple, Vector(quantity=Quantity(what="a force per length", unit="N/m", example="0.1 N/m"))]
+_IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")
+_PRODUCT = Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")
+Coordinate = Annotated[float, Quantity(**_LENGTH)]
+ImpulseVector = Annotated[Triple, Vector(quantity=_IMPULSE)]
+RotationVector = Annotated[Triple, Vector(quantity=_ANGLE)]
+Moments = Annotated[Triple, Vector(quantity=_INERTIA)]
+Products = Annotated[Triple, Vector(quantity=_PRODUCT)]
 Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
 Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
 Quaternion = Annotated[tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True)]

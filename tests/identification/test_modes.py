@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.identification import Modes, esprit, identify, matrix_pencil, prony, tls_prony, varpro
+from evolvent.identification import (
+    Modes,
+    esprit,
+    frequencies_in,
+    identify,
+    matrix_pencil,
+    mode_variables,
+    prony,
+    recorded,
+    tls_prony,
+    varpro,
+)
 from evolvent.identification.signals import exponentials
 from identification.setups import DURATION, SETUPS, Setup, stand, three_modes
 
@@ -235,3 +246,49 @@ def test_other_methods_by_name(method: str, rng: np.random.Generator) -> None:
     assert modes.method.replace(" ", "_") == method
     assert modes.order == 3
     np.testing.assert_allclose(modes.frequency, setup.frequency, rtol=0.02)
+
+
+def test_covariances_of_parts_are_blocks_of_the_whole(rng: np.random.Generator) -> None:
+    modes = varpro(three_modes().samples(400, rng), 3, rate=400 / DURATION)
+    std = np.sqrt(np.diag(modes.natural_frequency_covariance))
+    np.testing.assert_allclose(std, modes.natural_frequency_std, rtol=1e-10)
+    shapes, m = modes.mode_shapes(), modes.order
+    sensors = shapes.real.shape[1]
+    for k in range(m):
+        at = slice(2 * m + k * sensors, 2 * m + (k + 1) * sensors)
+        np.testing.assert_array_equal(shapes.shape_covariance[k], shapes.covariance[at, at])
+
+
+def test_modes_as_variables(rng: np.random.Generator) -> None:
+    modes = varpro(three_modes().samples(400, rng), 3, rate=400 / DURATION)
+    found = mode_variables(modes, unit="mm")
+    assert found["mode_frequency"][:1] == (("mode",),)
+    np.testing.assert_array_equal(found["mode_amplitude_std"][1], modes.amplitude_std)
+    assert found["mode_amplitude"][0] == ("mode", "sensor")
+    assert found["mode_amplitude"][2] == "mm"
+    blank = mode_variables(None, unit="m", order=2, sensors=4)
+    assert {name: values.shape for name, (_, values, _, _) in blank.items()} == {
+        name: (2, 4) if "sensor" in dims else (2,) for name, (dims, _, _, _) in found.items()
+    }
+    assert all(np.all(np.isnan(values)) for _, values, _, _ in blank.values())
+
+
+def test_frequencies_of_the_same_modes_in_other_signals() -> None:
+    setup = three_modes()
+    modes = varpro(setup.clean(400), 3, rate=400 / DURATION)
+    faster = setup.clean(400)
+    found = frequencies_in(modes, faster, rate=1.001 * 400 / DURATION)
+    assert found is not None
+    np.testing.assert_allclose(found, 1.001 * modes.frequency, rtol=1e-8)
+    assert frequencies_in(modes, np.zeros((400, 4)), rate=400 / DURATION) is None
+
+
+def test_what_sensors_read() -> None:
+    clean = np.zeros((20000, 2))
+    read = recorded(clean, noise=(1.0, 0.1), seed=3)
+    np.testing.assert_allclose(read.std(axis=0), [1.0, 0.1], rtol=0.02)
+    assert abs(np.corrcoef(read.T)[0, 1]) < 0.03
+    np.testing.assert_array_equal(read, recorded(clean, noise=(1.0, 0.1), seed=3))
+    rounded = recorded(clean, noise=(1.0, 0.1), quantisation=0.25, seed=3)
+    np.testing.assert_allclose(rounded, 0.25 * np.round(4.0 * read), atol=1e-12)
+    np.testing.assert_array_equal(recorded(clean), clean)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent import batch, parts
+from evolvent import InputError, batch, parts
 from evolvent.solvers import solve
 from evolvent.system import System
 
@@ -94,14 +94,11 @@ def test_modified_euler_seen_at_whole_periods_is_no_better_than_second_order():
     assert slopes[:, 1] == pytest.approx(2.0, abs=0.05)
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.7])
-def test_agrees_with_the_general_engine(damping):
-    body = suspended(seed=3, damping=damping)._replace(lateral_damping=np.zeros(4))
-    times = np.linspace(0.0, 5.0, 101)
-    y = batch.integrate([body], every=0.05, samples=101, steps=20)[0]
-    system = System(gravity=body.gravity)
+def composed(body):
+    """The same body and springs as parts."""
     from scipy.spatial.transform import Rotation
 
+    system = System(gravity=body.gravity)
     turn = Rotation.from_quat(body.state[[4, 5, 6, 3]]).as_matrix()
     system.add(
         parts.RigidBody(
@@ -114,12 +111,72 @@ def test_agrees_with_the_general_engine(damping):
         ),
         name="body",
     )
+    own = ("stiffness", "damping", "length", "lateral_stiffness", "lateral_damping")
     for k in range(4):
+        numbers = {name: getattr(body, name)[k] for name in own}
         ends = {"a": tuple(body.ground[k]), "b": ("body", tuple(body.attachment[k]))}
-        system.add(parts.Spring(**ends, stiffness=body.stiffness[k], damping=damping, length=0.5))
-    solution = solve(system.assemble(), samples=times, method="dopri5", rtol=1e-12, atol=1e-13)
-    assert solution.success
-    assert solution.y[:, :10] == pytest.approx(y[:, :10], abs=2e-9)
+        system.add(parts.Spring(**ends, axis=(0.0, 1.0, 0.0), **numbers), f"spring-{k + 1}")
+    return system
+
+
+@pytest.mark.parametrize(("damping", "lateral"), [(0.0, 0.0), (0.7, 0.0), (0.7, 20.0)])
+def test_agrees_with_the_general_engine(damping, lateral):
+    """A lane of the batch is read from the assembled model, and ends in a solution of that model."""
+    body = suspended(seed=3, damping=damping, lateral=lateral)
+    times = np.linspace(0.0, 5.0, 101)
+    assembly = composed(body).assemble()
+    read = batch.suspended_of(assembly)
+    for name, value in body._asdict().items():
+        if name == "axis" and lateral == damping == 0.0:  # a spring without lateral forces keeps none
+            continue
+        assert getattr(read, name) == pytest.approx(value, abs=1e-15), name
+    lane = batch.plan(assembly, times, method="dop853", frequency=20.0, step=2.5e-3)
+    found, other = lane.run(), solve(assembly, samples=times, method="dopri5", rtol=1e-12, atol=1e-13)
+    assert found.success
+    assert other.success
+    assert found.t == pytest.approx(other.t, abs=1e-12)
+    assert found.y[:, :13] == pytest.approx(other.y[:, :13], abs=1e-8)
+    assert found.balance.kinetic == pytest.approx(other.balance.kinetic, abs=1e-7)
+    assert found.balance.by_springs == pytest.approx(other.balance.by_springs, abs=1e-7)
+    assert found.balance.loads == pytest.approx(other.balance.loads, abs=1e-7)
+    alone = batch.integrate([read], every=0.05, samples=101, steps=20)[0]
+    assert np.array_equal(found.y[:, :10], alone[:, :10])
+
+
+def test_a_run_that_grows_without_bound_keeps_what_was_computed():
+    lane = batch.plan(composed(suspended()).assemble(), np.arange(401.0), method="rk4", frequency=1.0, step=1.0)
+    found = lane.run()
+    assert found.status == "failed"
+    assert found.message.startswith("the state stopped being finite after t = ")
+    assert found.message.endswith("take a smaller step than 1 s")
+    assert 3 < found.t.size < 401
+    assert np.all(np.isfinite(found.y))
+
+
+@pytest.mark.parametrize(
+    ("name", "part", "words"),
+    [
+        ("second", parts.RigidBody(mass=1.0, inertia=1.0), "'second' is a second body"),
+        ("mass", parts.Point(mass=1.0, position=(0.0, -1.0, 0.0)), "'mass' is of another kind"),
+        ("held", parts.Guide(body="body", direction=(1.0, 0.0, 0.0)), "'held' is not one of three"),
+        ("free", parts.Spring(a=(0, 0, 0), b=(0, 1, 0), stiffness=1.0), "'free' does not join body and ground"),
+        ("own", parts.Spring(a=(0, 1, 0), b=("body", (0, 0, 0)), law="-2*x"), "'own' has a law of its own"),
+    ],
+)
+def test_other_systems_are_refused_by_name(name, part, words):
+    system = composed(suspended())
+    system.add(part, name)
+    with pytest.raises(InputError, match=f"one free body on springs to the ground, but {words}.*; take dopri5"):
+        batch.suspended_of(system.assemble())
+
+
+def test_a_system_without_springs_is_refused():
+    system = System()
+    with pytest.raises(InputError, match="has no body"):
+        batch.suspended_of(system.assemble())
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0), "body")
+    with pytest.raises(InputError, match="has no springs"):
+        batch.suspended_of(system.assemble())
 
 
 @pytest.mark.parametrize("lateral", [0.0, 20.0])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import batch, cases, variables
-from evolvent.systems import inertia_stand
-from evolvent.systems.inertia_stand import identify
+from evolvent import cases, variables
+from evolvent.batch import lanes
+from evolvent.systems.inertia_stand import SYSTEM, identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}
 
@@ -139,7 +139,7 @@ def test_noise_is_seeded_and_intervals_hold(seed):
 def test_what_is_no_mode_of_the_linear_model_gets_neither_its_name_nor_energy():
     """With two modes more asked for than the signals hold, these are harmonics; before, one was called yaw."""
     found = run(**{"identification.order": 5, "identification.way": "none"})
-    labels = [n.label.partition(", ")[2] for n in inertia_stand.numbers(found) if n.label.startswith("mode ")]
+    labels = [n.label.partition(", ")[2] for n in SYSTEM.numbers(found) if n.label.startswith("mode ")]
     assert sorted(labels) == ["heave", "no mode of the linear model", "no mode of the linear model", "pitch", "roll"]
     own = np.isfinite(found.mode_frequency_linear.values)
     assert np.array_equal(np.isfinite(found.mode_energy), own)
@@ -203,7 +203,7 @@ def test_prony_of_noisy_signals_is_told():
 def test_no_sum_of_energies_where_nothing_was_identified():
     found = run(**{"identification.order": 6, "sensors.rate": "8 Hz", "sensors.duration": "1.2 s"})
     assert np.all(np.isnan(found.mode_energy))
-    assert not [n for n in inertia_stand.numbers(found) if "energies" in n.label]
+    assert not [n for n in SYSTEM.numbers(found) if "energies" in n.label]
 
 
 def test_quantisation_rounds_to_its_steps():
@@ -332,19 +332,36 @@ def test_motion_below_rounding_is_told():
 def test_a_batch_gives_the_bits_of_single_runs():
     base = cases.load("inertia-stand", {"sensors.noise": "0.02 mm", "sensors.duration": "3 s", **QUICK})
     varied = [cases.load(base, {"body.offset_x": 0.1 * k, "sensors.seed": k}) for k in range(4)]
-    together = inertia_stand.run_batch(varied)
+    together = SYSTEM.run_batch(varied)
     for case, found in zip(varied, together, strict=True):
-        alone = inertia_stand.plan(case).run()
+        alone = SYSTEM.plan(case).run()
         for name in ("sensor_displacement", "mode_frequency", "inertia_identified"):
             assert np.array_equal(alone[name], found[name], equal_nan=True), name
 
 
 def test_a_batch_keeps_what_can_be_run():
+    """Also beside a case of the general engine, and one whose number of springs is another."""
     good = cases.load("inertia-stand", QUICK)
     falls = cases.load("inertia-stand", {"stand.support": "standing", **QUICK})
-    found = inertia_stand.run_batch([falls, good])
+    adaptive = cases.load("inertia-stand", {"solver.method": "dopri5", **QUICK})
+    five = [[2, 0, 0.9], [2, 0, -0.9], [-2, 0, -0.9], [-2, 0, 0.9], [0, 0, 1]]
+    other = cases.load("inertia-stand", {"stand.points": five, **QUICK})
+    found = SYSTEM.run_batch([falls, good, adaptive, other])
     assert isinstance(found[0], evolvent.InputError)
-    assert found[1].attrs["status"] == "success"
+    assert [run.attrs["status"] for run in found[1:]] == ["success"] * 3
+    assert [run.attrs["solver"] for run in found[1:]] == ["dop853", "dopri5", "dop853"]
+    assert found[2].sensor_true.values == pytest.approx(found[1].sensor_true.values, abs=5e-9)
+    assert found[3].sizes["spring"] == 5
+
+
+def test_roll_and_pitch_together_are_released_from_a_guided_rest():
+    """Their rotations make a small one about y, which the guides hold: it is taken off."""
+    start = {"excitation.force": None, "excitation.rotation": ["2 deg", 0, "1 deg"], "stand.support": "guided"}
+    ask = start | {"body.offset_x": 0.3, "body.offset_z": 0.1, **QUICK}
+    found = [run(**ask, **{"solver.method": method}) for method in ("dop853", "dopri5")]
+    for each in found:
+        assert each.displacement.values[:, [0, 2]] == pytest.approx(0.0, abs=1e-12)
+    assert found[1].sensor_true.values == pytest.approx(found[0].sensor_true.values, abs=2e-8)
 
 
 def test_what_signals_do_not_tell_is_said_and_left_out():
@@ -372,6 +389,15 @@ def test_what_signals_do_not_tell_is_said_and_left_out():
         ({"body.mas": 3}, ["body.mas", "body.mass"]),
         ({"stand.stiffness": "740250 N"}, ["stand.stiffness", "N/m"]),
         ({"sensors.rate": "50 m"}, ["sensors.rate", "Hz"]),
+        ({"sensors.duration": "1e8 s"}, ["1 / sensors.rate is 0.02 s", "too many"]),
+        ({"solver.step": "1 ns"}, ["solver.step is 1e-09 s", "steps, too many"]),
+        ({"sensors.points": []}, ["sensors.points"]),
+        ({"sensors.directions": [[0, 0, 0]] * 4}, ["sensors.directions.0", "not all zero"]),
+        ({"sensors.directions": [[0, 1, 0]]}, ["sensors.directions has 1 rows", "4 springs"]),
+        (
+            {"stand.support": "guided", "excitation.force": None, "excitation.displacement": [0.001, 0, 0]},
+            ["initial state", "guided"],
+        ),
     ],
 )
 def test_bad_input_is_one_clear_sentence(overrides, words):
@@ -388,7 +414,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
     overrides = {"solver.method": method, "sensors.rate": "8 Hz", "solver.step": "0.125 s", "sensors.duration": "60 s"}
     with pytest.raises(evolvent.InputError, match="stability limit"):
         evolvent.run("inertia-stand", overrides)
-    monkeypatch.setattr(batch, "stability_limit", lambda method: 10.0)
+    monkeypatch.setattr(lanes, "stability_limit", lambda method: 10.0)
     with pytest.raises(evolvent.RunFailed, match=r"energy balance|finite"):
         evolvent.run("inertia-stand", overrides)
 
@@ -399,11 +425,11 @@ def test_figures_motion_and_numbers_come_from_a_saved_run(tmp_path):
     path = tmp_path / "run.nc"
     results.save(run(**QUICK), path)
     opened = evolvent.open(path)
-    labels = [n.label for n in inertia_stand.numbers(opened)]
+    labels = [n.label for n in SYSTEM.numbers(opened)]
     assert "Ixx identified" in labels
     assert "sum of the modes' energies" in labels
-    drawn = plots.draw(inertia_stand.figures(opened), tmp_path)
+    drawn = plots.draw(SYSTEM.figures(opened), tmp_path)
     assert len(drawn) == 6
-    motion = inertia_stand.motion(opened)
+    motion = SYSTEM.motion(opened)
     assert [line.kind for line in motion.lines] == ["spring"] * 4
     assert motion.magnification > 1.0

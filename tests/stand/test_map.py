@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from evolvent import cases, studies
-from evolvent.studies import read
-from evolvent.systems import inertia_stand
+from evolvent.studies import draw, read
+from evolvent.systems.inertia_stand import SYSTEM
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,7 @@ def box():
     both = {}
     for way in ("fit", "three-frequencies"):
         fixed = {"identification.order": 3, "identification.way": way}
-        runs = inertia_stand.run_batch([cases.load("inertia-stand", o | fixed) for o in overrides])
+        runs = SYSTEM.run_batch([cases.load("inertia-stand", o | fixed) for o in overrides])
         assert all(not isinstance(r, Exception) for r in runs)
         both[way] = runs
     return both
@@ -58,7 +58,7 @@ def test_the_built_in_study_has_999_cases():
 def test_what_a_study_does_not_keep_is_not_drawn(keep, drawn):
     over = {"body.offset_x": [-0.4, 0.4], "body.offset_z": [-0.2, 0.2]}
     study = studies.sweep({"study": "corners", "case": "inertia-stand", "over": over, "keep": keep})
-    assert list(cases.system("inertia-stand").study_figures(study)) == drawn
+    assert list(SYSTEM.study_figures(study)) == drawn
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_every_figure_of_a_map_is_drawn(fixed):
     case = {"sensors.duration": "4 s", **fixed}
     study = studies.sweep({"study": "map", "case": "inertia-stand", "set": case, "over": over})
     assert np.all(np.isfinite(study.least_energy))
-    drawn = cases.system("inertia-stand").study_figures(study)
+    drawn = draw.of_system(study)
     assert set(drawn) == {"energies", "amplitudes", "least_energy", "frequencies", "inertia_error"}
     for sheet in drawn.values():
         sheet.canvas.draw()
@@ -87,4 +87,4 @@ def test_a_map_of_one_case_is_drawn():
     over = {"body.offset_x": [0.1], "body.offset_z": [0.1]}
     case = {"sensors.duration": "4 s", "identification.order": 3}
     study = studies.sweep({"study": "one", "case": "inertia-stand", "set": case, "over": over})
-    assert "least_energy" in cases.system("inertia-stand").study_figures(study)
+    assert "least_energy" in draw.of_system(study)

@@ -56,6 +56,23 @@ def test_the_command_on_a_run(run: pathlib.Path) -> None:
     assert call(str(run), "--variables", "left.velocity.x", "--quiet").output == ""
 
 
+def test_figures_of_every_recording(run: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    words = ["--variables", "left.position.x,right mass.position.x", "--set", "identification.order=2", "--quiet"]
+    done = call(str(run), *words, "--figures", str(tmp_path / "one"))
+    assert done.exit_code == 0, done.output
+    assert sorted(path.name for path in (tmp_path / "one").iterdir()) == [
+        "mode_shapes.png",
+        "signals.png",
+        "spectrum.png",
+    ]
+    other = tmp_path / "again.nc"
+    other.write_bytes(run.read_bytes())
+    assert call(str(run), str(other), *words, "--figures", str(tmp_path / "two")).exit_code == 0
+    assert sorted(path.name for path in (tmp_path / "two").iterdir()) == ["again", "masses"]
+    refused = call(str(run), *words, "--figures", str(run))
+    assert "is not a folder" in str(refused.exception)
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

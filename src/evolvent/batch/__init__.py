@@ -1,5 +1,6 @@
-"""Many small rigid models integrated at a time, in compiled blocks with fixed steps."""
+"""A body on ground springs, many at a time: compiled blocks of fixed steps, checked against the general engine."""
 
+from evolvent.batch.lanes import Lane, plan, solve, suspended_of, warning_of
 from evolvent.batch.suspended import (
     METHODS,
     NAME,
@@ -16,12 +17,17 @@ from evolvent.batch.suspended import (
 __all__ = [
     "METHODS",
     "NAME",
+    "Lane",
     "Scheme",
     "Suspended",
     "accurate_step",
     "amplification",
     "integrate",
+    "plan",
     "scheme",
+    "solve",
     "stability_limit",
+    "suspended_of",
     "warm_up",
+    "warning_of",
 ]

@@ -20,9 +20,10 @@ one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the 
 from evolvent.identification.automatic import identify
 from evolvent.identification.bounds import cramer_rao
 from evolvent.identification.linear_prediction import prony, tls_prony
-from evolvent.identification.modes import Modes, ModeShapes, OrderCriteria
+from evolvent.identification.modes import Modes, ModeShapes, OrderCriteria, mode_variables
+from evolvent.identification.signals import recorded
 from evolvent.identification.subspace import esprit, matrix_pencil
-from evolvent.identification.variable_projection import varpro
+from evolvent.identification.variable_projection import frequencies_in, varpro
 
 __all__ = [
     "ModeShapes",
@@ -30,9 +31,12 @@ __all__ = [
     "OrderCriteria",
     "cramer_rao",
     "esprit",
+    "frequencies_in",
     "identify",
     "matrix_pencil",
+    "mode_variables",
     "prony",
+    "recorded",
     "tls_prony",
     "varpro",
 ]

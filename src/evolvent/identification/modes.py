@@ -45,6 +45,13 @@ class ModeShapes(NamedTuple):
     realness: Array
     covariance: Array
 
+    @property
+    def shape_covariance(self) -> Array:
+        """(m, c, c) of each mode's `real`."""
+        m, c = self.real.shape
+        blocks = self.covariance[2 * m :, 2 * m :].reshape(m, c, m, c)
+        return np.array([blocks[k, :, k] for k in range(m)]).reshape(m, c, c)
+
 
 @dataclass(frozen=True, eq=False)
 class Modes:
@@ -136,6 +143,13 @@ class Modes:
     def decay_rate_std(self) -> Array:
         """(m,) 1/s."""
         return np.sqrt(np.diag(self.pole_covariance)[self.order :])
+
+    @property
+    def natural_frequency_covariance(self) -> Array:
+        """(m, m) of the magnitudes of the poles, first order."""
+        natural = self.natural_frequency
+        J = np.hstack([np.diag(self.frequency / natural), np.diag(self.decay_rate / natural)])
+        return np.asarray(J @ self.pole_covariance @ J.T)
 
     @property
     def natural_frequency_std(self) -> Array:
@@ -236,6 +250,36 @@ class Modes:
                 f"   {self.damping_ratio[k]:.3g}   {self.amplitude[k, c]:.4g} ({self.names[c]})"
             )
         return "\n".join([*lines, *self.warnings])
+
+
+#: Quantities of `Modes` for files and tables: name -> (units, text, whether of every sensor); '' is the sensors' unit.
+QUANTITIES = {
+    "frequency": ("rad s-1", "identified frequency", False),
+    "frequency_std": ("rad s-1", "standard deviation of the identified frequency", False),
+    "decay_rate": ("s-1", "identified decay rate", False),
+    "decay_rate_std": ("s-1", "standard deviation of the identified decay rate", False),
+    "amplitude": ("", "identified amplitude at the sensor", True),
+    "amplitude_std": ("", "standard deviation of the identified amplitude", True),
+    "phase": ("rad", "identified phase at the sensor", True),
+}
+
+
+def mode_variables(
+    modes: Modes | None, *, unit: str, order: int = 0, sensors: int = 0
+) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
+    """Modes as variables over the dimensions "mode" and "sensor": name -> (dimensions, values, units, text).
+
+    Parameters
+    ----------
+    modes : Modes, or None where none were found
+    unit : str, of the sensors
+    order, sensors : int, numbers of modes and sensors where none were found; the values are then NaN
+    """
+    found: dict[str, tuple[tuple[str, ...], Array, str, str]] = {}
+    for name, (units, text, each) in QUANTITIES.items():
+        values = np.full((order, sensors) if each else order, np.nan) if modes is None else getattr(modes, name)
+        found[f"mode_{name}"] = (("mode", "sensor") if each else ("mode",), values, units or unit, text)
+    return found
 
 
 def sort(poles: Array) -> Array:

@@ -422,3 +422,17 @@ def survey(signal: Signal) -> tuple[Array, float]:
 def split(coefficients: Array, m: int) -> Array:
     """Complex amplitudes (m, c) from the coefficients of `basis`."""
     return np.asarray(coefficients[:m] + 1j * coefficients[m : 2 * m])
+
+
+def recorded(values: Array, *, noise: Any = 0.0, quantisation: float = 0.0, seed: int = 0) -> Array:
+    """What sensors read of values (N, c): with white noise, then rounded to steps.
+
+    Parameters
+    ----------
+    noise : float or (c,) float, standard deviation
+    quantisation : float, step of the digital reading; 0 for none
+    seed : int
+    """
+    noise = np.broadcast_to(np.asarray(noise, dtype=float), values.shape[1:])
+    read = values + noise * np.random.default_rng(seed).standard_normal(values.shape) if noise.any() else values
+    return quantisation * np.round(read / quantisation) if quantisation > 0.0 else read

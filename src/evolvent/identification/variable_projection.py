@@ -390,3 +390,19 @@ def fit_jointly(modes: Modes, signal: Signal, shared: Array) -> Modes | None:
         covariance=T @ C @ T.T,
         iterations=modes.iterations + found.steps,
     )
+
+
+def frequencies_in(modes: Modes, data: Any, *, rate: float) -> Array | None:
+    """Frequencies (m,), rad/s, of the same modes in other signals; None where the fit from their poles fails.
+
+    Parameters
+    ----------
+    modes : Modes, identified in signals alike
+    data : (N, c) float
+    rate : float, Hz
+    """
+    try:
+        found = fit(modes.pole, read_signal(data, rate=rate))
+    except (InputError, np.linalg.LinAlgError):  # poles of other methods may be no start
+        return None
+    return np.asarray(found.point.poles.imag) if found.converged else None

@@ -1,9 +1,10 @@
 """Inertia of a rigid body from how it vibrates on springs, or swings on wires."""
 
-from evolvent.inertia.inverse import fit, from_shapes, from_six_modes, from_three_frequencies
+from evolvent.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
 from evolvent.inertia.pendulums import bifilar, compound, multifilar, tared, torsion, torsion_stiffness, trifilar
-from evolvent.inertia.problem import mac
+from evolvent.inertia.problem import mac, mode_energies, partners
 from evolvent.inertia.stand import Body, Stand
+from evolvent.inertia.starts import Start, displaced, released, struck
 from evolvent.inertia.statics import Pose, energy, equilibrium, wrench
 from evolvent.inertia.three_frequencies import candidates
 from evolvent.inertia.uncertainty import (
@@ -11,6 +12,7 @@ from evolvent.inertia.uncertainty import (
     Candidate,
     Inertia,
     Sample,
+    inertia_variables,
     monte_carlo,
     propagate,
     sample,
@@ -28,22 +30,30 @@ __all__ = [
     "Pose",
     "Sample",
     "Stand",
+    "Start",
     "bifilar",
     "candidates",
     "compound",
+    "displaced",
     "energy",
     "equilibrium",
     "fit",
+    "from_modes",
     "from_shapes",
     "from_six_modes",
     "from_three_frequencies",
+    "inertia_variables",
     "linear_model",
     "mac",
+    "mode_energies",
     "monte_carlo",
     "multifilar",
+    "partners",
     "propagate",
+    "released",
     "sample",
     "spring_energies",
+    "struck",
     "tared",
     "torsion",
     "torsion_stiffness",

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of a body from how it vibrates on its springs: four ways."""
+"""Mass, centre of mass and inertia of a body from how it vibrates on its springs: four methods."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.errors import InputError
+from evolvent.errors import InputError, nearest
+from evolvent.identification import Modes
 from evolvent.inertia.least_squares import finish, solve, starts
 from evolvent.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
 from evolvent.inertia.problem import BODY_NAMES, problem
@@ -16,6 +17,70 @@ from evolvent.inertia.stand import Body, Stand
 from evolvent.inertia.statics import Pose
 from evolvent.inertia.three_frequencies import candidates
 from evolvent.inertia.uncertainty import Inertia
+
+#: Methods of `from_modes`.
+WAYS = ("fit", "three-frequencies", "shapes", "six-modes")
+
+
+def from_modes(
+    stand: Stand, body: Body, modes: Modes, *, way: str = "fit", points: Any, directions: Any = (0.0, 1.0, 0.0)
+) -> Inertia:
+    """Mass properties from the identified modes of sensors on the body, with their covariance.
+
+    Parameters
+    ----------
+    stand, body : Stand, Body
+        What is known. "three-frequencies" and "fit" take mass, centre of mass, Iyy and the products as known, and of
+        the stand the geometry and the ratios of the stiffnesses: the stiffness itself cancels. "shapes" and "six-modes"
+        know the stiffness and find mass and centre of mass too. Moments that are to be found are not used.
+    modes : evolvent.identification.Modes, of displacements
+    way : {"fit", "three-frequencies", "shapes", "six-modes"}
+        `from_three_frequencies`, or the least squares that start from it ("fit": at the tilted rest); `from_shapes`;
+        `from_six_modes`.
+    points, directions : (s, 3) float, m and level axes, of the sensors
+
+    Returns
+    -------
+    Inertia
+
+    Raises
+    ------
+    InputError
+        If another number of modes is needed, or they do not determine the unknowns.
+    """
+    if way not in WAYS:
+        raise InputError(f"way is {way!r}; {nearest(str(way), WAYS)}")
+    points, wanted = np.asarray(points, dtype=float), 6 if way == "six-modes" else 3
+    directions = np.broadcast_to(np.asarray(directions, dtype=float), points.shape)
+    if modes.order != wanted and way != "shapes":
+        raise InputError(
+            f"{modes.order} modes were identified, but `way` {way!r} takes {wanted}; set `order`, or see why the "
+            f"signals show another number"
+        )
+    found, own = modes.mode_shapes(), modes.natural_frequency_covariance
+    covariance = own if np.all(np.isfinite(own)) else None
+    frequency, shapes = modes.natural_frequency, found.real
+    if way in ("shapes", "six-modes"):
+        known = np.all(np.isfinite(found.shape_covariance))
+        options: dict[str, Any] = {
+            "shapes": shapes, "points": points, "frequency_covariance": covariance,
+            "shape_covariance": found.shape_covariance if known else None,
+        }  # fmt: skip
+        if way == "shapes":
+            return from_shapes(stand, body, frequency, model="full", **options)
+        return from_six_modes(stand, body, frequency, directions=directions, **options)
+    seen: dict[str, Any] = {}
+    if not np.any(directions - (0.0, 1.0, 0.0)):  # only vertical amplitudes tell the candidates apart
+        seen = {"shapes": shapes, "points": points}
+    first = from_three_frequencies(stand, body, frequency, frequency_covariance=covariance, **seen)
+    if way == "three-frequencies":
+        return first
+    near = dataclasses.replace(
+        stand, stiffness=stand.stiffness * (first["stiffness"] / float(np.mean(stand.stiffness)))
+    )
+    begin = dataclasses.replace(body, inertia=first.tensor)
+    p = problem(near, begin, ("stiffness", "Ixx", "Izz"), frequency, frequency_covariance=covariance)
+    return solve(p, "least squares", [p.start])  # from this root alone: the others fit the frequencies as well
 
 
 def from_three_frequencies(

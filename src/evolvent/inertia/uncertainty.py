@@ -140,6 +140,42 @@ class Inertia:
         return np.array([self.values["ex"], -self.values["h"], self.values["ez"]])
 
 
+#: Identified numbers beside the tensor, for files: name -> (name in `Inertia`, units, text).
+_NUMBERS = {
+    "mass": ("mass", "kg", "identified mass"),
+    "offset_x": ("ex", "m", "identified offset of the centre of mass"),
+    "offset_z": ("ez", "m", "identified offset of the centre of mass"),
+    "height": ("h", "m", "identified height of the attachment plane"),
+    "stiffness": ("stiffness", "N/m", "identified stiffness, mean of the springs"),
+}
+
+
+def inertia_variables(
+    found: Inertia | None, more: Mapping[str, float] | None = None
+) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
+    """Mass properties as variables, the tensor over "component": name -> (dimensions, values, units, text).
+
+    Parameters
+    ----------
+    found : Inertia, or None where none was found; what was not identified is NaN
+    more : mapping, further standard deviations by name
+    """
+    values = dict.fromkeys((*MOMENTS, *(own for own, _, _ in _NUMBERS.values())), np.nan)
+    std = dict.fromkeys(MOMENTS, np.nan)
+    if found is not None:
+        values |= {name: found[name] for name in values if name in found.identified}
+        deviations = {name: np.hypot(one, (more or {}).get(name, 0.0)) for name, one in found.std.items()}
+        std |= {name: deviations[name] for name in std if name in deviations}
+    over, moments = ("component",), np.array([values[name] for name in MOMENTS])
+    data: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] = {
+        "inertia_identified": (over, moments, "kg m2", "identified about the centre of mass, body axes"),
+        "inertia_std": (over, np.array(list(std.values())), "kg m2", "standard deviation of the identified inertia"),
+    }
+    for name, (own, unit, text) in _NUMBERS.items():
+        data[f"{name}_identified"] = ((), np.array(values[own]), unit, text)
+    return data
+
+
 def check_inputs(p: Problem, inputs: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
     """Names and standard deviations of inputs; refused where unknown, identified or negative."""
     names = check_names("inputs", tuple(inputs), p.base.points.shape[-2])

@@ -11,6 +11,8 @@ from evolvent.errors import InputError
 from evolvent.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent.inertia.statics import LEVEL, Pose, Z, gradient, jacobian, rest, spring_state, turning
 
+#: What a mode can mostly be, in the order of `NormalModes.shares`.
+KINDS = ("sway along x", "heave", "sway along z", "roll", "yaw", "pitch")
 VERTICAL = np.eye(6)[:, [1, 3, 5]]  # heave, roll about x, pitch about z
 MOTIONS = ("slides along x", "drops", "slides along z", "rolls over about x", "yaws about y", "pitches over about z")
 
@@ -56,6 +58,23 @@ class LinearModel:
         r = (points - self.centre[..., None, :]) @ np.swapaxes(self.pose.rotation, -1, -2)
         u = np.broadcast_to(u, r.shape)
         return np.concatenate([u, np.cross(r, u)], axis=-1)
+
+    def jump(self, impulse: Any, point: Any) -> np.ndarray:
+        """Velocity of the centre of mass and angular velocity (6,), level axes, that an impulse gives the body at rest.
+
+        Parameters
+        ----------
+        impulse : (3,) float, N s, level axes
+        point : (3,) float, m, body axes, from the stiffness centre of the attachment plane
+
+        Notes
+        -----
+        In the motions B that the support leaves: B (B^T M B)^-1 B^T (impulse, r x impulse).
+        """
+        impulse, point = array("impulse", impulse, (3,)), array("point", point, (3,))
+        load = np.concatenate([impulse, np.cross(self.pose.rotation @ (point - self.centre), impulse)])
+        found: np.ndarray = self.basis @ np.linalg.solve(self.reduced()[0], self.basis.T @ load)
+        return found
 
     def modes(self, *, refuse_unstable: bool = True) -> NormalModes:
         """Normal modes, frequencies rising.
@@ -165,6 +184,21 @@ class NormalModes:
     def damping_ratio(self) -> np.ndarray:
         """(..., m) float."""
         return self.decay_rate / self.natural_frequency
+
+    @property
+    def shares(self) -> np.ndarray:
+        """(..., 6, m) float, shares of each mode's kinetic energy in the motions: along x, y, z, about x, y, z."""
+        return self.shapes * (self.model.mass @ self.shapes)
+
+    @property
+    def kinds(self) -> list[str]:
+        """What each mode of one body mostly is, of `KINDS`."""
+        return [KINDS[int(k)] for k in np.argmax(self.shares, axis=0)]
+
+    @property
+    def vertical(self) -> np.ndarray:
+        """(3,) int, numbers of the modes with most kinetic energy in heave, roll and pitch, frequencies rising."""
+        return np.sort(np.argsort(self.shares[[1, 3, 5]].sum(axis=0))[-3:])
 
     def at(self, points: Any, directions: Any = (0.0, 1.0, 0.0)) -> np.ndarray:
         """(..., m, s): displacement of body points along directions in each mode of modal mass 1.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 import os
@@ -15,8 +16,8 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.figures import Figure as Described
-from evolvent.figures import Line, Panel
-from evolvent.plots import PALETTE, sheet
+from evolvent.figures import Line, Map, Panel
+from evolvent.plots import sheet
 from evolvent.results import make_folder, writing
 from evolvent.units import unit_text
 
@@ -88,7 +89,7 @@ def figures(dataset: xr.Dataset) -> dict[str, Figure]:
         if np.unique(drawn.values[~np.isnan(drawn.values)]).size > 1:
             lines = variable.isel({d: 0 for d in variable.dims if d not in (*shown, *rest)})
             together = grid and len(keys) == 1 and rest == ["axis"]
-            found[re.sub(r"\W", "_", str(name))] = _figure(lines if together else drawn, keys, rest, grid)
+            found[re.sub(r"\W", "_", str(name))] = sheet(_figure(lines if together else drawn, keys, rest, grid))
     return found
 
 
@@ -126,48 +127,40 @@ def over_time(dataset: xr.Dataset) -> dict[str, Described]:
     return found
 
 
-def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Figure:
+def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -> Described:
     """A line for each component, a map, or a panel of marks for each key; of the dimensions `rest` one entry."""
-    from matplotlib.figure import Figure as Sheet
-
-    what = "\n".join(textwrap.wrap(str(drawn.attrs.get("long_name", drawn.name)), _TITLE))
-    sheet = Sheet(figsize=(7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys)), layout="constrained")
-    sheet.suptitle(what, x=0.01, ha="left", fontsize=12, fontweight="bold")
-    axes = sheet.subplots(1 if grid else len(keys), 1, squeeze=False)[:, 0]
-    for axis, key in zip(axes, keys, strict=False):
-        (x,) = _along(axis, "x", drawn[key])
+    panels, parted = [], "axis" in drawn.dims
+    for key in keys[:1] if grid else keys:
+        x, x_names = _along(drawn[key])
+        axes: dict[str, Any] = {"x_label": _label(drawn[key]), "x_names": x_names}
         if grid and len(keys) > 1:
-            (y,) = _along(axis, "y", drawn[keys[1]])
-            values = np.ma.masked_invalid(drawn.transpose(keys[1], key).values)
-            axis.set_facecolor("0.85")  # what failed is grey
-            mesh = axis.pcolormesh(x, y, values, shading="nearest", cmap="viridis")
-            sheet.colorbar(mesh, ax=axis, label=_label(drawn))
-        else:
-            parted = "axis" in drawn.dims
-            for k, one in enumerate(drawn.transpose("axis", key)) if parted else [(0 if grid else 1, drawn)]:
-                label = str(one["axis"].item()) if parted and "axis" in one.coords else None
-                axis.plot(x, one.values, "o-" if grid else "o", color=PALETTE[k], markersize=3.5, label=label)
-            if parted:
-                axis.legend(frameon=False)
-            axis.set_ylabel(_label(drawn))
-            axis.grid(alpha=0.25)
-    if rest and "axis" not in drawn.dims:
-        chosen = (
+            y, axes["y_names"] = _along(drawn[keys[1]])
+            axes["map"] = Map(x=x, y=y, values=drawn.transpose(key, keys[1]).values, label=_label(drawn))
+            panels.append(Panel(y_label=_label(drawn[keys[1]]), lines=[], **axes))
+            continue
+        lines = []
+        for k, one in enumerate(drawn.transpose("axis", key)) if parted else [(0 if grid else 1, drawn)]:
+            label = str(one["axis"].item()) if parted and "axis" in one.coords else ""
+            lines.append(Line(x=x, y=one.values, marker="o", style="-" if grid else "", color=k, label=label))
+        panels.append(Panel(y_label=_label(drawn), lines=lines, **axes))
+    if rest and not parted:
+        at = (
             f"{_label(drawn[dim])} = {drawn[dim].item()}" if dim in drawn.coords else f"{dim}: that varies most"
             for dim in rest
         )
-        axes[0].set_title(f"at {', '.join(chosen)}", loc="left", fontsize=10)
-    return sheet
+        panels[0] = dataclasses.replace(panels[0], title=f"at {', '.join(at)}")
+    size = (7.0, 5.0) if grid else (7.0, 0.6 + 2.4 * len(keys))
+    title = "\n".join(textwrap.wrap(str(drawn.attrs.get("long_name", drawn.name)), _TITLE))
+    return Described(name=str(drawn.name), title=title, panels=panels, size=size)
 
 
-def _along(axis: Any, side: str, values: xr.DataArray) -> tuple[np.ndarray]:
-    """Places of a key's values on an axis, which is labelled; words stand side by side."""
-    getattr(axis, f"set_{side}label")(_label(values))
+def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:
+    """Places of a key's values on an axis, and the names of words, which stand side by side."""
     if values.dtype.kind in "iuf":
-        return (values.values,)
+        return values.values, None
     words = list(dict.fromkeys(values.values.tolist()))
-    getattr(axis, f"set_{side}ticks")(range(len(words)), words)
-    return (np.array([words.index(v) for v in values.values.tolist()], dtype=float),)
+    places = np.array([words.index(v) for v in values.values.tolist()], dtype=float)
+    return places, {float(k): str(word) for k, word in enumerate(words)}
 
 
 def _label(values: xr.DataArray) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,6 +28,7 @@ _MOST_WARNINGS = 8
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="REPORT.HTML", help="Write a certificate as one HTML page."
 )
+@click.option("--figures", metavar="FOLDER", help="Draw signals, spectra and amplitudes of the modes into a folder.")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the description.")
 @click.option("--quiet", is_flag=True, help="Print no table.")
 def identify(
@@ -35,6 +36,7 @@ def identify(
     stand: str | None,
     variables: str | None,
     output: str | None,
+    figures: str | None,
     assignments: tuple[str, ...],
     quiet: bool,
 ) -> None:
@@ -44,7 +46,7 @@ def identify(
     averaged.
 
     \b
-    evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s'
+    evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
     """
     from evolvent import cases, results
@@ -53,6 +55,8 @@ def identify(
 
     overrides = cases.parse_assignments(assignments)
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
+    if figures is not None:
+        results.claim_folder(figures)
     if stand is None:
         if output is not None:
             raise InputError(
@@ -61,6 +65,7 @@ def identify(
         found_modes = [vibration(path, columns, overrides) for path in signals]
         for found in found_modes if not quiet else ():
             _vibration(found)
+        _draw(figures, found_modes)
         return
     if output is not None:
         results.claim(output)
@@ -71,10 +76,25 @@ def identify(
     weighing = weigh(signals, given)
     if output is not None:
         certificate.write(weighing, output)
+    _draw(figures, [one.modal for one in weighing.evaluations])
     if not quiet:
         _table(weighing)
         if output is not None:
             click.echo(f"certificate: {output}")
+
+
+def _draw(folder: str | None, several: Sequence[Modal]) -> None:
+    """Draw the modes of every recording; of several, each in a folder of its own, named as its file."""
+    from evolvent import identified, plots
+
+    if folder is None:
+        return
+    for found in several:
+        name = os.path.splitext(os.path.basename(found.reading.source.path))[0]
+        drawn = identified.figures(found.modes, found.reading.unit)
+        click.echo(
+            f"figures: {', '.join(plots.draw(drawn, os.path.join(folder, name) if len(several) > 1 else folder))}"
+        )
 
 
 def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:

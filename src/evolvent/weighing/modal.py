@@ -89,23 +89,17 @@ def find(reading: Reading, given: Signalling) -> Modal:
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
     p, widening = _widening(reading, modes)
-    m = modes.order
     found = modes.mode_shapes()
-    w = np.concatenate([widening, widening, np.repeat(widening, len(reading.names))])
-    C = found.covariance * np.outer(w, w)
-    natural = modes.natural_frequency
-    T = np.concatenate([np.diag(modes.frequency / natural), np.diag(modes.decay_rate / natural)], axis=1)
-    c = len(reading.names)
-    blocks = [C[2 * m + k * c : 2 * m + (k + 1) * c, 2 * m + k * c : 2 * m + (k + 1) * c] for k in range(m)]
+    widened = np.outer(widening, widening)
     return Modal(
         reading=reading,
         modes=modes,
         white=p,
         widening=widening,
-        frequency=natural,
-        frequency_covariance=T @ C[: 2 * m, : 2 * m] @ T.T,
+        frequency=modes.natural_frequency,
+        frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
-        shape_covariance=np.array(blocks),
+        shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
         warnings=(*_said(modes, widening, p, reading), *_edge(modes, reading)),
     )
 

@@ -1,4 +1,4 @@
-r"""Inertia stand: a large body swings on springs; its frequencies tell its moments of inertia.
+r"""Inertia stand: a large body oscillates on springs; its moments of inertia follow from the frequencies.
 
 Axes: y up, x and z horizontal. The springs are attached at points of the body given from the stiffness centre of the
 attachment plane; the centre of mass lies at (offset_x, -height, offset_z) from it. The level frame is the inertial one,
@@ -12,9 +12,9 @@ lateral stiffness fall over sideways, and are refused.
 Identification: the displacements at the sensors are read as a sum of damped cosines (`evolvent.identification`), and
 the moments of inertia follow from the frequencies (`evolvent.inertia`).
 
-Where the paper is in error, or silent:
+Errors and omissions of the paper:
 
-- Its step 7 prints no gyroscopic term; here it is there. Without it frequencies shift by up to 1e-5 of their value.
+- Its step 7 has no gyroscopic term; this model has it. Without it frequencies shift by up to 1e-5 of their value.
 - It gives the order of its scheme as between 2 and 3. It is 2: the frequency of an oscillation is lower by
   (omega dt)^2 / 48 of itself. Its printed 24.59 rad/s for the roll is the linear 24.6015 (b = 0.87 m) seen through a
   step of about 6 ms.
@@ -28,43 +28,65 @@ Where the paper is in error, or silent:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from evolvent.definition import SystemDefinition
-from evolvent.system import System
+import numpy as np
+
+from evolvent import batch
+from evolvent.batched import BatchedDefinition
+from evolvent.errors import InputError
+from evolvent.systems.inertia_stand import show
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
-from evolvent.systems.inertia_stand.prepare import prepare
-from evolvent.systems.inertia_stand.show import figures, motion, numbers
-from evolvent.systems.inertia_stand.simulate import plan, run_batch
-from evolvent.systems.inertia_stand.structure import system_of
+from evolvent.systems.inertia_stand.derived import findings
+from evolvent.systems.inertia_stand.structure import build, setup_of
+
+if TYPE_CHECKING:
+    from evolvent.builder import Assembly
 
 
-class InertiaStand(SystemDefinition):
-    """The system `inertia-stand`."""
+class InertiaStand(BatchedDefinition):
+    """The system `inertia-stand`; the methods with fixed steps are those of the batch."""
 
     Case = Case
     seed_key = "sensors.seed"
     steps = False
+    keys: ClassVar[Mapping[str, str]] = {
+        "until": "sensors.duration", "every": "1 / sensors.rate", "tolerance": "solver.rtol",
+        "absolute_tolerance": "solver.atol", "step": "solver.step", "method": "solver.method",
+    }  # fmt: skip
+    build = staticmethod(build)
+    findings = staticmethod(findings)
+    numbers = staticmethod(show.numbers)
+    figures = staticmethod(show.figures)
+    motion = staticmethod(show.motion)
     study_figures = staticmethod(study_figures)
-    motion = staticmethod(motion)
-    figures = staticmethod(figures)
-    numbers = staticmethod(numbers)
-    plan = staticmethod(plan)
-    run_batch = staticmethod(run_batch)
-
-    def build(self, case: Any, *, laws: Mapping[str, Any] | None = None) -> System:
-        """Body, springs and guides, released from the position that the excitation gives the body."""
-        self._given(laws)
-        return system_of(prepare(case))
 
     def settings(self, case: Any) -> dict[str, Any]:
-        """How `System.simulate` runs the parts; the methods of batches are those of `evolvent.run` alone."""
-        every = 1.0 / case.sensors.rate
+        """How the general engine runs the parts: by dopri5, whose tolerances the case gives."""
+        every, step = 1.0 / case.sensors.rate, case.solver.step
         found = {"until": (case.sensors.samples - 1) * every, "every": every, "method": "dopri5"}
-        return found | {"tolerance": case.solver.rtol, "absolute_tolerance": case.solver.atol}
+        found |= {"tolerance": case.solver.rtol, "absolute_tolerance": case.solver.atol}
+        return found | ({"step": step} if case.solver.method == "dopri5" and step != "auto" else {})  # refused
+
+    def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
+        """As `settings`; refuses sensors too slow for the highest mode."""
+        highest = float(setup_of(case).modes.natural_frequency.max())
+        if np.pi * case.sensors.rate <= highest:
+            raise InputError(
+                f"sensors.rate is {case.sensors.rate:g} Hz; the highest mode has {highest / (2.0 * np.pi):.4g} Hz, so "
+                f"it must be above {highest / np.pi:.4g} Hz"
+            )
+        return self.settings(case)
+
+    def lane(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.Lane | None:
+        """The case in the batch; None with dopri5."""
+        solver = case.solver
+        if solver.method == "dopri5":
+            return None
+        step = None if solver.step == "auto" else float(solver.step)
+        highest = float(setup_of(case).modes.natural_frequency.max())
+        return batch.plan(assembly, times, method=solver.method, frequency=highest, step=step, accuracy=solver.accuracy)
 
 
 SYSTEM = InertiaStand()
-
-__all__ = ["Case", "figures", "motion", "numbers", "plan", "run_batch", "study_figures"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -11,42 +11,31 @@ from evolvent import units
 from evolvent.errors import InputError
 from evolvent.schema import Section
 
-_LENGTH = units.Quantity(what="a length", unit="m", example="0.4 m")
-_STIFFNESS = units.Quantity(what="a stiffness", unit="N/m", example="740 kN/m", above=0.0)
-_STIFFNESS_OR_ZERO = units.Quantity(what="a stiffness", unit="N/m", example="370 kN/m", least=0.0)
-_DAMPING = units.Quantity(what="a damping coefficient", unit="N s/m", example="100 N s/m", least=0.0)
-_SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
-_NOISE = units.Quantity(what="a length", unit="m", example="0.1 mm", least=0.0)
 
-Place = Annotated[float, _LENGTH]
-Point = tuple[Place, Place, Place]
-Force = Annotated[float, units.Quantity(what="a force", unit="N", example="-9806.65 N")]
-Impulse = Annotated[float, units.Quantity(what="an impulse", unit="N s", example="-500 N s")]
-Speed = Annotated[float, units.Quantity(what="a speed", unit="m/s", example="0.1 m/s")]
+def _each(what: str, unit: str, example: str, each: str = "one per spring", **limits: Any) -> units.OneOrMore:
+    """One value for all, or a list."""
+    return units.OneOrMore(quantity=units.Quantity(what=what, unit=unit, example=example, **limits), each=each)
+
+
+Stiffnesses = Annotated[float | tuple[float, ...], _each("a stiffness", "N/m", "740 kN/m", above=0.0)]
+Laterals = Annotated[float | tuple[float, ...], _each("a stiffness", "N/m", "370 kN/m", least=0.0)]
+Dampings = Annotated[float | tuple[float, ...], _each("a damping coefficient", "N s/m", "100 N s/m", least=0.0)]
+Lengths = Annotated[float | tuple[float, ...], _each("a length", "m", "0.5 m", above=0.0)]
+Noises = Annotated[float | tuple[float, ...], _each("a length", "m", "0.1 mm", "one per sensor", least=0.0)]
 Gravity = Annotated[float, units.Quantity(what="an acceleration", unit="m/s^2", example="9.80665 m/s^2", above=0.0)]
-Rate = Annotated[float, units.Quantity(what="a sampling rate", unit="Hz", example="50 Hz", above=0.0)]
-Product = Annotated[float, units.Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")]
-Stiffnesses = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_STIFFNESS, each="one per spring")]
-Laterals = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_STIFFNESS_OR_ZERO, each="one per spring")]
-Dampings = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_DAMPING, each="one per spring")]
-Lengths = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_SIDE, each="one per spring")]
-Noises = Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_NOISE, each="one per sensor")]
-NoiseOrZero = Annotated[float, _NOISE]
 
 
 class Body(Section):
-    """The body that is weighed; axes x and z horizontal, y up."""
+    """The body whose inertia is identified; axes x and z horizontal, y up."""
 
     mass: units.Mass
-    inertia: tuple[units.Inertia, units.Inertia, units.Inertia] = Field(
-        description="Ixx, Iyy, Izz about the centre of mass, body axes"
-    )
-    products: tuple[Product, Product, Product] = Field(
+    inertia: units.Moments = Field(description="Ixx, Iyy, Izz about the centre of mass, body axes")
+    products: units.Products = Field(
         (0.0, 0.0, 0.0), description="Ixy, Ixz, Iyz, elements of the tensor (Ixz = - integral of x z dm)"
     )
-    offset_x: Place = Field(0.0, description="of the centre of mass from the stiffness centre")
-    offset_z: Place = Field(0.0, description="of the centre of mass from the stiffness centre")
-    height: Place = Field(0.0, description="of the attachment plane above the centre of mass")
+    offset_x: units.Coordinate = Field(0.0, description="of the centre of mass from the stiffness centre")
+    offset_z: units.Coordinate = Field(0.0, description="of the centre of mass from the stiffness centre")
+    height: units.Coordinate = Field(0.0, description="of the attachment plane above the centre of mass")
 
     @property
     def centre(self) -> tuple[float, float, float]:
@@ -77,7 +66,7 @@ class Stand(Section):
     )
     half_length: units.Length = Field(2.0, description="a: four springs at x = +-a")
     half_width: units.Length = Field(0.8696, description="b: and z = +-b")
-    points: tuple[Point, ...] | None = Field(
+    points: Annotated[tuple[units.Position, ...], Field(min_length=1)] | None = Field(
         None, description="attachment points of any number of springs, in place of half_length and half_width"
     )
     stiffness: Stiffnesses = Field(description="along each spring")
@@ -93,8 +82,6 @@ class Stand(Section):
             given = {"half_length", "half_width"} & self.model_fields_set
             if given and any(getattr(self, k) != type(self).model_fields[k].default for k in given):
                 raise InputError(f"stand.points and stand.{min(given)} are both given; give one of them")
-            if not self.points:
-                raise InputError("stand.points is empty; a stand needs at least one spring")
         for key in ("stiffness", "natural_length", "damping", "lateral_stiffness", "lateral_damping"):
             value = getattr(self, key)
             if isinstance(value, tuple) and len(value) != len(self.springs):
@@ -102,7 +89,7 @@ class Stand(Section):
         return self
 
     @property
-    def springs(self) -> tuple[Point, ...]:
+    def springs(self) -> tuple[units.Triple, ...]:
         """Attachment points, m, body axes from the stiffness centre; (a, b), (a, -b), (-a, -b), (-a, b) in (x, z)."""
         if self.points is not None:
             return self.points
@@ -113,18 +100,18 @@ class Stand(Section):
 class Excitation(Section):
     """What sets the body in motion at t = 0: a `force` that is let go, an `impulse`, or an initial state."""
 
-    force: tuple[Force, Force, Force] | None = Field(None, description="pulls the body at rest, and is let go at once")
-    impulse: tuple[Impulse, Impulse, Impulse] | None = Field(None, description="strikes the body at rest")
-    at: Annotated[int, units.Whole(least=1, most=10_000)] | Literal["best"] | Point = Field(
+    force: units.ForceVector | None = Field(None, description="pulls the body at rest, and is let go at once")
+    impulse: units.ImpulseVector | None = Field(None, description="strikes the body at rest")
+    at: Annotated[int, units.Whole(least=1, most=10_000)] | Literal["best"] | units.Position = Field(
         1,
         description="where it acts: a spring by number, a point, or best: the spring that gives the weakest mode most",
     )
-    displacement: Point | None = Field(None, description="of the centre of mass from its rest, of an initial state")
-    rotation: tuple[units.Angle, units.Angle, units.Angle] | None = Field(None, description="rotation vector from rest")
-    velocity: tuple[Speed, Speed, Speed] | None = None
-    rate: tuple[units.AngularRate, units.AngularRate, units.AngularRate] | None = Field(
-        None, description="angular velocity, level axes"
+    displacement: units.Position | None = Field(
+        None, description="of the centre of mass from its rest, of an initial state"
     )
+    rotation: units.RotationVector | None = Field(None, description="rotation vector from rest")
+    velocity: units.Velocity | None = None
+    rate: units.AngularVelocity | None = Field(None, description="angular velocity, level axes")
 
     @model_validator(mode="after")
     def _check(self) -> Excitation:
@@ -147,32 +134,24 @@ class Excitation(Section):
 class Sensors(Section):
     """Displacements from the rest, along fixed directions, at points of the body."""
 
-    points: Literal["springs"] | tuple[Point, ...] = Field("springs", description="where they sit; body axes")
-    directions: Literal["vertical", "horizontal and vertical"] | tuple[tuple[units.Number, ...], ...] = Field(
+    points: Literal["springs"] | Annotated[tuple[units.Position, ...], Field(min_length=1)] = Field(
+        "springs", description="where they sit; body axes"
+    )
+    directions: Literal["vertical", "horizontal and vertical"] | tuple[units.Direction, ...] = Field(
         "vertical", description="of each point's sensor, level axes; 'horizontal and vertical' puts three at each point"
     )
-    rate: Rate = 50.0
+    rate: units.Frequency = Field(50.0, description="samples a second")
     duration: units.Duration = 12.24
     noise: Noises = Field(0.0, description="standard deviation of white noise")
-    quantisation: NoiseOrZero = Field(0.0, description="step of the digital reading; 0 for none")
+    quantisation: units.LengthOrZero = Field(0.0, description="step of the digital reading; 0 for none")
     seed: Annotated[int, units.Whole(least=0, most=2**62)] = 1
 
     @model_validator(mode="after")
     def _check(self) -> Sensors:
-        if isinstance(self.points, tuple) and not self.points:
-            raise InputError("sensors.points is empty; give at least one point, or springs")
-        if isinstance(self.directions, tuple):
-            for k, direction in enumerate(self.directions):
-                if len(direction) != 3 or not any(direction):
-                    raise InputError(f"sensors.directions.{k} is {list(direction)}; it must be three numbers, not zero")
-            if isinstance(self.points, tuple) and len(self.directions) != len(self.points):
-                raise InputError(
-                    f"sensors.directions has {len(self.directions)} rows, but sensors.points has {len(self.points)}"
-                )
         if self.rate * self.duration < 8.0:
             raise InputError(
-                f"sensors.duration is {self.duration:g} s, which at {self.rate:g} Hz makes "
-                f"{int(self.rate * self.duration)} samples; nothing can be identified from so few"
+                f"sensors.duration is {self.duration:g} s, which at {self.rate:g} Hz makes {self.samples} samples; "
+                f"nothing can be identified from so few"
             )
         return self
 
@@ -180,6 +159,11 @@ class Sensors(Section):
     def samples(self) -> int:
         """Number of samples, the start among them."""
         return int(self.rate * self.duration + 1e-9) + 1
+
+    @property
+    def noisy(self) -> bool:
+        """Whether noise or rounding is added to the displacements."""
+        return bool(np.any(self.noise)) or self.quantisation > 0.0
 
 
 class Solver(Section):
@@ -192,12 +176,6 @@ class Solver(Section):
     accuracy: units.Tolerance = Field(1e-8, description="of the highest frequency, for step: auto")
     rtol: units.Tolerance = Field(1e-10, description="relative tolerance of dopri5")
     atol: units.Tolerance = Field(1e-13, description="absolute tolerance of dopri5")
-
-    @model_validator(mode="after")
-    def _check(self) -> Solver:
-        if self.method == "dopri5" and self.step != "auto":
-            raise InputError(f"solver.step is {self.step!r} s, but dopri5 chooses its steps; leave it out, or take rk4")
-        return self
 
 
 class Identification(Section):
@@ -230,9 +208,11 @@ class Case(Section):
         n = len(self.stand.springs)
         if isinstance(self.excitation.at, int) and self.excitation.at > n:
             raise InputError(f"excitation.at is {self.excitation.at}, but there are {n} springs")
+        places = self.stand.springs if self.sensors.points == "springs" else self.sensors.points
         rows = self.sensors.directions
-        if isinstance(rows, tuple) and self.sensors.points == "springs" and len(rows) != n:
-            raise InputError(f"sensors.directions has {len(rows)} rows, but there are {n} springs")
+        if isinstance(rows, tuple) and len(rows) != len(places):
+            of = "springs" if self.sensors.points == "springs" else "points in sensors.points"
+            raise InputError(f"sensors.directions has {len(rows)} rows, but there are {len(places)} {of}")
         if isinstance(self.sensors.noise, tuple) and len(self.sensors.noise) != len(self.sensor_points):
             raise InputError(
                 f"sensors.noise has {len(self.sensors.noise)} values, but there are {len(self.sensor_points)} sensors"
@@ -248,10 +228,8 @@ class Case(Section):
     @property
     def sensor_directions(self) -> np.ndarray:
         """(c, 3) unit vectors, level axes."""
-        n = len(self.sensor_points)
-        if self.sensors.directions == "vertical":
-            return np.tile([0.0, 1.0, 0.0], (n, 1))
-        if self.sensors.directions == "horizontal and vertical":
-            return np.tile(np.eye(3), (n // 3, 1))
-        directions = np.array(self.sensors.directions, dtype=float)
-        return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])
+        if isinstance(self.sensors.directions, tuple):
+            directions = np.array(self.sensors.directions)
+            return np.asarray(directions / np.linalg.norm(directions, axis=1)[:, None])
+        each = [[0.0, 1.0, 0.0]] if self.sensors.directions == "vertical" else np.eye(3)
+        return np.tile(each, (len(self.sensor_points) // len(each), 1))

@@ -1,0 +1,57 @@
+"""BatchedDefinition: a system whose cases the batch of `evolvent.batch` integrates, alone and many at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import batch
+from evolvent.definition import SystemDefinition
+from evolvent.errors import InputError, in_keys, naming_keys
+
+if TYPE_CHECKING:
+    from evolvent.builder import Assembly
+
+
+class BatchedDefinition(SystemDefinition):
+    """A system of one free body on ground springs; `lane` prepares those of its cases that the batch integrates."""
+
+    def lane(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.Lane | None:
+        """A case, prepared for the batch (`evolvent.batch.plan`); None where the general engine takes it."""
+        raise NotImplementedError(f"{type(self).__name__} has no lane()")
+
+    def prepare_run(
+        self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
+    ) -> tuple[str, Callable[[], tuple[Any, str]], str]:
+        """As of `SystemDefinition`; a lane where the case has one."""
+        lane = self.lane(case, assembly, times)
+        if lane is None:
+            return super().prepare_run(case, assembly, times, settings)
+        return batch.NAME, lambda: (lane, "as asked for"), ""
+
+    def run_batch(self, several: Sequence[Any]) -> list[Any]:
+        """Runs of many cases, integrated side by side; each has the bits that it has alone.
+
+        Returns
+        -------
+        list, of the same length
+            A run, or the error that a case ended with.
+        """
+        found: list[Any] = []
+        for case in several:
+            try:
+                with naming_keys(self.keys):
+                    assembly, times, _ = self.assembled(case, {})
+                    found.append(self.lane(case, assembly, times) or self.plan(case).run(None))
+            except InputError as error:
+                found.append(error)
+        lanes = [k for k, one in enumerate(found) if isinstance(one, batch.Lane)]
+        for k, solution in zip(lanes, batch.solve([found[k] for k in lanes]), strict=True):
+            solution.message = in_keys(solution.message, self.keys)
+            try:
+                found[k] = self.tree(several[k], solution, "as asked for")
+            except InputError as error:
+                found[k] = error
+        return found

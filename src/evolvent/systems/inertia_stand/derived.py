@@ -1,0 +1,129 @@
+"""Quantities of the field: signals of the sensors, the linear model, what identification finds; warnings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from evolvent import batch
+from evolvent.identification import recorded
+from evolvent.inertia import NormalModes, energy
+from evolvent.inertia.problem import MOMENTS
+from evolvent.motion import quaternions
+from evolvent.observe import View
+from evolvent.observe.view import Pose
+from evolvent.systems.inertia_stand.case import Case
+from evolvent.systems.inertia_stand.identify import distinct, identified
+from evolvent.systems.inertia_stand.structure import Setup, least_energies, setup_of
+
+if TYPE_CHECKING:
+    from evolvent.definition import Variables
+    from evolvent.solvers.solution import Solution
+
+#: Change of length of a spring, of its natural one, above which there is a warning.
+STRETCH = 1.0
+
+
+def findings(case: Case, solution: Solution) -> tuple[Variables, str]:
+    """Variables of the root, and the warning of the run."""
+    setup, view = setup_of(case), View(solution)
+    rest, body = setup.rest, view.pose(view.index("body"))
+    true = _displacement(case, setup, body.x, body.R)
+    sensors = case.sensors
+    measured = recorded(true, noise=sensors.noise, quantisation=sensors.quantisation, seed=sensors.seed)
+    step = solution.statistics.get("step", 0.0) if case.solver.method in batch.METHODS else 0.0
+    numbers, warnings = identified(case, setup, measured, true, step)
+    potential = energy(setup.stand, setup.body, body.x, body.R)
+    potential = potential - energy(setup.stand, setup.body, rest.position, rest.rotation)
+    axis, sensor = ("time", "axis"), ("time", "sensor")
+    turned = quaternions(np.einsum("tij,kj->tik", body.R, rest.rotation))
+    text = "displacement of the centre of mass from its rest, level axes"
+    data: Variables = {
+        "component": (("component",), np.array([name[1:] for name in MOMENTS]), "1", "component of the inertia tensor"),
+        "spring": (("spring",), np.arange(1, len(setup.stand.stiffness) + 1), "1", "spring"),
+        "sensor": (("sensor",), np.arange(1, true.shape[1] + 1), "1", "sensor"),
+        "displacement": (axis, body.x - rest.position, "m", text),
+        "rotation": (("time", "quaternion"), turned, "1", "rotation from the rest, level axes, scalar first"),
+        "energy_potential": (("time",), potential, "J", "energy of the springs and of the weight above that at rest"),
+        "sensor_displacement": (sensor, measured, "m", "displacement from the rest as the sensor reads it"),
+        "sensor_true": (sensor, true, "m", "displacement from the rest along the sensor"),
+        **_linear(case, setup),
+        **numbers,
+    }
+    moving = max(float(solution.balance.kinetic.max()), float(potential.max()), 1e-300)
+    every = [batch.warning_of(solution, moving), _at_limits(setup, body), _coinciding(setup.modes), *warnings]
+    return data, "; ".join(text for text in every if text)
+
+
+def _displacement(case: Case, setup: Setup, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """(nt, c) m, displacement of the sensors' points from the rest along their directions."""
+    rest, arm = setup.rest, case.sensor_points - setup.body.centre
+    moved = position[:, None] - rest.position + np.einsum("tij,cj->tci", rotation - rest.rotation, arm)
+    return np.einsum("tci,ci->tc", moved, case.sensor_directions)
+
+
+def _linear(case: Case, setup: Setup) -> Variables:
+    """The linear model at the rest, of the stand as it is tilted."""
+    modes, mode = setup.modes, ("linear_mode",)
+    at_springs = modes.amplitude(setup.start.z, setup.stand.points).real
+    at_sensors = np.abs(modes.amplitude(setup.start.z, case.sensor_points, case.sensor_directions))
+    energies = modes.energy(setup.start.z)
+    true = np.array([setup.body.inertia[i, j] for i, j in MOMENTS.values()])
+    sensor, spring = ("linear_mode", "sensor"), ("linear_mode", "spring")
+    data: Variables = {
+        "linear_kind": (mode, np.array(modes.kinds), "1", "what the mode mostly is"),
+        "linear_frequency": (mode, modes.frequency, "rad s-1", "frequency of the linear model at the rest"),
+        "linear_decay_rate": (mode, modes.decay_rate, "s-1", "decay rate of the linear model"),
+        "linear_energy": (mode, energies, "J", "energy that the excitation gives the mode"),
+        "linear_amplitude": (sensor, at_sensors, "m", "amplitude at the sensor, linear model"),
+        "linear_spring_amplitude": (spring, at_springs, "m", "vertical amplitude at the spring at t = 0, linear model"),
+        "static_tilt": ((), setup.rest.tilt, "rad", "angle of the body's y axis to the vertical at rest"),
+        "least_energy": ((), energies[modes.vertical].min(), "J", "energy of the weakest of heave, roll, pitch"),
+        "loaded_spring": ((), np.array(setup.loaded), "1", "spring at which the excitation acts, 0 for none"),
+        "inertia_true": (("component",), true, "kg m2", "inertia of the case"),
+    }
+    if case.excitation.force is not None or case.excitation.impulse is not None:
+        least = least_energies(case, setup.stand, modes)
+        data["least_energy_best"] = ((), least.max(), "J", "the same, were the best spring loaded")
+        data["best_spring"] = ((), np.array(np.argmax(least) + 1), "1", "spring whose load does that")
+    return data
+
+
+def _at_limits(setup: Setup, body: Pose) -> str:
+    """A sentence where springs reach their natural length, at which a real one goes slack, or stretch beyond reason."""
+    stand, rest, found = setup.stand, setup.rest, []
+    numbers, at_rest = np.arange(1, len(stand.stiffness) + 1), _extension(setup, rest.position, rest.rotation)
+    extension = _extension(setup, body.x, body.R)
+    passed = numbers[np.any(extension * np.sign(at_rest) < 0.0, axis=0)]
+    if passed.size:
+        found.append(f"{_listed(passed)} through the natural length, where a real one hangs loose; swing less")
+    stretch = np.abs(extension).max(axis=0) / stand.length
+    far = numbers[stretch > STRETCH]
+    if far.size:
+        found.append(
+            f"{_listed(far)} up to {1.0 + stretch.max():.4g} times the natural length; no spring stays linear so far"
+        )
+    return "; ".join(found)
+
+
+def _extension(setup: Setup, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """(..., n) m, lengths of the springs less the natural ones."""
+    ends = position[..., None, :] + (setup.stand.points - setup.body.centre) @ np.swapaxes(rotation, -1, -2)
+    return np.linalg.norm(ends - setup.stand.ground_points, axis=-1) - setup.stand.length
+
+
+def _listed(springs: np.ndarray) -> str:
+    return f"spring {springs[0]} goes" if springs.size == 1 else f"springs {', '.join(map(str, springs))} go"
+
+
+def _coinciding(modes: NormalModes) -> str:
+    """A sentence where two of heave, roll and pitch have one frequency."""
+    frequency = modes.natural_frequency[modes.vertical]
+    same = np.flatnonzero(~distinct(frequency))
+    if not same.size:
+        return ""
+    return (
+        f"{same.size + 1} of heave, roll and pitch have the same frequency, {frequency[same[0]]:.6g} rad/s: no signal "
+        "tells them apart, and how their energy is divided between them (linear_energy, least_energy) is arbitrary"
+    )
