@@ -233,7 +233,7 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
 
 def warning_of(solution: Solution) -> str:
     """Sentences on a run whose method has taken much of its energy, and on threads that push; '' of others."""
-    return "; ".join(text for text in (_numerical_loss(solution), *_slack(solution)) if text)
+    return "; ".join(text for text in (_numerical_loss(solution), *slack_threads(solution)) if text)
 
 
 def _numerical_loss(solution: Solution) -> str:
@@ -252,8 +252,8 @@ def _numerical_loss(solution: Solution) -> str:
     )
 
 
-def _slack(solution: Solution) -> list[str]:
-    """A sentence for each thread whose segments push by more than `PUSH` of its largest tension."""
+def slack_threads(solution: Solution, share: float = PUSH) -> list[str]:
+    """A sentence for each thread whose segments push by more than a share of its largest tension."""
     model, found = solution.assembly.model, []
     names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
     if not names or not solution.t.size:
@@ -262,7 +262,7 @@ def _slack(solution: Solution) -> list[str]:
         first = int(row["node"])
         tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
         least, k = tension.min(axis=1), int(np.argmin(tension.min(axis=1)))
-        pushes = least < -PUSH * max(float(tension.max()), 0.0) - 1e-9
+        pushes = least < -share * max(float(tension.max()), 0.0) - 1e-9
         if np.any(pushes):
             found.append(
                 f"{names[index]!r} pushes where a thread would go slack: tension below zero in {int(pushes.sum())} of "

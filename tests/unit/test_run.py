@@ -166,7 +166,7 @@ def test_whole_paper_case():
     for low, high, mean in ((7, 20, 13.46), (20, 60, 13.32), (60, 100, 12.94)):
         inside = (run.time.values >= low) & (run.time.values <= high)
         assert lag[inside].mean() == pytest.approx(mean, abs=0.01)
-    assert run.attrs["warning"].startswith("springs push where a thread would go slack")
+    assert run.attrs["warning"].startswith("'blade-1' pushes where a thread would go slack")
     labels = [number.label for number in heliogyro.numbers(run)]
     assert "warning" in labels
     values = {number.label: number.value for number in heliogyro.numbers(run)}

@@ -11,7 +11,7 @@ from evolvent.kernels.springs import spring_tension
 from evolvent.motion import quaternions
 from evolvent.observe.joints import reactions
 from evolvent.observe.shapes import solids_of
-from evolvent.observe.variables import Observed, Variable, dot, norm, turned, turned_back
+from evolvent.observe.variables import Observed, Variable, cross, dot, norm, turned, turned_back
 from evolvent.observe.view import View
 
 Array = np.ndarray
@@ -38,6 +38,9 @@ def observe_body(view: View, name: str) -> Observed:
     if angle is not None:
         found.scalar("angle", angle, "rad", "angle about its axis, over any number of turns")
     if row["motion"] == rigid.FREE:
+        axis = pose.R @ row["axis"]
+        tilt = np.arctan2(norm(cross(axis[:1], axis)), dot(axis[:1], axis))
+        found.scalar("tilt", tilt, "rad", "angle of its axis from that at the start")
         spin = turned(pose.R, own @ row["inertia"])
         found.vector("momentum", mass * pose.v, "kg m s-1", "linear momentum, inertial axes")
         text = "angular momentum about the centre of mass, inertial axes"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -89,19 +89,10 @@ def straight_inertia(case: Case, deployed: Array, *, corrected: bool) -> Array:
 
 def warning(case: Case, solution: Solution) -> str:
     """Sentences on tensions below zero, a pay-out too fast for a steady lag, and an energy balance that is off."""
-    return "; ".join(text for text in (_slack(case, solution), _wraps(case, solution), _lacks(solution)) if text)
+    from evolvent.analysis import slack_threads
 
-
-def _slack(case: Case, solution: Solution) -> str:
-    least = solution.observations.tension.min(axis=1)  # zero of wound nodes
-    count, k = int(np.sum(least < -1e-9)), int(np.argmin(least))
-    if count == 0:
-        return ""
-    which = "springs push" if case.blade.segments == "springs" else "links push"
-    return (
-        f"{which} where a thread would go slack: tension below zero in {count} of {least.size} samples, "
-        f"at worst {least[k]:.3g} N at t = {solution.t[k]:.6g} s"
-    )
+    texts = [*slack_threads(solution, 0.0), _wraps(case, solution), _lacks(solution)]
+    return "; ".join(text for text in texts if text)
 
 
 def _wraps(case: Case, solution: Solution) -> str:
@@ -116,17 +107,13 @@ def _wraps(case: Case, solution: Solution) -> str:
 
 
 def _lacks(solution: Solution) -> str:
-    most = float(np.abs(solution.energy_defect).max())
-    lacks = most / (float(solution.energy[0]) or largest_energy(solution.balance))
+    from evolvent.solvers import balance as eb
+
+    balance = solution.balance
+    values = (eb.energy(balance), eb.dissipated(balance), *(balance[name] for name in eb.WORK))
+    largest = max(1e-300, *(float(np.abs(v).max()) for v in values))
+    lacks = float(np.abs(solution.energy_defect).max()) / (float(solution.energy[0]) or largest)
     if lacks <= LARGEST_DEFECT:
         return ""
     smaller = "solver.rtol" if solution.method == "dopri5" else "solver.step"
     return f"the energy balance lacks up to {lacks:.2g} of the energy at the start; take a smaller {smaller}"
-
-
-def largest_energy(balance: Any) -> float:
-    """Largest of energy, work and losses, J, of records of the balance."""
-    from evolvent.solvers import balance as eb
-
-    values = [eb.energy(balance), eb.dissipated(balance), *(balance[name] for name in eb.WORK)]
-    return max(1e-300, *(float(np.abs(v).max()) for v in values))

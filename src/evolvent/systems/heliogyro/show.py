@@ -15,8 +15,9 @@ from evolvent.systems.heliogyro.case import Case
 if TYPE_CHECKING:
     from evolvent.motion import Motion
 
-_WORK = ("work_loads", "work_drives", "work_spools")
+Array = np.ndarray
 _WINDOWS = (0.05, 0.14, 0.42, 0.7, 1.0)  # of the duration: the paper's 7, 20, 60, 100, 142 s
+_FORMULAS = {"body_rate_paper": "eq. (18)", "body_rate_corrected": "corrected formula"}
 
 
 def case_of(run: Any) -> Case:
@@ -30,9 +31,19 @@ def _blade(run: Any, b: int) -> Any:
     return run.children.get(f"blade-{b + 1}", run.children["blade-1"])
 
 
-def _separated(run: Any) -> np.ndarray:
+def _separated(run: Any) -> Array:
     """Whether each blade has left its spool: (nt, blades)."""
     return np.stack([_blade(run, b).separated.values > 0.0 for b in range(run.sizes["blade"])], axis=1)
+
+
+def _tip_lag(run: Any) -> Array:
+    """Lag of the tips in the plane of the spin, deg, (nt, blades); negative ahead of the spool, NaN once separated."""
+    return np.where(_separated(run), np.nan, np.degrees(run.tip_lag.values))
+
+
+def _formulas(run: Any) -> dict[str, Array]:
+    """Rates of the body by both formulas, rad/s, by their labels; those that the run has."""
+    return {label: run[name].values for name, label in _FORMULAS.items() if name in run}
 
 
 def motion(run: Any) -> Motion | None:
@@ -48,65 +59,52 @@ def motion(run: Any) -> Motion | None:
     return dataclasses.replace(found, title="Deployment of the heliogyro's blades", numbers=numbers)
 
 
+# ------------------------------------------------------------------------------------------------ numbers
+
+
 def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
-    time, rate = run.time.values, run.body_rate.values
-    found = [
-        Number(label="time reached", value=f"{time[-1]:.6g} s"),
-        Number(
-            label="deployed length", value=" / ".join(f"{x:.6g}" for x in _distinct(run.deployed_length[-1])) + " m"
-        ),
-        Number(label="body rate at the end", value=f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
+    time, rate, lag = run.time.values, run.body_rate.values, _tip_lag(run)
+    out = [f"{x:.6g}" for x in run.deployed_length.values[-1, _unlike(run.deployed_length.values)]]
+    rows = [
+        ("time reached", f"{time[-1]:.6g} s"),
+        ("deployed length", " / ".join(out) + " m"),
+        ("body rate at the end", f"{rate[-1]:.6g} rad/s (at the start {rate[0]:.6g})"),
     ]
-    for name, label in (("body_rate_paper", "eq. (18)"), ("body_rate_corrected", "corrected formula")):
-        if name in run and np.all(rate != 0.0) and np.any(np.isfinite(run[name].values)):
-            gap = (run[name].values - rate) / rate
-            k = int(np.nanargmax(np.abs(gap)))
-            text = f"{100.0 * abs(gap[k]):.3g} % at {time[k]:.6g} s"
-            found.append(Number(label=f"largest gap to {label}", value=text))
-    lag = _tip_lag(run)
+    for label, values in _formulas(run).items():
+        if np.all(rate != 0.0) and np.any(np.isfinite(values)):
+            gap = np.abs((values - rate) / rate)
+            k = int(np.nanargmax(gap))
+            rows.append((f"largest gap to {label}", f"{100.0 * gap[k]:.3g} % at {time[k]:.6g} s"))
     for low, high in itertools.pairwise(_WINDOWS):
-        inside = (time >= low * time[-1]) & (time <= high * time[-1])
-        window = lag[inside]
+        window = lag[(time >= low * time[-1]) & (time <= high * time[-1])]
         if np.all(np.any(np.isfinite(window), axis=0)):
-            means = [f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag)]
-            label = f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s"
-            found.append(Number(label=label, value=" / ".join(means) + " deg"))
-    if np.any(run.hub_tension.values):
-        found += _hub_numbers(run)
-    work = [run[name].values for name in ("energy", "energy_dissipated", "energy_released", *_WORK)]
-    largest = max(float(np.abs(values).max()) for values in work) or 1.0
-    defect = np.abs(run.energy_defect.values).max() / largest
-    found.append(Number(label="energy balance", value=f"{defect:.2g} of the largest energy"))
+            means = " / ".join(f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag))
+            rows.append((f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s", f"{means} deg"))
+    rows += _hub_rows(run) if np.any(run.hub_tension.values) else []
     if "momentum_balance" in run:
-        text = f"{run.momentum_balance.values.max():.2g} of the start"
-        found.append(Number(label="angular momentum balance", value=text))
+        rows.append(("angular momentum balance", f"{run.momentum_balance.values.max():.2g} of the start"))
     if "position" in show.plots_of(run, "body"):
         drift = np.abs(run.momentum.values - run.momentum.values[0]).max()
-        found.append(Number(label="drift of linear momentum", value=f"{drift:.2g} kg m/s"))
-    return found + results.closing_numbers(run)
+        rows.append(("drift of linear momentum", f"{drift:.2g} kg m/s"))
+    found = [Number(label=label, value=value) for label, value in rows]
+    return found + show.balance_numbers(run) + results.closing_numbers(run)
 
 
-def _tip_lag(run: Any) -> np.ndarray:
-    """Lag of the tips in the plane of the spin, deg, (nt, blades); negative ahead of the spool, NaN once let go."""
-    return np.where(_separated(run), np.nan, np.degrees(run.tip_lag.values))
-
-
-def _hub_numbers(run: Any) -> list[Number]:
+def _hub_rows(run: Any) -> list[tuple[str, str]]:
     """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
-    time, hub = run.time.values, run.hub_tension.values.max(axis=1)
+    time, hub, count = run.time.values, run.hub_tension.values.max(axis=1), _window(run)
     k = int(np.argmax(hub))
     text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
     if case_of(run).blade.segments != "springs":
-        return [Number(label="largest hub tension", value=text)]
-    found = Number(label="largest hub tension, one sample", value=f"{text} (the springs ring)")
-    count = _window(run)
-    if count == 0:
-        return [found]
-    means = np.array([_running(blade, count)[0] for blade in run.hub_tension.values.T])
-    k = int(np.argmax(means.max(axis=0)))
-    text = f"{means[:, k].max():.4g} N about {_running(time, count)[0][k]:.4g} s"
-    return [Number(label=f"largest hub tension, mean of {time[count - 1]:.2g} s", value=text), found]
+        return [("largest hub tension", text)]
+    found = [("largest hub tension, one sample", f"{text} (the springs ring)")]
+    if count:
+        means = np.array([_running(blade, count)[0] for blade in run.hub_tension.values.T])
+        k = int(np.argmax(means.max(axis=0)))
+        text = f"{means[:, k].max():.4g} N about {_running(time, count)[0][k]:.4g} s"
+        found.insert(0, (f"largest hub tension, mean of {time[count - 1]:.2g} s", text))
+    return found
 
 
 def _window(run: Any) -> int:
@@ -115,23 +113,19 @@ def _window(run: Any) -> int:
     return count if run.sizes["time"] >= 3 * count else 0
 
 
-def _running(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, least and largest of every `count` values on end."""
+def _running(values: Array, count: int) -> tuple[Array, Array, Array]:
+    """Mean, least and largest of every `count` consecutive values."""
     windows = np.lib.stride_tricks.sliding_window_view(values, count)
     return windows.mean(axis=1), windows.min(axis=1), windows.max(axis=1)
 
 
-def _distinct(values: Any) -> list[float]:
-    """Values without those equal to the first, if all are."""
-    listed = [float(v) for v in np.asarray(values)]
-    return listed[:1] if np.ptp(listed) <= 1e-9 * max(abs(listed[0]), 1e-300) else listed
-
-
-def _unlike(values: np.ndarray) -> list[int]:
+def _unlike(values: Array) -> list[int]:
     """Blades to show: the first alone if all have the same (nt, blades) values."""
-    first = values[:, :1]
-    alike = np.allclose(values, first, rtol=1e-9, atol=1e-12, equal_nan=True)
+    alike = np.allclose(values, values[:, :1], rtol=1e-9, atol=1e-12, equal_nan=True)
     return [0] if alike else list(range(values.shape[1]))
+
+
+# ------------------------------------------------------------------------------------------------ figures
 
 
 def figures(run: Any) -> list[Figure]:
@@ -141,60 +135,46 @@ def figures(run: Any) -> list[Figure]:
     found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _momentum_figure(run)]
     found.append(show.balance_figure(run))
     if "position" in show.plots_of(run, "body"):
-        found.append(_body_figure(run))
+        found.append(show.figure(run, ["body.position", "body.tilt"], name="body", title="Motion of the body"))
     return found
 
 
 def _rate_figure(run: Any) -> Figure:
     """Body rate beside both formulas."""
     time, rate = run.time.values, run.body_rate.values
-    lines, gaps = [Line(x=time, y=rate, label="computed")], []
-    for name, label, color in (
-        ("body_rate_paper", "eq. (18)", 2),
-        ("body_rate_corrected", "eq. (18) with spool offset", 1),
-    ):
-        if name in run:
-            lines.append(Line(x=time, y=run[name].values, label=label, color=color, style="--"))
-        if name in run and np.all(rate != 0.0):
-            gaps.append(Line(x=time, y=100.0 * (run[name].values - rate) / rate, label=label, color=color))
+    lines, gaps = [Line(x=time, y=rate, label="simulated")], []
+    for color, (label, values) in enumerate(_formulas(run).items(), start=1):
+        lines.append(Line(x=time, y=values, label=label, color=color, style="--"))
+        if np.all(rate != 0.0):
+            gaps.append(Line(x=time, y=100.0 * (values - rate) / rate, label=label, color=color))
     panels = [Panel(x_label="time, s", y_label="body rate, rad/s", lines=lines)]
     if gaps:
-        panels.append(Panel(x_label="time, s", y_label="formula less computed, %", lines=gaps))
-    size = (8.0, 6.5) if gaps else (8.0, 4.0)
-    return Figure(name="body_rate", title="Rate of the body", panels=panels, size=size)
+        panels.append(Panel(x_label="time, s", y_label="formula less simulation, %", lines=gaps))
+    return Figure(name="body_rate", title="Rate of the body", panels=panels, size=(8.0, 1.5 + 2.5 * len(panels)))
 
 
 def _lag_figure(run: Any) -> Figure:
     """Tip lag, whole and at the start."""
     time, lag = run.time.values, _tip_lag(run)
-    shown = _unlike(lag)
-    first = min(5.0, float(time[-1]))
-    whole: list[Line] = []
-    start: list[Line] = []
+    shown, first = _unlike(lag), min(5.0, float(time[-1]))
+    whole, start = [], []
     for color, b in enumerate(shown):
-        label = f"blade {b + 1}" if len(shown) > 1 else ""
+        label, seen = f"blade {b + 1}" if len(shown) > 1 else "", np.isfinite(lag[:, b]) & (time <= first)
         whole.append(Line(x=time, y=lag[:, b], label=label, color=color))
-        seen = np.isfinite(lag[:, b]) & (time <= first)
         start.append(Line(x=time[seen], y=lag[seen, b], label=label, color=color, style=" ", marker="."))
         if seen.sum() > 20:
-            start.append(_smooth(time[seen], lag[seen, b], color))
-    y_label = "lag of the tip, deg"
-    panels = [Panel(x_label="time, s", y_label=y_label, lines=whole)]
+            fine = np.linspace(time[seen][0], time[seen][-1], 1001)
+            start.append(Line(x=fine, y=spline(time[seen], lag[seen, b], fine), color=color, width=1.0))
+    panels = [Panel(x_label="time, s", y_label="lag of the tip, deg", lines=whole)]
     if first < 0.5 * time[-1]:
         title = f"first {first:g} s: samples and a smooth curve through them"
-        panels.append(Panel(x_label="time, s", y_label=y_label, lines=start, title=title))
+        panels.append(Panel(x_label="time, s", y_label="lag of the tip, deg", lines=start, title=title))
     title = "Lag of the tip in the plane of the spin (negative: ahead)"
     return Figure(name="tip_lag", title=title, panels=panels, size=(8.0, 3.3 * len(panels)))
 
 
-def _smooth(x: np.ndarray, y: np.ndarray, color: int) -> Line:
-    """A cubic spline through samples."""
-    fine = np.linspace(x[0], x[-1], 1001)
-    return Line(x=fine, y=spline(x, y, fine), color=color, width=1.0)
-
-
-def _moments(run: Any, count: int) -> list[int]:
-    """Samples evenly spread over a run, or over what of it comes before a blade is let go, without the first."""
+def _moments(run: Any, count: int = 7) -> list[int]:
+    """Samples evenly spread over a run, or over what of it comes before a blade separates, without the first."""
     held = np.flatnonzero(~_separated(run).any(axis=1))
     last = int(held[-1]) if held.size else 0
     return sorted({int(k) for k in np.linspace(0, last, count + 1)[1:]})
@@ -203,8 +183,7 @@ def _moments(run: Any, count: int) -> list[int]:
 def _shape_figure(run: Any) -> Figure:
     """Shape at several times: from above, by the lag along blade 1 and, where it matters, from the side."""
     case, time, first = case_of(run), run.time.values, _blade(run, 0)
-    moments, gone = np.array(_moments(run, 7)), _separated(run)
-    drawn = show.motion(run)
+    moments, gone, drawn = np.array(_moments(run)), _separated(run), show.motion(run)
     assert drawn is not None
     seen = drawn.at(moments).in_body()
     top, side, lag, height, reach = [], [], [], 0.0, 0.0
@@ -226,9 +205,8 @@ def _shape_figure(run: Any) -> Figure:
         Panel(x_label="length from the spool, m", y_label="lag, deg", lines=lag, title="nodes of blade 1"),
     ]
     if height > 0.01 * reach:
-        panels.append(
-            Panel(x_label="distance from the spin axis, m", y_label="z, m", lines=side, title="from the side")
-        )
+        label = "distance from the spin axis, m"
+        panels.append(Panel(x_label=label, y_label="z, m", lines=side, title="from the side"))
     heights = [2.2 if len(seen.lines) > 2 else 1.0] + [1.0] * (len(panels) - 1)
     size = (8.0, 3.5 * sum(heights))
     return Figure(name="shape", title="Shape of the blades", panels=panels, size=size, heights=heights)
@@ -236,31 +214,25 @@ def _shape_figure(run: Any) -> Figure:
 
 def _tension_figure(run: Any) -> Figure:
     """Tension at the hub over time, and along the thread at several times."""
-    case, time = case_of(run), run.time.values
-    hub = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values)
-    shown = _unlike(hub)
-    count = _window(run) if case.blade.segments == "springs" else 0
-    lines, title = [], ""
+    case, time, first = case_of(run), run.time.values, _blade(run, 0)
+    hub, springs = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values), case.blade.segments == "springs"
+    shown, count = _unlike(hub), _window(run) if springs else 0
+    lines, along, segment = [], [], case.blade.length / case.blade.nodes
     for c, b in enumerate(shown):
         label = f"blade {b + 1}" if len(shown) > 1 else ""
         if count == 0:
             lines.append(Line(x=time, y=hub[:, b], label=label, color=c, width=1.0))
             continue
-        middle = _running(time, count)[0]
-        mean, least, largest = _running(hub[:, b], count)
-        lines.append(Line(x=middle, y=mean, label=f"mean {label}".strip(), color=c))
-        lines.append(Line(x=middle, y=least, label=f"least and largest {label}".strip(), color=c, width=0.6))
-        lines.append(Line(x=middle, y=largest, color=c, width=0.6))
-        title = f"of the samples in {time[count - 1]:.2g} s; the springs ring after every release"
-    along = []
-    segment = case.blade.length / case.blade.nodes
-    for k in _moments(run, 7):
-        tension = _blade(run, 0).tension.values[k]
-        count = int(np.sum(_blade(run, 0).released.values[k] > 0.0))
-        from_tip = segment * (np.arange(count) + 0.5)
-        color = float(time[k] / time[-1])
-        along.append(Line(x=from_tip, y=1e3 * tension[:count], label=f"{time[k]:.4g} s", color=color, marker="."))
-    beside = "along blade 1" + (", at these instants" if case.blade.segments == "springs" else "")
+        texts = (f"mean {label}".strip(), f"least and largest {label}".strip(), "")
+        for k, (values, text) in enumerate(zip(_running(hub[:, b], count), texts, strict=True)):
+            lines.append(Line(x=_running(time, count)[0], y=values, label=text, color=c, width=0.6 if k else 1.5))
+    title = f"of the samples in {time[count - 1]:.2g} s; the springs ring after every release" if count else ""
+    for k in _moments(run):
+        out = int(np.sum(first.released.values[k] > 0.0))
+        tension, color = 1e3 * first.tension.values[k, :out], float(time[k] / time[-1])
+        x = segment * (np.arange(out) + 0.5)
+        along.append(Line(x=x, y=tension, label=f"{time[k]:.4g} s", color=color, marker="."))
+    beside = "along blade 1" + (", at these instants" if springs else "")
     panels = [
         Panel(x_label="time, s", y_label="tension at the spool, mN", lines=lines, title=title),
         Panel(x_label="length from the tip, m", y_label="tension, mN", lines=along, title=beside),
@@ -269,40 +241,30 @@ def _tension_figure(run: Any) -> Figure:
 
 
 def _momentum_figure(run: Any) -> Figure:
-    """Angular momentum about Z, what releases bring in, and what the balance lacks."""
-    time, start = run.time.values, run.angular_momentum.values[0, 2]
-    total = np.abs(run.angular_momentum.values[:, 2]).max()
-    lines = [Line(x=time, y=1e3 * run.angular_momentum.values[:, 2], label="all that the model moves", color=0)]
-    for color, label in enumerate(("body", "released", "wound"), start=1):
-        values = run[f"angular_momentum_{label}"].values
-        if color == 1 or np.abs(values).max() > 1e-4 * total:
-            lines.append(Line(x=time, y=1e3 * values, label=f"{label} thread" if color > 1 else label, color=color))
-    releases, defects = [], []
-    for color, kind, name, before in (
-        (1, "energy", "energy_released", run.energy.values[0]),
-        (2, "angular momentum", "angular_momentum_jumps", start),
+    """Angular momentum about Z, what releases bring in, and the defect of the balance."""
+    time, total = run.time.values, run.angular_momentum.values[:, 2]
+    lines = [Line(x=time, y=1e3 * total, label="all that the model moves", color=0)]
+    for color, (name, label) in enumerate(
+        {"body": "body", "released": "released thread", "wound": "wound thread"}.items(), start=1
     ):
-        if before != 0.0:
-            releases.append(Line(x=time, y=100.0 * run[name].values / before, label=kind, color=color))
-    if "momentum_balance" in run:
-        lacks = run.momentum_balance.values
-        defects.append(Line(x=time, y=np.where(lacks > 0.0, lacks, np.nan), color=2, width=1.0))
+        values = run[f"angular_momentum_{name}"].values
+        if name == "body" or np.abs(values).max() > 1e-4 * np.abs(total).max():
+            lines.append(Line(x=time, y=1e3 * values, label=label, color=color))
+    brought = {"energy": (run.energy_released, run.energy.values[0])}
+    brought["angular momentum"] = (run.angular_momentum_jumps, total[0])
+    releases = [
+        Line(x=time, y=100.0 * values.values / start, label=label, color=color)
+        for color, (label, (values, start)) in enumerate(brought.items(), start=1)
+        if start != 0.0
+    ]
     panels = [
         Panel(x_label="", y_label="angular momentum,\n1e-3 kg m2/s", lines=lines),
-        Panel(x_label="", y_label="% of the start", lines=releases, title="brought in by nodes at their release"),
-        Panel(x_label="time, s", y_label="relative defect", lines=defects, title="what the balance lacks", log=True),
+        Panel(
+            x_label="time, s", y_label="% of the start", lines=releases, title="brought in by nodes at their release"
+        ),
     ]
-    panels = panels if defects else panels[:2]
-    return Figure(name="momentum", title="Angular momentum", panels=panels, size=(8.0, 7.5))
-
-
-def _body_figure(run: Any) -> Figure:
-    """Motion of a free body: its centre and the tilt of its axis."""
-    time, q, x = run.time.values, run["body"].attitude.values, 1e3 * run["body"].position.values
-    tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2), -1.0, 1.0)))
-    centre = [Line(x=time, y=x[:, c], label=axis, color=c + 1) for c, axis in enumerate("xyz")]
-    panels = [
-        Panel(x_label="time, s", y_label="centre of the body, mm", lines=centre, title="inertial axes"),
-        Panel(x_label="time, s", y_label="tilt of the body's axis, deg", lines=[Line(x=time, y=tilt)]),
-    ]
-    return Figure(name="body", title="Motion of the body", panels=panels, size=(8.0, 6.5))
+    if "momentum_balance" in run:
+        defect = np.where(run.momentum_balance.values > 0.0, run.momentum_balance.values, np.nan)
+        line, title = Line(x=time, y=defect, color=2, width=1.0), "defect of the balance, of the start"
+        panels.append(Panel(x_label="time, s", y_label="relative defect", lines=[line], title=title, log=True))
+    return Figure(name="momentum", title="Angular momentum", panels=panels, size=(8.0, 2.5 * len(panels)))
