@@ -22,7 +22,7 @@ import numpy as np
 from evolvent.definition import SystemDefinition
 from evolvent.systems.wrapped_rib import derived as fields
 from evolvent.systems.wrapped_rib import structure
-from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import ALPHA, IMPLICIT, Case
 from evolvent.systems.wrapped_rib.chart import study_figures
 from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
 from evolvent.systems.wrapped_rib.start import Start, check_follows, start
@@ -73,8 +73,10 @@ class WrappedRib(SystemDefinition):
         solver, step = case.solver, None if case.solver.step == "auto" else float(case.solver.step)
         every = max(case.output.every, step or 0.0)
         found = {"until": case.duration, "every": every, "method": solver.method, "step": step}
-        if solver.method == IMPLICIT:
-            found |= {"tolerance": solver.tolerance, "spectral_radius": solver.spectral_radius}
+        if solver.method in IMPLICIT:
+            radius = 0.3 if solver.method == ALPHA else 1.0 / 3.0
+            radius = radius if solver.spectral_radius is None else solver.spectral_radius
+            found |= {"tolerance": solver.tolerance, "spectral_radius": radius}
         return found
 
     def between(self, case: Any) -> np.ndarray:

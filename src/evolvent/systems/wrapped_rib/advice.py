@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case import ALPHA, Case
 
 #: Strain above which a run warns.
 STRAIN_WARNED = 0.05
@@ -88,14 +88,14 @@ def _of_drive(case: Case) -> Iterator[str]:
 def _of_steps(case: Case) -> Iterator[str]:
     solver, contact, damping = case.solver, case.contact, case.damping
     bounce = math.pi / case.contact_frequency
-    if solver.method == IMPLICIT and solver.step != "auto" and float(solver.step) > bounce:
+    if solver.method == ALPHA and solver.step != "auto" and float(solver.step) > bounce:
         yield (
             f"solver.step {solver.step:g} s is too large for the contact, on which a contact point bounces in "
             f"{bounce:.2g} s; longer steps can add energy: see energy_defect, or take step: auto"
         )
-    if solver.method == IMPLICIT and contact.law == "paper" and contact.damping > 0.0:
+    if solver.method == ALPHA and contact.law == "paper" and contact.damping > 0.0:
         yield "contact.law 'paper' jumps at the touch, where an implicit step may have no solution; take hunt-crossley"
-    if solver.method == IMPLICIT and solver.spectral_radius > SPECTRAL_RADIUS_WARNED:
+    if solver.method == ALPHA and (solver.spectral_radius or 0.0) > SPECTRAL_RADIUS_WARNED:
         yield (
             f"solver.spectral_radius {solver.spectral_radius:g} keeps high-frequency vibration of the contact; take "
             f"about 0.3"

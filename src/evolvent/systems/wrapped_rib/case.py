@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material
 
 #: The implicit method; the explicit ones take penalties in place of joints.
-IMPLICIT = "generalized-alpha"
+ALPHA = "generalized-alpha"
+#: Methods that take joints as constraints.
+IMPLICIT = (ALPHA, "energy-momentum")
 Torque = Annotated[float, units.Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0)]
 Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3", above=0.0, most=0.5)]
 Stiffness = Annotated[
@@ -211,15 +213,17 @@ class Contact(Section):
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["generalized-alpha", "rk4", "heun"] = _key(
-        "generalized-alpha", "implicit, or explicit ones of many short steps"
+    method: Literal["generalized-alpha", "energy-momentum", "rk4", "heun"] = _key(
+        "generalized-alpha", "implicit (energy-momentum gains no energy at any step), or explicit, of many short steps"
     )
     duration: units.DurationOrAuto = _key(
         "auto", "auto: wind: 1.2 times as long as a string takes; hold: hold.time; deploy: the closed form's end"
     )
     step: units.DurationOrAuto = _key("auto", "auto: adaptive, or a safe share of the stability limit")
     tolerance: units.Tolerance = _key(3e-4, "relative error of an adaptive step")
-    spectral_radius: units.Fraction = _key(0.3, "of generalized-alpha: 1 keeps high frequencies, 0 damps them")
+    spectral_radius: units.Fraction | None = _key(
+        None, "of implicit methods: 1 keeps high frequencies, 0 damps them; left out: 0.3, of energy-momentum 1/3"
+    )
 
     def refusals(self) -> Iterator[str]:
         """Rules between the keys."""
