@@ -233,7 +233,7 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
 
 def warning_of(solution: Solution) -> str:
     """Sentences on a run whose method has taken much of its energy, and on threads that push; '' of others."""
-    return "; ".join(text for text in (_numerical_loss(solution), *slack_threads(solution)) if text)
+    return "; ".join(text for text in (_numerical_loss(solution), slack_threads(solution)) if text)
 
 
 def _numerical_loss(solution: Solution) -> str:
@@ -252,23 +252,27 @@ def _numerical_loss(solution: Solution) -> str:
     )
 
 
-def slack_threads(solution: Solution, share: float = PUSH) -> list[str]:
-    """A sentence for each thread whose segments push by more than a share of its largest tension."""
+def slack_threads(solution: Solution, share: float = PUSH) -> str:
+    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does."""
     model, found = solution.assembly.model, []
     names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
     if not names or not solution.t.size:
-        return []
+        return ""
     for index, row in enumerate(model.threads):
         first = int(row["node"])
         tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
-        least, k = tension.min(axis=1), int(np.argmin(tension.min(axis=1)))
-        pushes = least < -share * max(float(tension.max()), 0.0) - 1e-9
-        if np.any(pushes):
-            found.append(
-                f"{names[index]!r} pushes where a thread would go slack: tension below zero in {int(pushes.sum())} of "
-                f"{pushes.size} samples, at worst {least[k]:.3g} N at t = {solution.t[k]:.6g} s"
-            )
-    return found
+        least = tension.min(axis=1)
+        count = int(np.sum(least < -share * max(float(tension.max()), 0.0) - 1e-9))
+        if count:
+            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
+    if not found:
+        return ""
+    worst, name, count, time = min(found)
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return (
+        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
+        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
+    )
 
 
 def tree(

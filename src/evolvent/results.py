@@ -150,7 +150,8 @@ def open(path: str | os.PathLike[str]) -> Any:  # noqa: A001  (evolvent.open is 
     try:
         dataset = _load(name)
     except Exception:  # noqa: BLE001  (the back end raises many kinds of errors on a damaged file)
-        raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged") from None
+        hint = "; `evolvent show` prints a case" if name.endswith((".yaml", ".yml")) else ""
+        raise InputError(f"cannot read {name!r}: it is not a NetCDF file, or it is damaged{hint}") from None
     if dataset.attrs.get("holds") == MODES:
         raise InputError(f"cannot read {name!r}: it holds modes, not a run; xarray.open_dataset reads them")
     if not {"system", "case", "version", "status"} <= set(dataset.attrs):
