@@ -162,14 +162,7 @@ def plan(
         for too many steps.
     """
     method, why = choose_method(assembly, method)
-    duration = float(samples[-1] - samples[0])
-    if step is not None and 0.0 < MOST_STEPS * step < duration:
-        raise InputError(
-            f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
-            f"{MOST_STEPS:.0e}; take a longer `step`, or shorten `until`"
-        )
-    with refusing_laws(assembly):
-        payout.check(assembly, float(samples[-1]))
+    check_run(assembly, samples, step)
     if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
         raise InputError(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
@@ -200,6 +193,23 @@ def plan(
             )
         options["step"] = step
     return drive.plan(assembly, samples=samples, **options), why
+
+
+def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None) -> None:
+    """Refuse what is known before anything is compiled: too many steps, drives that pay out more than their thread.
+
+    Raises
+    ------
+    InputError
+    """
+    duration = float(samples[-1] - samples[0])
+    if step is not None and 0.0 < MOST_STEPS * step < duration:
+        raise InputError(
+            f"step is {step:.3g} s; that makes {duration / step:.2g} steps over {duration:.6g} s, more than "
+            f"{MOST_STEPS:.0e}; take a longer `step`, or shorten `until`"
+        )
+    with refusing_laws(assembly):
+        payout.check(assembly, float(samples[-1]))
 
 
 def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:

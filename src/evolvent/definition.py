@@ -97,6 +97,7 @@ class SystemDefinition:
         keys = self.keys
         with naming_keys(keys):
             assembly, times, settings = self.assembled(case, given)
+            analysis.check_run(assembly, times, settings.get("step"))
             every, kept = analysis.with_times(times, self.between(case))
             method, prepare, note = self.prepare_run(case, assembly, every, settings)
 

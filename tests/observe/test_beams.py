@@ -69,7 +69,7 @@ def test_a_cantilever_cable(formulation: str) -> None:
 
 
 #: Formulation, the first element that is held against the force, and what that may be off: cables converge slowly.
-FAR = [("assumed_strain", 0, 3e-3), ("cable", 1, 0.07), ("cable_stretch", 1, 0.07)]
+FAR = [("assumed_strain", 0, 3.5e-3), ("cable", 1, 0.07), ("cable_stretch", 1, 0.07)]
 
 
 @pytest.mark.parametrize(("formulation", "first", "part"), FAR)

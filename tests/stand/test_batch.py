@@ -172,7 +172,7 @@ def test_other_systems_are_refused_by_name(name, part, words):
 
 def test_a_system_without_springs_is_refused():
     system = System()
-    with pytest.raises(InputError, match="has no body"):
+    with pytest.raises(InputError, match="has no parts"):
         batch.suspended_of(system.assemble())
     system.add(parts.RigidBody(mass=1.0, inertia=1.0), "body")
     with pytest.raises(InputError, match="has no springs"):

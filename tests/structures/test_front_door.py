@@ -86,7 +86,7 @@ def test_names_of_the_variables_of_a_run_are_refused() -> None:
     for name in {*run.to_dataset().variables, *run.dims}:
         with pytest.raises(InputError, match=f"the name of a part is '{name}', which is a result of the whole run"):
             ball().add(parts.Point(mass=1.0), name)
-    with pytest.raises(InputError, match="parts: the name of a part is 'energy', which is that of a run's own"):
+    with pytest.raises(InputError, match="parts: the name of a part is 'energy', which is a result of the whole run"):
         cases.load({"parts": {"energy": {"kind": "point", "mass": 1}}})
 
 
@@ -103,8 +103,8 @@ def test_an_equilibrium_is_shown(call, tmp_path) -> None:
         assert (code, err) == (2, "evolvent: -o 'boom.yaml' is the case file itself; name another, such as 'run.nc'\n")
     code, out, err = call("equilibrium", "boom.yaml", "--figures", "rest", "-o", "rest.nc")
     assert (code, err) == (0, "")
-    assert out.splitlines()[-1] == "figures: equilibrium.html in rest"
-    page = (tmp_path / "rest" / "equilibrium.html").read_text(encoding="utf-8")
+    assert out.splitlines()[-1] == "figures: along-boom.png, shape.html in rest"
+    page = (tmp_path / "rest" / "shape.html").read_text(encoding="utf-8")
     assert '"playing":false' in page.replace(" ", "")
     rest = ev.open(tmp_path / "rest.nc")
     assert rest.sizes["time"] == 1
@@ -113,7 +113,7 @@ def test_an_equilibrium_is_shown(call, tmp_path) -> None:
 
 def test_a_file_of_modes_is_no_run(tmp_path) -> None:
     ev.load("boom-slew").modes(count=2).save(tmp_path / "modes.nc")
-    with pytest.raises(InputError, match=r"it holds modes, not a run; xarray\.open_dataset reads it"):
+    with pytest.raises(InputError, match=r"it holds modes, not a run; xarray\.open_dataset reads them"):
         ev.open(tmp_path / "modes.nc")
     assert xr.open_dataset(tmp_path / "modes.nc", engine="h5netcdf").frequency_hz.size == 2
 

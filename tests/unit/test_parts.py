@@ -132,7 +132,7 @@ BAD = {
     ),
     "drive: negative angle": (
         lambda: [body(), reel(drive=parts.ConstantDrive(rate=1.0, angle=-1.0)), thread()],
-        "reel.angle is",
+        "reel.drive.angle is",
     ),
     "drive: rate nan": (
         lambda: [body(), reel(drive=parts.ConstantDrive(rate=nan)), thread()],

@@ -330,7 +330,7 @@ def test_a_pay_out_too_fast_for_a_steady_lag_is_reported():
             {"spool.changes": [{"time": 5, "rate": 1, "ramp": 5}, {"time": 8, "rate": 1}]},
             ["spool.changes: the step at 8.0 s starts before the last one has ended"],
         ),
-        ({"spool.start_length": 6}, ["spool: 6 m are out at the start, more than blade.length, 5 m"]),
+        ({"spool.start_length": 6}, ["spool.start_length is 6 m, more than blade.length 5 m"]),
         ({"solver.method": "dopri5", "solver.step": 0.1}, ["solver.step is 0.1 s", "dopri5"]),
     ],
 )

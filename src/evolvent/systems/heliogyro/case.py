@@ -129,6 +129,9 @@ class Case(Section):
             raise InputError("blade.wound_mass is 'ignored'; on a body with motion 'free' it must be 'carried'")
         if self.sunlight is not None and self.blade.width is None:
             raise InputError("blade.width is missing; sunlight needs it, such as '10 cm'")
+        out, length = self.spool.start_length, self.blade.length
+        if out > length:
+            raise InputError(f"spool.start_length is {out:g} m, more than blade.length {length:g} m")
         return self
 
     @property
