@@ -208,8 +208,21 @@ def _check(run: Any) -> None:
 
 def variables_of(dataset: Any) -> str:
     """What a group's attribute 'variables' holds: see `_VARIABLES`."""
-    numeric = {name: v for name, v in dataset.variables.items() if v.dtype.kind in "biuf"}
+    held = dataset.to_dataset(inherit=False) if isinstance(dataset, xr.DataTree) else dataset
+    numeric = {name: v for name, v in held.variables.items() if v.dtype.kind in "biuf"}
     return json.dumps({n: {d: None if d == "time" else s for d, s in v.sizes.items()} for n, v in numeric.items()})
+
+
+def _listed(run: Any) -> Any:
+    """A run whose lists of variables are those that it has now: a caller may have selected some of it."""
+    if _VARIABLES not in run.attrs:
+        return run
+    found = run.copy()
+    for group in (found, *getattr(found, "children", {}).values()):
+        group.attrs = group.attrs | {_VARIABLES: variables_of(group)}
+    if hasattr(found, "children"):
+        found.attrs = found.attrs | {"parts": json.dumps(list(found.children))}
+    return found
 
 
 def _check_variables(group: Any, prefix: str) -> None:
@@ -268,6 +281,7 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     InputError
         If the file cannot be written.
     """
+    dataset = _listed(dataset)
     with writing(path) as temporary:
         try:
             if netcdf.is_plain(dataset):

@@ -45,7 +45,7 @@ def tree_of(
     tree = xr.DataTree(root_of(solution, root or {}, balances=balances))
     # assigned at once: DataTree.from_dict copies the tree with every group, three times the time
     tree.children = {name: xr.DataTree(_group(solution, name, found)) for name, found in observe(solution).items()}
-    listed = {"variables": results.variables_of(tree.to_dataset()), "parts": json.dumps(list(tree.children))}
+    listed = {"variables": results.variables_of(tree), "parts": json.dumps(list(tree.children))}
     tree.attrs = attrs | listed
     return tree
 

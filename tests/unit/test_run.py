@@ -572,3 +572,14 @@ def test_damaged_runs_are_refused_in_one_sentence(quick, tmp_path, change, words
         evolvent.open(tmp_path / "run.nc")
     assert "run.nc" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_part_of_a_run_can_be_saved(quick, tmp_path):
+    """What a caller has selected is what the file lists; the run itself stays as it is."""
+    before = dict(quick.attrs)
+    chosen = quick.isel(time=slice(0, 20), node=slice(5), missing_dims="ignore")
+    results.save(chosen, tmp_path / "part.nc")
+    found = evolvent.open(tmp_path / "part.nc")
+    assert found["blade-1"].sizes["node"] == 5
+    assert found.sizes["time"] == 20
+    assert quick.attrs == before
