@@ -6,7 +6,7 @@ The chain has a mass at every joint and a spring of stiffness EI/h against turni
 through springs of 0.3 N/m. Angles of links are its coordinates, the mass matrix is full, the classical Runge-Kutta
 method of 0.05 s steps it, and nothing of evolvent is used. 160 links take some minutes. Beside it the built-in case, as
 it is and with 160 elements and a tolerance of 1e-5, and the closed form of a long straight tail,
-`evolvent.systems.wrapped_rib.reference.deployed_tip_radius`.
+`evolvent.closed_forms.deployed_tip_radius`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ import numpy as np
 from numba import njit
 
 import evolvent
-from evolvent import cases
-from evolvent.systems.wrapped_rib import reference
+from evolvent import cases, closed_forms
 
 CONTACT, STEP = 0.3, 0.05
 
@@ -109,7 +108,7 @@ def main() -> int:
         found = unwind(links, asked.end, strip.radius, strip.length, strip.line_density, strip.bending_stiffness)
         row = {"model": f"chain, {links} links", "radius_m": found[-1, 1], "energy": found[-1, 2] / found[0, 2]}
         rows.append(row | {"seconds": time.perf_counter() - began})
-    closed = float(reference.deployed_tip_radius(strip, asked.end))
+    closed = float(closed_forms.deployed_tip_radius(strip, asked.end))
     print(f"tip from the axis at {asked.end:g} s; closed form {closed:.4f} m")
     for row in rows:
         row["over_closed_form"] = row["radius_m"] / closed - 1.0

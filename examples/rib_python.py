@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import evolvent
-from evolvent.systems.wrapped_rib.reference import Strip, deployed_tip_radius, deployment_speed
+from evolvent.closed_forms import Strip, deployed_tip_radius, deployment_speed
 
 case = {"rib.elements": 40, "solver.duration": "200 s", "output.every": "2 s"}
 run = evolvent.run("wrapped-rib-deploy", case)

@@ -8,10 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
-from evolvent import cases
+from evolvent import cases, closed_forms
 from evolvent.observe.contact import mean_rate
 from evolvent.results import attributes, variable
-from evolvent.systems.wrapped_rib import reference
 from evolvent.tree import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}
@@ -26,7 +25,7 @@ def synthetic(content, overrides=None) -> xr.DataTree:
     torque = drive.torque if drive is not None and drive.torque is not None else 0.0
     zero = np.zeros(401)
     if case.phase == "wind":
-        motion = reference.string_winding(strip, torque, case.damping.alpha, samples=301)
+        motion = closed_forms.string_winding(strip, torque, case.damping.alpha, samples=301)
         # after the string's end the rib rests on the hub
         rest = motion.time[-1] * (1.0 + np.arange(1, 101) / 200.0)
         time = np.concatenate([motion.time, rest])
@@ -44,17 +43,20 @@ def synthetic(content, overrides=None) -> xr.DataTree:
         speed, kinetic, work, drag, struck = zero, zero, zero, zero, zero
     else:
         time = np.linspace(0.0, case.duration, 401)
-        free = reference.deployed_length(strip, time)
+        free = closed_forms.deployed_length(strip, time)
         wrap, swing = (strip.length - free) / strip.radius, zero + 0.5 * np.pi
-        speed = np.where(time > 0.0, reference.deployment_speed(strip), 0.0)
-        kinetic = reference.bending_energy(strip) * free / strip.length
+        speed = np.where(time > 0.0, closed_forms.deployment_speed(strip), 0.0)
+        kinetic = closed_forms.bending_energy(strip) * free / strip.length
         work, drag, struck = zero, zero, zero
     count = case.rib.count
 
     def shape(arc):
         flat = np.stack(
             [
-                [reference.string_shape(strip, arc, wrap=w, swing=th, at=2.0 * np.pi * b / count) for b in range(count)]
+                [
+                    closed_forms.string_shape(strip, arc, wrap=w, swing=th, at=2.0 * np.pi * b / count)
+                    for b in range(count)
+                ]
                 for w, th in zip(wrap, swing, strict=True)
             ]
         )
@@ -69,13 +71,13 @@ def synthetic(content, overrides=None) -> xr.DataTree:
     if case.phase != "wind":  # the string's kink at the root is not the start of a wound rib
         slopes[0, :, -1] = slopes[1, :, -1]
     on_hub = middle[None, :] <= strip.radius * wrap[:, None] + 1e-9
-    tension = np.where(on_hub, reference.wound_tension(strip, torque, middle), 0.0)
+    tension = np.where(on_hub, closed_forms.wound_tension(strip, torque, middle), 0.0)
     pressed = tension / strip.radius * step
     arc = np.linspace(0.0, strip.length, 4 * n + 1)
-    pressure = reference.wound_pressure(strip, torque, arc) * (arc <= strip.radius * wrap[:, None] + 1e-9)
+    pressure = closed_forms.wound_pressure(strip, torque, arc) * (arc <= strip.radius * wrap[:, None] + 1e-9)
     force = np.trapezoid(pressure, arc, axis=1)
     impulse = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
-    bending = reference.bending_energy(strip) * wrap * strip.radius / strip.length
+    bending = closed_forms.bending_energy(strip) * wrap * strip.radius / strip.length
     taken = np.zeros((401, len(CAUSES)))
     taken[:, 0], taken[:, 2] = drag, struck
     defect = kinetic + bending - kinetic[0] - bending[0] - work + taken.sum(axis=1)

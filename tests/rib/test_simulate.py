@@ -7,11 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 import evolvent
-from evolvent import cases, plots, results
+from evolvent import cases, closed_forms, plots, results
 from evolvent.cli import commands
 from evolvent.errors import InputError, RunFailed
 from evolvent.systems import wrapped_rib as system
-from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
 from evolvent.systems.wrapped_rib.start import start
@@ -47,7 +46,7 @@ def test_held_turns_lie_on_one_another(book):
     """Of the turns that lie on others each presses with what pulls beyond it: sum of T L/2 R^2 (1 - 2 pi k R/L)^2."""
     changes = {"contact.self": True, "rib.elements": 60, "hold.time": 20}
     run, flat = (evolvent.run("wrapped-rib-hold", changes | {"contact.self": s}) for s in (True, False))
-    held = reference.wound_contact_force(case_of(run).strip, 0.2)
+    held = closed_forms.wound_contact_force(case_of(run).strip, 0.2)
     beyond = [(1.0 - 2.0 * np.pi * k * 0.6 / 12.0) ** 2 for k in (1, 2, 3)]
     assert float(run["layer-1"]["normal_force"][-1]) == pytest.approx(held * sum(beyond), rel=0.05)
     book(
@@ -108,7 +107,7 @@ def test_the_tip_is_fastest_when_it_should_be(alpha, time, end, book):
     before = run.sel(time=slice(0.0, 0.8 * time))
     assert balance(run)[: before.sizes["time"]].min() > -1e-3
     # until then it is a light string on an involute
-    string = reference.string_winding(case_of(run).strip, 0.2, alpha)
+    string = closed_forms.string_winding(case_of(run).strip, 0.2, alpha)
     wrap = np.interp(before.time, string.time, string.wrap)
     assert before.wrap_angle.values[:, 0] == pytest.approx(wrap, abs=0.3)
     assert np.interp(0.8 * time, run.time, run["rib-1"]["tip_speed"].values) == pytest.approx(
@@ -123,7 +122,7 @@ def test_a_rib_that_is_damped_in_part_is_wound_when_a_string_of_that_drag_is():
     inner = {"damping.alpha": 0.5, "damping.elements": list(range(1, 11)), "rib.elements": 20}
     run = evolvent.run("wrapped-rib", inner | {"solver.duration": 37})
     case = case_of(run)
-    string = reference.string_winding(case.strip, 0.2, 0.5, damped=[(0.0, 6.0)])
+    string = closed_forms.string_winding(case.strip, 0.2, 0.5, damped=[(0.0, 6.0)])
     assert string.end_time == pytest.approx(33.96, abs=0.01)
     assert float(run.tip_speed_peak_time[0]) == pytest.approx(string.end_time, rel=0.02)
     before = run.sel(time=slice(0.0, 0.8 * string.end_time))
@@ -169,7 +168,7 @@ def test_a_carried_tip_winds_the_rib_tautly(book):
     # pressed on the hub by tension over radius
     assert float(run["contact-1"]["normal_force"][-1]) == pytest.approx(45.0 * 2e-3 * 6.0 / 0.6, rel=0.06)
     strip = case_of(run).strip
-    wanted = reference.bending_energy(strip) + 0.5 * 45.0 * 2e-3**2 * 6.0
+    wanted = closed_forms.bending_energy(strip) + 0.5 * 45.0 * 2e-3**2 * 6.0
     assert elastic(run)[-1] == pytest.approx(wanted, rel=0.1)
     book(
         "Wrapped rib", "Rib wound by its tip: pressing force", reference="tension L/R", source="closed form",
@@ -209,13 +208,13 @@ def test_a_rib_held_on_the_hub_has_the_closed_forms_forces(book):
     strip = case_of(run).strip
     (arc, turn), (middle, pull) = curvature_of(run, case_of(run)), tension_of(run)
     assert float(run["contact-1"]["normal_force"][-1]) == pytest.approx(
-        reference.wound_contact_force(strip, 0.2), rel=0.01
+        closed_forms.wound_contact_force(strip, 0.2), rel=0.01
     )
     inside = (arc > 1.2) & (arc < 10.8)
     curvature = 0.6 * turn[-1, inside]
     assert curvature.mean() == pytest.approx(1.004, abs=0.002)
     assert curvature.std() < 0.002
-    tension = reference.wound_tension(strip, 0.2, middle)
+    tension = closed_forms.wound_tension(strip, 0.2, middle)
     assert middle == pytest.approx(0.2 * (np.arange(60) + 0.5))
     assert pull[-1] == pytest.approx(tension, abs=0.01 * tension[0])
     pressure = run["contact-1"]["point_force"].values[-1].reshape(60, -1).sum(axis=-1) / 0.2
@@ -223,12 +222,12 @@ def test_a_rib_held_on_the_hub_has_the_closed_forms_forces(book):
     assert pressure[6:54] == pytest.approx(held[6:54], abs=0.005 * held[0])
     assert pressure.sum() * 0.2 == pytest.approx(float(run["contact-1"]["normal_force"][-1]), rel=1e-9)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=1e-6)
-    assert stored(run, "stretch and shear")[-1] == pytest.approx(reference.membrane_energy(strip, 0.2), rel=0.02)
+    assert stored(run, "stretch and shear")[-1] == pytest.approx(closed_forms.membrane_energy(strip, 0.2), rel=0.02)
     assert np.abs(balance(run)).max() < 1e-3
     book(
         "Wrapped rib", "Rib held on the hub (60 elements): sum of contact forces", reference="T L/(2 R^2) = 3.333 N",
         source="closed form",
-        error=abs(float(run["contact-1"]["normal_force"][-1]) / reference.wound_contact_force(strip, 0.2) - 1.0),
+        error=abs(float(run["contact-1"]["normal_force"][-1]) / closed_forms.wound_contact_force(strip, 0.2) - 1.0),
         allowed=0.01,
     )  # fmt: skip
     book(
@@ -244,7 +243,7 @@ def test_a_rib_held_on_the_hub_has_the_closed_forms_forces(book):
     book(
         "Wrapped rib", "Rib held on the hub (60 elements): membrane energy", reference="T^2 L/(6 EA R^2)",
         source="closed form",
-        error=abs(stored(run, "stretch and shear")[-1] / reference.membrane_energy(strip, 0.2) - 1.0),
+        error=abs(stored(run, "stretch and shear")[-1] / closed_forms.membrane_energy(strip, 0.2) - 1.0),
         allowed=0.02,
     )  # fmt: skip
 
@@ -257,16 +256,16 @@ def test_engineering_strain_is_tension_over_stiffness():
         run = evolvent.run("wrapped-rib-hold", changes | {"hold.time": 25})
         strip = case_of(run).strip
         middle, pull = tension_of(run)
-        tension = reference.wound_tension(strip, 1.0, middle)
+        tension = closed_forms.wound_tension(strip, 1.0, middle)
         assert pull[-1] == pytest.approx(tension, abs=0.01 * tension[0])
-        found[formulation] = stored(run, "stretch and shear")[-1] / reference.membrane_energy(strip, 1.0)
+        found[formulation] = stored(run, "stretch and shear")[-1] / closed_forms.membrane_energy(strip, 1.0)
         # a rib stretched by e turns by (1 + e)/R per length without stress, and r'' is (1 + e)^2/R
         power = 2.0 if formulation == "cable_stretch" else 4.0
-        bent = stored(run, "bending")[-1] / reference.bending_energy(strip)
-        assert bent == pytest.approx(1.0 + power * 0.5 * reference.root_strain(strip, 1.0), abs=0.005)
+        bent = stored(run, "bending")[-1] / closed_forms.bending_energy(strip)
+        assert bent == pytest.approx(1.0 + power * 0.5 * closed_forms.root_strain(strip, 1.0), abs=0.005)
     assert found["cable_stretch"] == pytest.approx(1.0, abs=0.005)
     # U = 1/2 EA E^2 with N = EA E sqrt(1 + 2 E): 1 - 2 N/EA to first order, weighted by N^2
-    assert found["cable"] == pytest.approx(1.0 - 1.5 * reference.root_strain(strip, 1.0), abs=0.01)
+    assert found["cable"] == pytest.approx(1.0 - 1.5 * closed_forms.root_strain(strip, 1.0), abs=0.01)
 
 
 def test_friction_bears_a_part_of_the_torque():
@@ -284,13 +283,13 @@ def test_the_wound_start_has_the_bending_energy_of_its_mesh(formulation, book):
     case = case_of(run)
     ratio = bending_stiffness_ratio(case)
     energy = elastic(run)[0]
-    assert energy == pytest.approx(ratio * reference.bending_energy(case.strip), rel=1e-3)
+    assert energy == pytest.approx(ratio * closed_forms.bending_energy(case.strip), rel=1e-3)
     assert stored(run, "bending")[0] == pytest.approx(energy, rel=0.05)
     assert stored(run, "contacts")[0] < 1e-9 * energy
     assert float(run.wrap_angle[0, 0]) == pytest.approx(20.0, rel=1e-3)
     book(
         "Wrapped rib", f"Wound start ({formulation}, 40 elements): energy", reference="EI of the mesh, L/(2 R^2)",
-        source="stiffness on a hub", error=abs(energy / (ratio * reference.bending_energy(case.strip)) - 1.0),
+        source="stiffness on a hub", error=abs(energy / (ratio * closed_forms.bending_energy(case.strip)) - 1.0),
         allowed=1e-3,
     )  # fmt: skip
 
@@ -304,20 +303,20 @@ def test_deployment_follows_the_closed_form(book):
     strip = case_of(run).strip
     offs = []
     for time in (1000.0, 4000.0, 8000.0):
-        closed = reference.deployed_tip_radius(strip, time)
+        closed = closed_forms.deployed_tip_radius(strip, time)
         offs.append(abs(float(run.tip_radius.sel(time=time)[0]) / closed - 1.0))
     energy = run.energy.values
     assert energy[-1] == pytest.approx(energy[0], rel=0.02)
     assert energy.max() < 1.001 * energy[0]
     late = run["rib-1"]["tip_speed"].values[run.time.values > 2000.0]
-    assert late.mean() == pytest.approx(reference.deployment_speed(strip), rel=0.03)
+    assert late.mean() == pytest.approx(closed_forms.deployment_speed(strip), rel=0.03)
     book(
         "Wrapped rib", "Free deployment: radius of the tip at 1000, 4000 and 8000 s", reference="r^2 = R^2 + 2 v R t",
         source="closed form", error=max(offs), allowed=0.01,
     )  # fmt: skip
     book(
         "Wrapped rib", "Free deployment: speed of the tip after 2000 s, mean", reference="sqrt(3 E I/(rho A))/R",
-        source="closed form", error=abs(late.mean() / reference.deployment_speed(strip) - 1.0), allowed=0.03,
+        source="closed form", error=abs(late.mean() / closed_forms.deployment_speed(strip) - 1.0), allowed=0.03,
     )  # fmt: skip
     book(
         "Wrapped rib", "Free deployment: energy lost in 8000 s", reference="0", source="invariant",
@@ -332,7 +331,7 @@ def test_the_tail_leaves_the_hub_bent(book):
         {"rib.elements": 160, "solver.tolerance": 1e-5, "solver.duration": 8000, "output.every": 50},
     )
     strip = case_of(run).strip
-    _, offset = reference.peel(strip)
+    _, offset = closed_forms.peel(strip)
     assert offset == pytest.approx(4.0 / 3.0 * strip.radius, rel=1e-14)
     time, x = run.time.values, run["rib-1"]["position"].values[:, :, :2]
     piece, middle = np.diff(x, axis=1), 0.5 * (x[:, 1:] + x[:, :-1])

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Iterator
 
-from evolvent.systems.wrapped_rib import reference
+from evolvent import closed_forms
 from evolvent.systems.wrapped_rib.case import ALPHA, Case
 
 #: Strain above which a run warns.
@@ -68,7 +68,7 @@ def _of_drive(case: Case) -> Iterator[str]:
     if drive is None or drive.torque is None:
         return
     torque = f"drive.torque {drive.torque:g} N m"
-    strain = reference.root_strain(strip, drive.torque)
+    strain = closed_forms.root_strain(strip, drive.torque)
     if strain > STRAIN_WARNED:
         yield f"{torque} strains the wound rib's root by {100.0 * strain:.3g} %, {BEYOND}"
     # the work T for each radian wound must exceed the bending energy, EI/(2 R) with EI of the mesh

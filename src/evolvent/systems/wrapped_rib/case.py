@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from evolvent import units
+from evolvent import closed_forms, units
 from evolvent.errors import InputError, nearest
 from evolvent.schema import Section
-from evolvent.systems.wrapped_rib import reference
 
 if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material
@@ -290,7 +289,7 @@ class Case(Section):
             return
         if phase != "deploy" and drive.rate is not None and drive.rate < 0.0:
             yield f"drive.rate is {drive.rate:g} rad/s; phase {phase!r} needs one above 0 rad/s"
-        strain = 0.0 if drive.torque is None else reference.root_strain(self.strip, drive.torque)
+        strain = 0.0 if drive.torque is None else closed_forms.root_strain(self.strip, drive.torque)
         if drive.torque is not None and strain >= STRAIN_REFUSED:
             yield (
                 f"drive.torque is {drive.torque:g} N m, which strains the wound rib's root by {100.0 * strain:.3g} %; "
@@ -337,14 +336,14 @@ class Case(Section):
         return 0.5 * math.pi if self.drive is not None and self.drive.kind == "tip" else self.rib.start_angle
 
     @property
-    def strip(self) -> reference.Strip:
+    def strip(self) -> closed_forms.Strip:
         """What the closed forms take; of a tapered rib, the means over its length."""
         rib = self.rib
         ends = (rib.thickness, rib.thickness if rib.tip_thickness is None else rib.tip_thickness)
         area = rib.width * 0.5 * sum(ends)
         # the mean of t^3 over a linear taper is (a + b)(a^2 + b^2)/4
         moment = rib.width * sum(ends) * (ends[0] ** 2 + ends[1] ** 2) / 48.0
-        return reference.Strip(
+        return closed_forms.Strip(
             radius=self.hub.radius,
             length=rib.length,
             line_density=rib.density * area,
@@ -384,7 +383,7 @@ class Case(Section):
             third = sum(b**3 - a**3 for a, b in arcs) / 3.0
             pull += self.damping.alpha * strip.line_density * abs(drive.rate) * third / R
         held = pull / R * spacing / (SINKS * R) ** n
-        speed = reference.deployment_speed(strip)
+        speed = closed_forms.deployment_speed(strip)
         falls = 0.5 * (n + 1.0) * strip.line_density * spacing * speed**2 / (FALLS * R) ** (n + 1.0)
         return max(held, falls)
 
@@ -404,11 +403,11 @@ class Case(Section):
         return math.sqrt(n * self.contact_stiffness * self.rib.thickness ** (n - 1.0) / mass)
 
     @property
-    def string(self) -> reference.Winding:
+    def string(self) -> closed_forms.Winding:
         """A string without bending stiffness under the drive's torque."""
         assert self.drive is not None
         assert self.drive.torque is not None
-        return reference.string_winding(
+        return closed_forms.string_winding(
             self.strip, self.drive.torque, self.damping.alpha, damped=self.damped_arcs, start_angle=self.rib.start_angle
         )
 
@@ -431,4 +430,4 @@ class Case(Section):
             return 1.2 * motion.end_time + drive.ramp
         if drive is not None and drive.rate is not None:
             return 1.2 * turns / abs(drive.rate) + drive.ramp
-        return reference.deployment_time(self.strip)
+        return closed_forms.deployment_time(self.strip)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, show, variables
+from evolvent import cases, closed_forms, show, variables
 from evolvent.figures import Figure, Line, Number, Panel
-from evolvent.systems.wrapped_rib import reference
 from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 
@@ -45,7 +44,7 @@ def _case(run: xr.DataTree) -> Case:
 # ------------------------------------------------------------------------------------------------ closed forms
 
 
-def estimating_string(case: Case) -> reference.Winding | None:
+def estimating_string(case: Case) -> closed_forms.Winding | None:
     """A string without bending stiffness under the case's drive, straight whatever is damped, if there is one."""
     drive = case.drive
     if case.begins != "straight" or drive is None or drive.kind != "torque" or drive.torque is None:
@@ -53,7 +52,7 @@ def estimating_string(case: Case) -> reference.Winding | None:
     return None if case.hub.motion != "fixed" or drive.ramp > 0.0 else case.string
 
 
-def comparable_string(case: Case) -> reference.Winding | None:
+def comparable_string(case: Case) -> closed_forms.Winding | None:
     """The string, where the rib is as flexible; None as well where drag on a part bends the tail."""
     drive, strip = case.drive, case.strip
     if drive is None or drive.torque is None or strip.taper != 1.0 or _bends_the_tail(case):
@@ -117,7 +116,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
     return found + show.balance_numbers(run) + closing_numbers(run)
 
 
-def _wound(root: xr.Dataset, strip: reference.Strip) -> str:
+def _wound(root: xr.Dataset, strip: closed_forms.Strip) -> str:
     angle = float(root.wrap_angle.values[-1, 0])
     turns, share = abs(angle) / (2.0 * math.pi), 100.0 * abs(angle) * strip.radius / strip.length
     return f"{turns:.4g} turns, {share:.4g} % of the rib" + (", the other way round" if angle < 0.0 else "")
@@ -145,7 +144,7 @@ def _of_holding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
     text, torque = f"{_of(run, 'contact-1.normal_force')[late].mean():.5g} N", _resting_torque(case)
     if torque is not None:
         closed = "T L / 2 R2 =" if case.strip.taper == 1.0 else "closed form"
-        text += f" ({closed} {reference.wound_contact_force(case.strip, torque):.5g})"
+        text += f" ({closed} {closed_forms.wound_contact_force(case.strip, torque):.5g})"
     arc, curvature = curvature_of(run, case)
     bent = case.hub.radius * curvature[-1, (arc > 0.1 * arc[-1]) & (arc < 0.9 * arc[-1])]
     return [
@@ -161,11 +160,11 @@ def _of_deployment(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
     speed = f"{_of(run, 'rib-1.tip_speed')[time >= 0.5 * time[-1]].mean():.4g} m/s"
     if not comparable_release(case):
         return [("tip radius at the end", radius), ("tip speed, mean of the second half", speed)]
-    closed = f"{float(reference.deployed_tip_radius(strip, time[-1])):.5g}"
+    closed = f"{float(closed_forms.deployed_tip_radius(strip, time[-1])):.5g}"
     return [
         ("tip radius at the end", f"{radius} (closed form {closed})"),
-        ("tip speed, mean of the second half", f"{speed} (closed form {reference.deployment_speed(strip):.4g})"),
-        ("closed form unwinds all in", f"{reference.deployment_time(strip):.5g} s"),
+        ("tip speed, mean of the second half", f"{speed} (closed form {closed_forms.deployment_speed(strip):.4g})"),
+        ("closed form unwinds all in", f"{closed_forms.deployment_time(strip):.5g} s"),
     ]
 
 
@@ -290,10 +289,10 @@ def _tip_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         radius.append(_dashed(at, np.sqrt(R**2 + tail**2 + 2.0 * R * tail * np.cos(swing)), label=""))
         angle.append(_dashed(at, wrap, label=""))
     if comparable_release(case):
-        v, end = reference.deployment_speed(strip), min(float(time[-1]), reference.deployment_time(strip))
+        v, end = closed_forms.deployment_speed(strip), min(float(time[-1]), closed_forms.deployment_time(strip))
         speed.append(_dashed([time[0], end], [v, v]))
-        radius.append(_dashed(time, reference.deployed_tip_radius(strip, time)))
-        angle.append(_dashed(time, (strip.length - reference.deployed_length(strip, time)) / R))
+        radius.append(_dashed(time, closed_forms.deployed_tip_radius(strip, time)))
+        angle.append(_dashed(time, (strip.length - closed_forms.deployed_length(strip, time)) / R))
     found = show.figure(run, names, name="tip", title="Motion of the tip")
     return _with_lines(found, {"tip speed, m/s": speed, "tip from the axis, m": radius, "wound, rad": angle})
 
@@ -304,7 +303,7 @@ def _contact_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     names, held = [f"contact-{k}.{name}" for name in wanted for k in root.rib.values], []
     torque = _resting_torque(case)
     if torque is not None:
-        force, time = reference.wound_contact_force(case.strip, torque), root.time.values
+        force, time = closed_forms.wound_contact_force(case.strip, torque), root.time.values
         held.append(_dashed([time[0], time[-1]], [force, force], label="wound and held, closed form"))
     found = show.figure(run, names, name="contact", title="Contact with the hub")
     points = f"in contact, of {case.rib.elements * case.contact.points} points"
@@ -330,11 +329,11 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         forces = _of(run, "contact-1.point_force").reshape(time.size, middle.size, -1).sum(axis=2)
         pressures, T = at_times(middle, forces / case.rib.element_length), _resting_torque(case)
         if T is not None:
-            closed = reference.wound_tension(strip, T, arc)
-            stretched = 1.0 + closed / reference.axial_stiffness_at(strip, arc)
+            closed = closed_forms.wound_tension(strip, T, arc)
+            stretched = 1.0 + closed / closed_forms.axial_stiffness_at(strip, arc)
             curvature.append(_dashed(arc, stretched, label="closed form"))
             tension.append(_dashed(arc, closed))
-            pressures.append(_dashed(arc, reference.wound_pressure(strip, T, arc)))
+            pressures.append(_dashed(arc, closed_forms.wound_pressure(strip, T, arc)))
         panels.append(Panel(x_label="from the root, m", y_label="pressure on the hub, N/m", lines=pressures))
     return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
 

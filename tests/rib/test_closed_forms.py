@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent.systems.wrapped_rib import reference
-from evolvent.systems.wrapped_rib.reference import Strip
+from evolvent import closed_forms
+from evolvent.closed_forms import Strip
 
 #: Yi et al. (2017): 12 m x 30 mm x 0.3 mm, 1600 kg/m3, 5 MPa, hub of 1.2 m.
 PAPER = Strip(
@@ -18,7 +18,7 @@ T = 0.2
 
 @pytest.mark.parametrize(("alpha", "end"), [(0.0, 27.63), (0.2, 66.40), (0.5, 145.86)])
 def test_a_light_string_is_wound_when_other_computations_say(alpha, end, book):
-    found = reference.string_winding(PAPER, T, alpha)
+    found = closed_forms.string_winding(PAPER, T, alpha)
     assert found.end_time == pytest.approx(end, abs=0.005)
     assert found.wrap[-1] * PAPER.radius == pytest.approx(0.98 * PAPER.length, rel=1e-9)
     assert np.all(np.diff(found.swing) >= 0.0)
@@ -32,17 +32,17 @@ def test_a_light_string_is_wound_when_other_computations_say(alpha, end, book):
 
 @pytest.mark.parametrize(("alpha", "damped"), [(0.0, None), (0.2, None), (0.5, None), (0.5, [(0.0, 2.0), (5.0, 7.0)])])
 def test_the_strings_energy_is_the_work_less_the_drag(alpha, damped):
-    found = reference.string_winding(PAPER, T, alpha, damped=damped)
+    found = closed_forms.string_winding(PAPER, T, alpha, damped=damped)
     assert found.kinetic == pytest.approx(found.work - found.drag, rel=1e-7, abs=1e-9)
     assert np.any(found.drag > 0.0) == (alpha > 0.0)
 
 
 def test_a_string_that_is_damped_in_parts():
-    whole = reference.string_winding(PAPER, T, 0.5)
-    parts = reference.string_winding(PAPER, T, 0.5, damped=[(0.0, 3.0), (3.0, 12.0)])
+    whole = closed_forms.string_winding(PAPER, T, 0.5)
+    parts = closed_forms.string_winding(PAPER, T, 0.5, damped=[(0.0, 3.0), (3.0, 12.0)])
     assert parts.end_time == pytest.approx(whole.end_time, rel=1e-9)
     # the power is alpha times the integral of m v^2 over what is damped
-    found = reference.string_winding(PAPER, T, 0.5, damped=[(4.0, 9.0)])
+    found = closed_forms.string_winding(PAPER, T, 0.5, damped=[(4.0, 9.0)])
     arc = np.linspace(4.0, 9.0, 100001)
     across = np.clip(arc - PAPER.radius * found.wrap[1500], 0.0, None) * found.rate[1500]
     power = 0.5 * PAPER.line_density * np.trapezoid(across**2, arc)
@@ -51,13 +51,13 @@ def test_a_string_that_is_damped_in_parts():
 
 
 def test_the_strings_motion_is_that_of_its_shape():
-    found = reference.string_winding(PAPER, T, 0.2, samples=20001)
+    found = closed_forms.string_winding(PAPER, T, 0.2, samples=20001)
     k = np.arange(100, 19900, 7)
     dt = found.time[1]
     arc = np.linspace(0.0, PAPER.length, 401)
     for i in k[::150]:
         before, after = (
-            reference.string_shape(PAPER, arc, wrap=found.wrap[j], swing=found.swing[j]) for j in (i - 1, i + 1)
+            closed_forms.string_shape(PAPER, arc, wrap=found.wrap[j], swing=found.swing[j]) for j in (i - 1, i + 1)
         )
         v = np.linalg.norm(after - before, axis=1) / (2.0 * dt)
         assert v[-1] == pytest.approx(found.tip_speed[i], rel=1e-3)
@@ -66,31 +66,31 @@ def test_the_strings_motion_is_that_of_its_shape():
 
 
 def test_a_string_that_starts_tangent_has_no_swing():
-    found = reference.string_winding(PAPER, T, 0.2, start_angle=0.5 * math.pi)
+    found = closed_forms.string_winding(PAPER, T, 0.2, start_angle=0.5 * math.pi)
     assert np.all(found.swing == 0.5 * math.pi)
-    outwards, early = (reference.string_winding(PAPER, T, 0.2, start_angle=a) for a in (0.0, -0.5 * math.pi))
+    outwards, early = (closed_forms.string_winding(PAPER, T, 0.2, start_angle=a) for a in (0.0, -0.5 * math.pi))
     assert found.end_time < outwards.end_time < early.end_time
 
 
 def test_a_string_that_has_no_time_is_cut_off():
-    during = reference.string_winding(PAPER, T, 0.2, longest=30.0)
+    during = closed_forms.string_winding(PAPER, T, 0.2, longest=30.0)
     assert during.time[-1] == 30.0
     assert math.isinf(during.end_time)
-    before = reference.string_winding(PAPER, T, 0.2, longest=5.0)
+    before = closed_forms.string_winding(PAPER, T, 0.2, longest=5.0)
     assert before.time[-1] == 5.0
     assert not np.any(before.wrap)
 
 
 def test_a_string_round_a_thin_hub_is_a_rod_under_a_constant_field():
     thin = PAPER._replace(radius=1e-6)
-    found = reference.string_winding(thin, T, 0.0, longest=20.0)
+    found = closed_forms.string_winding(thin, T, 0.0, longest=20.0)
     c = 3.0 * T / (thin.line_density * thin.length**3)
     assert found.swing[found.swing < 1.5] == pytest.approx((0.5 * c * found.time**2)[found.swing < 1.5], rel=1e-5)
 
 
 def test_shape_keeps_its_length_and_winds_on_the_hub():
     arc = np.linspace(0.0, PAPER.length, 20001)
-    x = reference.string_shape(PAPER, arc, wrap=3.0, at=1.0)
+    x = closed_forms.string_shape(PAPER, arc, wrap=3.0, at=1.0)
     assert np.linalg.norm(np.diff(x, axis=0), axis=1).sum() == pytest.approx(PAPER.length, rel=1e-6)
     r = np.linalg.norm(x, axis=1)
     assert r[arc <= 1.8] == pytest.approx(0.6, rel=1e-12)
@@ -99,17 +99,17 @@ def test_shape_keeps_its_length_and_winds_on_the_hub():
 
 
 def test_wound_and_held():
-    assert reference.wound_contact_force(PAPER, T) == pytest.approx(10.0 / 3.0, rel=1e-12)
+    assert closed_forms.wound_contact_force(PAPER, T) == pytest.approx(10.0 / 3.0, rel=1e-12)
     arc = np.linspace(0.0, 12.0, 1001)
-    tension, pressure = reference.wound_tension(PAPER, T, arc), reference.wound_pressure(PAPER, T, arc)
+    tension, pressure = closed_forms.wound_tension(PAPER, T, arc), closed_forms.wound_pressure(PAPER, T, arc)
     assert tension[[0, -1]] == pytest.approx([T / 0.6, 0.0])
-    assert np.trapezoid(pressure, arc) == pytest.approx(reference.wound_contact_force(PAPER, T), rel=1e-12)
+    assert np.trapezoid(pressure, arc) == pytest.approx(closed_forms.wound_contact_force(PAPER, T), rel=1e-12)
     # the field's moment about the axis is the root's tension times the radius
     assert tension[0] * PAPER.radius == pytest.approx(T)
     energy = np.trapezoid(tension**2, arc) / (2.0 * PAPER.axial_stiffness)
-    assert reference.membrane_energy(PAPER, T) == pytest.approx(energy, rel=1e-6)
-    assert reference.root_strain(PAPER, T) == pytest.approx(0.0074074, rel=1e-4)
-    ratio = reference.membrane_energy(PAPER, T) / reference.bending_energy(PAPER)
+    assert closed_forms.membrane_energy(PAPER, T) == pytest.approx(energy, rel=1e-6)
+    assert closed_forms.root_strain(PAPER, T) == pytest.approx(0.0074074, rel=1e-4)
+    ratio = closed_forms.membrane_energy(PAPER, T) / closed_forms.bending_energy(PAPER)
     assert ratio == pytest.approx(870, rel=0.02)
 
 
@@ -121,12 +121,12 @@ def test_a_tapered_rib_wound_and_held(k):
     thickness = 2.0 * (1.0 + (k - 1.0) * x) / (1.0 + k)
     summed = T / 0.6 * (1.0 - np.cumsum(thickness) / thickness.sum())
     ends = 12.0 * (x + 0.5 / 20000)
-    assert reference.wound_tension(rib, T, ends) == pytest.approx(summed, abs=1e-9)
-    pressure = reference.wound_pressure(rib, T, 12.0 * x)
-    assert reference.wound_contact_force(rib, T) == pytest.approx(12.0 * pressure.mean(), rel=1e-6)
-    assert reference.axial_stiffness_at(rib, 12.0 * x) == pytest.approx(45.0 * thickness)
-    strain = reference.wound_tension(rib, T, 12.0 * x) / (45.0 * thickness)
-    assert reference.root_strain(rib, T) == pytest.approx(strain.max(), rel=1e-3)
+    assert closed_forms.wound_tension(rib, T, ends) == pytest.approx(summed, abs=1e-9)
+    pressure = closed_forms.wound_pressure(rib, T, 12.0 * x)
+    assert closed_forms.wound_contact_force(rib, T) == pytest.approx(12.0 * pressure.mean(), rel=1e-6)
+    assert closed_forms.axial_stiffness_at(rib, 12.0 * x) == pytest.approx(45.0 * thickness)
+    strain = closed_forms.wound_tension(rib, T, 12.0 * x) / (45.0 * thickness)
+    assert closed_forms.root_strain(rib, T) == pytest.approx(strain.max(), rel=1e-3)
 
 
 @pytest.mark.parametrize("alpha", [1.9, 20.0, 1e5])
@@ -138,36 +138,36 @@ def test_strong_drag_winds_a_string_at_a_rate_that_the_drag_allows(alpha):
     swing = np.mean(inertia / (1.0 + 1.5 * R * np.cos(th) / L)) * 0.5 * math.pi
     tail = L * (1.0 - 0.98 * (np.arange(2000) + 0.5) / 2000)
     wind = np.mean(R * R * L + tail**3 / 3.0) * 0.98 * L / R
-    found = reference.string_winding(PAPER, T, alpha, longest=1e9)
+    found = closed_forms.string_winding(PAPER, T, alpha, longest=1e9)
     assert found.end_time == pytest.approx(alpha * m / T * (swing + wind), rel=5e-3 / alpha + 1e-6)
 
 
 def test_deployment():
-    assert reference.deployment_speed(PAPER) == pytest.approx(0.01398, abs=1e-5)
-    assert reference.deployment_time(PAPER) == pytest.approx(8587.0, abs=1.0)
-    found = reference.deployed_tip_radius(PAPER, np.array([0.0, 1000.0, 4000.0, 8000.0]))
+    assert closed_forms.deployment_speed(PAPER) == pytest.approx(0.01398, abs=1e-5)
+    assert closed_forms.deployment_time(PAPER) == pytest.approx(8587.0, abs=1.0)
+    found = closed_forms.deployed_tip_radius(PAPER, np.array([0.0, 1000.0, 4000.0, 8000.0]))
     # these were computed with the speed rounded to four digits
     assert found == pytest.approx([0.6, 4.139, 8.214, 11.599], abs=2e-3)
-    end = reference.deployment_time(PAPER)
-    assert reference.deployed_length(PAPER, np.array([end, 2 * end])) == pytest.approx([12.0, 12.0], rel=1e-12)
+    end = closed_forms.deployment_time(PAPER)
+    assert closed_forms.deployed_length(PAPER, np.array([end, 2 * end])) == pytest.approx([12.0, 12.0], rel=1e-12)
 
 
 def test_deployment_solves_lagranges_equation(book):
     """Tail of length l = R ph, m l^3 ph'^2/6 less EI l/(2 R^2) released: solved from a short tail on."""
     R, m, EI = PAPER.radius, PAPER.line_density, PAPER.bending_stiffness
-    v = reference.deployment_speed(PAPER)
+    v = closed_forms.deployment_speed(PAPER)
 
     def rates(_, y):
         tail = R * y[0]
         return [y[1], (EI / (2 * R) - 0.5 * m * R * tail**2 * y[1] ** 2) / (m * tail**3 / 3)]
 
     start = 100.0
-    tail = float(reference.deployed_length(PAPER, start))
+    tail = float(closed_forms.deployed_length(PAPER, start))
     found = solve_ivp(rates, (start, 8000.0), [tail / R, v / tail], rtol=1e-10, atol=1e-12)
-    assert R * found.y[0, -1] == pytest.approx(float(reference.deployed_length(PAPER, 8000.0)), rel=1e-6)
+    assert R * found.y[0, -1] == pytest.approx(float(closed_forms.deployed_length(PAPER, 8000.0)), rel=1e-6)
     assert R * found.y[0, -1] * found.y[1, -1] == pytest.approx(v, rel=1e-6)
     book(
         "Wrapped rib", "Free deployment: length out", reference="v^2 = 3 E I/(rho A R^2), Lagrange's equation",
-        source="SciPy, 1e-10", error=abs(R * found.y[0, -1] / float(reference.deployed_length(PAPER, 8000.0)) - 1.0),
+        source="SciPy, 1e-10", error=abs(R * found.y[0, -1] / float(closed_forms.deployed_length(PAPER, 8000.0)) - 1.0),
         allowed=1e-6,
     )  # fmt: skip

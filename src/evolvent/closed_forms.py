@@ -1,4 +1,6 @@
-r"""Closed forms and small models of a rib round a hub, to compare runs with; independent of elements and solvers.
+r"""Closed forms and small models of a strip that winds on a hub, lies on it and springs off; independent of the engine.
+
+They size a wrapped boom or rib before it is modelled, and runs are compared with them.
 
 The rib is uniform, but for a taper of the thickness where one is named: length L, mass m per length, bending stiffness
 EI, axial stiffness EA, hub radius R. The hub does not turn. The winding sense is counterclockwise, as seen with the
