@@ -199,3 +199,15 @@ def test_what_is_not_supported_is_refused_by_name() -> None:
     system = bouncing("paper")
     with pytest.raises(InputError, match="'drum' is a contact with the paper's law, which energy-momentum does not"):
         plan(system.assemble(), samples=[0.0, 1.0])
+
+
+def test_reactions_from_the_start_on() -> None:
+    """Force of a rod that swings: m (g cos(angle) + v^2 / l), at every sample, the first included."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    system.add(parts.Point(mass=2.0, position=(0.6, -0.8, 0.0)), "bob")
+    system.add(parts.Joint(a="ground", b="bob", type="distance"), "rod")
+    run = system.simulate(until=2.0, every=0.1, method="energy-momentum", step=1e-3)
+    x, v = run["bob"].position.values, run["bob"].velocity.values
+    exact = 2.0 * (-9.81 * x[:, 1] + (v**2).sum(axis=1))
+    force = np.linalg.norm(run["rod"].force.values, axis=1)
+    assert force == pytest.approx(exact, rel=5e-3)

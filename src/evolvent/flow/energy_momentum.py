@@ -272,7 +272,7 @@ def add_elements(model, work):
 
 
 @inlined
-def _scale_of(model, work, k):
+def _scale_of(work, k):
     """2/(l0 + l1) of a spring, by which its mean vector becomes the direction of its force; 0 without a length."""
     total = work.length0[k] + work.length1[k]
     return 2.0 / total if total > 0.0 else 0.0
@@ -286,7 +286,7 @@ def add_springs(t, model, work):
     for k in range(rows.size):
         a = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].a)
         b = springs.marker_kinematics(work.ym, markers, own, bodies, rows[k].b)
-        scale = _scale_of(model, work, k)
+        scale = _scale_of(work, k)
         ex, ey, ez = scale * (b[0] - a[0]), scale * (b[1] - a[1]), scale * (b[2] - a[2])
         mean, rate = 0.5 * (work.length0[k] + work.length1[k]), (work.length1[k] - work.length0[k]) / h
         elastic, damping = springs.spring_tension(rows, k, mean - rows[k].length, rate, t, model.parameters)

@@ -22,12 +22,12 @@ from evolvent.solvers.balance import BALANCE
 _I = types.int64
 # status codes
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, REDUNDANT = 0, 1, -1, -2, -3, -5
-#: Counters and clock. sample, stop: the next ones; touching: points in contact at the last iteration; stages: solutions
-#: that needed softened contacts; divided: steps that were divided; wanted, length: of the next step, s, before and
-#: after it was divided; last: length of the step before, s, 0 at a start.
+#: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
+#: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
+#: s, 0 at a start.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "touching",
-                                   "stages", "divided", "latches")]
+    [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
+                                   "divided", "latches")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality")],
     align=True,
 )  # fmt: skip
@@ -41,9 +41,10 @@ LOADS, DRIVES, BY_MASS, BY_STIFFNESS = (ROW[n] for n in ("loads", "drives", "by_
 BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
     ROW[n] for n in ("by_contact", "by_friction", "by_joints", "by_springs")
 )
-#: Iterations without help, and those of a stage; powers of ten of the contacts' stiffness in the stages.
+#: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
+#: next in the contacts' stiffness, up to 1.
 PLAIN, STAGED = 12, 25
-STAGES = (-6.0, -4.5, -3.0, -1.5, 0.0)
+STAGES, STIFFER = 5, 1.5
 
 
 class EnergyLoop(Struct):
@@ -225,8 +226,8 @@ def solve_step(model, matrix, work):
         return found
     _predict(model, work)
     work.loop.stages += 1
-    for stage in range(5):
-        step.soft = 10.0 ** (-6.0 + 1.5 * stage)
+    for stage in range(STAGES):
+        step.soft = 10.0 ** (STIFFER * (stage + 1 - STAGES))
         found = iterate(STAGED, 1, model, matrix, work)
         if found < 0:
             step.soft = 1.0
@@ -332,22 +333,39 @@ def keep_samples(model, work):
             work.out_s[n, i] = f.switches[i]
         for i in range(step.dq.size):
             work.out_a[n, i] = step.dv[i] / h
-            if n == 1 and loop.steps == 0:
-                work.out_a[0, i] = step.dv[i] / h
         for k in range(step.la.size):
             work.out_la[n, k] = step.la[k]
         for i in range(work.balance.size):
             work.out_balance[n, i] = work.balance0[i] + theta * (work.balance[i] - work.balance0[i])
+        _keep_wrenches(n, model, work)
         for k in range(f.cylinders.size):
-            row = work.out_cylinders[n, k]
-            for i in range(6):
-                row[i] = f.cylinders[k].F[i]
-            row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
-            row[7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
-        for b in range(model.bodies.size):
-            for i in range(6):
-                work.out_bodies[n, b, i] = model.bodies[b].F[i]
+            work.out_cylinders[n, k, 7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
         loop.sample += 1
+
+
+@inlined
+def _keep_wrenches(n, model, work):
+    """Keep the forces of the step on cylinders and bodies as those of sample n."""
+    f = model.flexible
+    for k in range(f.cylinders.size):
+        row = work.out_cylinders[n, k]
+        for i in range(6):
+            row[i] = f.cylinders[k].F[i]
+        row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
+    for b in range(model.bodies.size):
+        for i in range(6):
+            work.out_bodies[n, b, i] = model.bodies[b].F[i]
+
+
+@inlined
+def _keep_first(model, work):
+    """Keep accelerations and forces of the first step as those of the start."""
+    step = work.step
+    for i in range(step.dq.size):
+        work.out_a[0, i] = step.dv[i] / step.step.h
+    for k in range(step.la.size):
+        work.out_la[0, k] = step.la[k]
+    _keep_wrenches(0, model, work)
 
 
 @inlined
@@ -463,6 +481,8 @@ def advance(model, matrix, work, budget):
         accept(model, work)
         fill_energies(model, work)
         t1 = target if lands else loop.time + h
+        if loop.steps == 0:
+            _keep_first(model, work)
         keep_samples(model, work)
         loop.time = t1
         loop.steps += 1
