@@ -158,11 +158,9 @@ def plan(
     Raises
     ------
     InputError
-        As of `choose_method`, of the solvers and of `payout.check`; for an option that the method does not have, and
-        for too many steps.
+        As of `choose_method` and of the solvers; also for an option that the method does not have.
     """
     method, why = choose_method(assembly, method)
-    check_run(assembly, samples, step)
     if absolute_tolerance is not None and (method != "dopri5" or tolerance is None):
         raise InputError(
             f"absolute_tolerance is {absolute_tolerance!r}, but the method is {method}; only dopri5 has one, "
@@ -397,5 +395,6 @@ def simulate(
     settings : method and options of `plan`
     """
     samples = sample_times(until, every, values=assembly.y.size)
+    check_run(assembly, samples, settings.get("step"))
     prepared, why = plan(assembly, samples, **settings)
     return tree(prepared.run(progress).or_start(float(samples[0])), case=case, why=why, title=title)
