@@ -433,15 +433,7 @@ def add_element_tangents(c_mass, model, work, matrix):
             element_step.step_tangent(
                 e0, e1, h, chi, ratio, beta, f.H24[form], f.h24[form], 7, before, change, f.work, K
             )
-        for i in range(n // 3):
-            for j in range(n // 3):
-                m = factor * M[i, j]
-                for c in range(3):
-                    K[3 * i + c, 3 * j + c] += m
-        size = n // 2
-        for r in range(0, n, size):
-            for c in range(0, n, size):
-                add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
+        flexible.add_with_mass(matrix, at, n, K, factor, M)
 
 
 @inlined

@@ -196,14 +196,9 @@ def add_contact_tangents(y, c_rate, model, matrix):
                     change = normal * n[b] + d_rate * turned[b]
                     K[a, b] = along * tt + across * (same - nn - tt) - force * h - (n[a] - by_normal * t[a]) * change
             if last >= 0 and contacts[last].element != contacts[i].element:
-                _add_sum(matrix, contacts[last].iv, n_q, W)
+                add_sum(matrix, contacts[last].iv, n_q, W)
             last = i
-            for p in range(4):
-                for q in range(4):
-                    s = contacts[i].S[p] * cylinders[k].share * contacts[i].S[q]
-                    for a in range(3):
-                        for b in range(3):
-                            W[3 * p + a, 3 * q + b] += s * K[a, b]
+            add_share(W, contacts[i].S, cylinders[k].share, K)
             if not moves:
                 continue
             q = flexible.e[2]
@@ -219,11 +214,22 @@ def add_contact_tangents(y, c_rate, model, matrix):
                 add_relative(matrix, model, body, J, K, f, row, contacts[i].S[p])
             add_relative_body(matrix, model, body, True, J, K, f)
         if last >= 0:
-            _add_sum(matrix, contacts[last].iv, n_q, W)
+            add_sum(matrix, contacts[last].iv, n_q, W)
+
+
+@inlined
+def add_share(W, S, share, K):
+    """Add the tangent K of a contact point with the shape functions S, times `share`, to its element's sum W."""
+    for p in range(4):
+        for q in range(4):
+            s = S[p] * share * S[q]
+            for a in range(3):
+                for b in range(3):
+                    W[3 * p + a, 3 * q + b] += s * K[a, b]
 
 
 @kernel
-def _add_sum(matrix, iv, n_q, W):
+def add_sum(matrix, iv, n_q, W):
     """Add the sum of the tangents of an element's contact points, by the two vectors of each of its nodes; clear it."""
     for r in (0, 2):
         for c in (0, 2):

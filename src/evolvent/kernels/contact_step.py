@@ -15,7 +15,7 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import contact_laws, rigid
-from evolvent.kernels.contact import _add_sum
+from evolvent.kernels.contact import add_share, add_sum
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
 from evolvent.kernels.sparse import SPARSE
@@ -219,14 +219,9 @@ def add_contact_step_tangents(y0, y1, model, matrix):
                     pressed = slope * (n[p] - contacts[i].by_normal * t[p]) * n1[q]
                     K[p, q] = 2.0 * (drag - pressed - lam * turning)
             if last >= 0 and contacts[last].element != contacts[i].element:
-                _add_sum(matrix, contacts[last].iv, n_q, W)
+                add_sum(matrix, contacts[last].iv, n_q, W)
             last = i
-            for p in range(4):
-                for q in range(4):
-                    s = S[p] * S[q]
-                    for r in range(3):
-                        for c in range(3):
-                            W[3 * p + r, 3 * q + c] += s * K[r, c]
+            add_share(W, S, 1.0, K)
             if not moves:
                 continue
             q = flexible.e[2]
@@ -237,7 +232,7 @@ def add_contact_step_tangents(y0, y1, model, matrix):
                 add_relative(matrix, model, b, J, K, f, contacts[i].iv[p] - n_q, S[p])
             add_relative_body(matrix, model, b, True, J, K, f)
         if last >= 0:
-            _add_sum(matrix, contacts[last].iv, n_q, W)
+            add_sum(matrix, contacts[last].iv, n_q, W)
 
 
 @indirect(void(MODEL))

@@ -79,6 +79,20 @@ def add_elements(y, a, model, F):
     return by_mass, by_stiffness
 
 
+@inlined
+def add_with_mass(matrix, at, n, K, factor, M):
+    """Add K + factor M (x) I3 of an element, (n, n), to the unknowns from `at` on; K is changed."""
+    for i in range(n // 3):
+        for j in range(n // 3):
+            m = factor * M[i, j]
+            for c in range(3):
+                K[3 * i + c, 3 * j + c] += m
+    size = n // 2
+    for r in range(0, n, size):
+        for c in range(0, n, size):
+            add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
+
+
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
 def add_element_tangents(y, c_mass, c_rate, model, matrix):
     """Add c_mass M + c_rate C + K of all elements to a matrix."""
@@ -96,15 +110,7 @@ def add_element_tangents(y, c_mass, c_rate, model, matrix):
         else:
             K, M = flexible.K24, flexible.M24[mass]
             tangent(e, u, beta, c_rate, flexible.H24[form], flexible.h24[form], flexible.B0, work, K)
-        for i in range(n // 3):
-            for j in range(n // 3):
-                m = factor * M[i, j]
-                for c in range(3):
-                    K[3 * i + c, 3 * j + c] += m
-        size = n // 2
-        for r in range(0, n, size):
-            for c in range(0, n, size):
-                add_block(matrix, at + r, at + c, K, r, c, size, size, 1.0)
+        add_with_mass(matrix, at, n, K, factor, M)
 
 
 @indirect(void(VECTOR, types.int64, types.int64, MODEL, VECTOR))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import time as clock
 from collections.abc import Callable
 from typing import Any
 
@@ -20,17 +19,16 @@ from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, rigi
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
-from evolvent.solvers import energy_loop
+from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_setup import check_start, matrix_of, sizes
-from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
+from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.sampled import Sampled, empty
 from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "energy-momentum"
-_SLICE = 0.15  # s of wall time between two looks at a running loop
 
 
 @dataclasses.dataclass(frozen=True)
@@ -211,46 +209,34 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
     )
 
 
-class Run:
+class Run(implicit.Run):
     """A plan that runs."""
 
-    def __init__(self, of: Plan) -> None:
-        self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
-        began = clock.perf_counter()
+    name = NAME
+
+    def _loaded(self) -> Any:
+        """The loop's workspace, when the functions that the run calls are loaded."""
         jit.load(needed(self.model))
-        self.work = workspace(of)
-        self.compile_time = clock.perf_counter() - began
+        return workspace(self.plan)
 
-    @property
-    def reached(self) -> float:
-        """Time reached, s."""
-        return float(self.work.loop.time)
+    def begin(self) -> str:
+        """Start the loop."""
+        energy_loop.begin(self.model, self.plan.matrix, self.work)
+        return ""
 
-    def solution(self, progress: Callable[[float], None] | None) -> Solution:
-        """Run to the end, or as far as the run comes."""
-        status, message = "success", "the run reached its end"
-        began, budget = clock.perf_counter(), 20
-        try:
-            code = energy_loop.begin(self.model, self.plan.matrix, self.work)
-            while code >= 0:
-                slice_began = clock.perf_counter()
-                code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
-                if code != energy_loop.BUDGET:
-                    break
-                taken = max(clock.perf_counter() - slice_began, 1e-6)
-                budget = max(10, min(int(budget * min(_SLICE / taken, 4.0)), 1_000_000))
-                if progress is not None:
-                    progress(self.reached)
-            if code < 0:
-                status, message = "failed", self._why(code)
-        except KeyboardInterrupt:
-            status, message = "interrupted", f"interrupted at t = {self.reached:.6g} s; what was computed is kept"
-        except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-            failure = law_failure(self.assembly, error)
-            status, message = "failed", f"{failure}; what was computed is kept"
-        return self._solution(status, message, clock.perf_counter() - began)
+    def advance(self, budget: int) -> tuple[bool, str]:
+        """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
+        code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+        return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
 
-    def _why(self, code: int) -> str:
+    def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """Times and states at which the last step may have called a user's law."""
+        step, s = self.work.step, self.model.flexible.switches
+        t, h = float(step.step.t), float(step.step.h)
+        return [(t + 0.5 * h, step.ym, s), (t + h, step.y1, s), (t, step.y0, s)]
+
+    def why(self, code: int) -> str:
+        """Why the loop has ended with a status below zero."""
         what = {
             energy_loop.NO_CONVERGENCE: "Newton's method did not converge, however often the step was divided",
             energy_loop.NOT_FINITE: "the forces are not finite",

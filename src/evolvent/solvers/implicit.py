@@ -6,7 +6,7 @@ import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -183,20 +183,32 @@ def solve_implicit(
 class Run:
     """A plan that runs: its workspace, and the switches and events that the loop does not keep.
 
+    Runs of other implicit methods override what depends on their loop: `name`, `begin`, `advance`, `moments` and
+    `_solution`.
+
     Attributes
     ----------
+    name : str, of the method
     work : alpha_state.Workspace
     releases : Releases, of a model with threads, else None
     """
 
-    def __init__(self, of: Plan) -> None:
+    name: ClassVar[str] = NAME
+
+    def __init__(self, of: Any) -> None:
         self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
+        self.releases: Releases | None = None
         began = clock.perf_counter()
+        self.work: Any = self._loaded()
+        self.compile_time = clock.perf_counter() - began
+
+    def _loaded(self) -> Any:
+        """The loop's workspace, when the functions that the run calls are loaded."""
+        of = self.plan
         self.model.flexible.switches[:] = of.assembly.s
         self.releases = Releases(self.model) if self.model.threads.size else None
         jit.load((*needs.implicit_steps(self.model), *alpha_loop.functions(self.model)))
-        self.work = workspace(of.assembly, of.times, of.weight, of.options.copy())
-        self.compile_time = clock.perf_counter() - began
+        return workspace(of.assembly, of.times, of.weight, of.options.copy())
 
     @property
     def reached(self) -> float:
@@ -247,7 +259,7 @@ class Run:
             failure = law_failure(self.assembly, error, self.moments())
             status, message = "failed", f"{failure}; what was computed is kept"
         wall_time = clock.perf_counter() - began
-        codecache.mark_warm(NAME)
+        codecache.mark_warm(self.name)
         return self._solution(status, message, wall_time)
 
     def _loop(self, progress: Callable[[float], None] | None) -> str:
