@@ -30,7 +30,7 @@ class Start(NamedTuple):
 
 
 def released(stand: Stand, body: Body, modes: NormalModes, force: Any, point: Any) -> Start:
-    """At rest under a force (3,), N, at a body point (3,), m, that is let go at once.
+    """At rest under a force (3,), N, at a body point (3,), m, that is released at once.
 
     Raises
     ------

@@ -264,18 +264,18 @@ class Jobs:
             ended: dict[str, Any] = {}
             for line in process.stdout:
                 try:
-                    told = json.loads(line)
+                    message = json.loads(line)
                 except ValueError:
                     continue
                 job.elapsed = time.monotonic() - began
-                if "reached" in told:
-                    job.mark(told["reached"], told["end"])
-                elif "note" in told:
-                    job.note = told["note"]
-                elif "status" in told:
-                    ended = told
+                if "reached" in message:
+                    job.mark(message["reached"], message["end"])
+                elif "note" in message:
+                    job.note = message["note"]
+                elif "status" in message:
+                    ended = message
                 else:
-                    job.extra |= told
+                    job.extra |= message
                 self.version += 1
             process.wait()
             for pipe in (process.stdin, process.stdout):

@@ -21,7 +21,7 @@ from evolvent.studio.elements import ChartElement, upload
 from evolvent.studio.folder import LARGEST, SIGNALS
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import STATUS, told
+from evolvent.studio.runspanel import STATUS, progress_text
 from evolvent.studio.state import View
 from evolvent.weighing import description
 
@@ -363,7 +363,7 @@ class MeasurePanel:
                     "Download the certificate", on_click=lambda: ui.download(address, filename="certificate.html")
                 ).props("outline dense color=primary").style("padding:0 10px")
         if job.open:
-            ui.label(told(job)).classes("ev-dim")
+            ui.label(progress_text(job)).classes("ev-dim")
             return
         if job.status == "failed":
             ui.label(job.message).classes("ev-banner bad").props('data-testid="message"')

@@ -25,7 +25,7 @@ class ModesView:
 
     def __init__(self, page: Page) -> None:
         self.page, self.studio = page, page.studio
-        self._chosen: dict[str, int] = {}  # of each job, the mode that was looked at last
+        self._chosen: dict[str, int] = {}  # of each job, the mode that was chosen last
 
     def draw(self, ref: str) -> None:
         """Draw the modes of a job, or how far it is."""

@@ -15,7 +15,7 @@ from evolvent.errors import EvolventError
 from evolvent.studio import charts
 from evolvent.studio.elements import ChartElement, MotionElement
 from evolvent.studio.jobs import COMPUTED, Job
-from evolvent.studio.runspanel import STATUS, told
+from evolvent.studio.runspanel import STATUS, progress_text
 from evolvent.studio.state import Loaded
 
 if TYPE_CHECKING:
@@ -35,13 +35,13 @@ class ResultView:
         self.page, self.studio = page, page.studio
         self._job: Job | None = None
         self._bar: ui.element | None = None
-        self._told: ui.label | None = None
+        self._text: ui.label | None = None
         self._asked = 0
         self._names: dict[str, list[str]] = {}  # variables that were chosen last, of each system
 
     def draw(self, refs: Sequence[str]) -> None:
         """Draw runs, or how far the one that is computed is."""
-        self._job = self._bar = self._told = None
+        self._job = self._bar = self._text = None
         self._asked += 1
         if len(refs) == 1 and refs[0].startswith("job:"):
             key = refs[0].partition(":")[2]
@@ -78,9 +78,9 @@ class ResultView:
 
     def follow(self) -> None:
         """Follow the job that is shown."""
-        if self._job is not None and self._bar is not None and self._told is not None:
+        if self._job is not None and self._bar is not None and self._text is not None:
             self._bar.style(f"width:{100.0 * self._job.share:.1f}%")
-            self._told.set_text(told(self._job))
+            self._text.set_text(progress_text(self._job))
 
     # -------------------------------------------------------------------------------------------- a job
 
@@ -91,7 +91,7 @@ class ResultView:
             ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])}: {word}").classes("ev-h1")
             with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
                 self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            self._told = ui.label(told(job))
+            self._text = ui.label(progress_text(job))
             if job.status != "cancelling":
                 ui.button("Cancel", on_click=lambda: self.page.attempt(lambda: self.studio.jobs.cancel(job.key))).props(
                     'outline color=primary data-testid="cancel"'

@@ -28,7 +28,7 @@ def duration(seconds: float) -> str:
     return f"{minutes} min {seconds % 60:.0f} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def told(job: Job) -> str:
+def progress_text(job: Job) -> str:
     """How far a job is, as a sentence."""
     if job.status == "cancelling":
         return "ending; what was computed is kept"
@@ -83,7 +83,7 @@ class RunsPanel:
         for place, job in enumerate(jobs):
             ref = f"job:{job.key}"
             held = self.studio.jobs.result(job.key) is not None
-            shown = job.status, job.title, told(job) if not job.open else "", held, ref in self.page.view.refs
+            shown = job.status, job.title, progress_text(job) if not job.open else "", held, ref in self.page.view.refs
             row, before = self._rows.get(job.key, (None, None))
             if shown == before:
                 continue
@@ -126,7 +126,7 @@ class RunsPanel:
             job = self.studio.jobs.jobs.get(key)
             if job is not None:
                 bar.style(f"width:{100.0 * job.share:.1f}%")
-                label.set_text(told(job))
+                label.set_text(progress_text(job))
 
     def _job(self, job: Job) -> None:
         ref = f"job:{job.key}"
@@ -151,7 +151,7 @@ class RunsPanel:
             if job.status in ("running", "cancelling"):
                 with ui.element("div").classes("ev-track"):
                     bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            label = ui.label(told(job)).classes("ev-sub")
+            label = ui.label(progress_text(job)).classes("ev-sub")
             if job.open:
                 self._bars[job.key] = bar, label
 

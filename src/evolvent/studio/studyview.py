@@ -16,7 +16,7 @@ from evolvent import cases
 from evolvent.errors import EvolventError, InputError
 from evolvent.studio.charts import VIRIDIS, Chart
 from evolvent.studio.elements import ChartElement
-from evolvent.studio.runspanel import told
+from evolvent.studio.runspanel import progress_text
 from evolvent.studio.state import View
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ class StudyPanel:
                 self.page.result._progress(job)
                 return
             if self.studio.jobs.result(name) is None:
-                ui.label(f"{job.title}: {told(job)}").classes(
+                ui.label(f"{job.title}: {progress_text(job)}").classes(
                     "ev-banner bad" if job.status == "failed" else "ev-banner warn"
                 )
                 return
@@ -368,8 +368,8 @@ class _Results:
             changed = study.overrides(index)
             content = cases.content_of(study.content, changed)
             axes = [axis.key for axis in study.axes]
-            told_ = ", ".join(f"{key} = {form_text(changed[key])}" for key in axes)
-            self.page.studio.take_case(content, f"case {index + 1} of study {study.name}: {told_}")
+            changes_text = ", ".join(f"{key} = {form_text(changed[key])}" for key in axes)
+            self.page.studio.take_case(content, f"case {index + 1} of study {study.name}: {changes_text}")
             self.page.open_case()
 
         self.page.attempt(take)

@@ -25,22 +25,22 @@ def main(folder: str) -> int:
         os.environ.setdefault(name, "1")
     from evolvent.errors import EvolventError
 
-    told = _Told()
+    report = _Report()
     place = pathlib.Path(folder)
     job = json.loads((place / JOB).read_text(encoding="utf-8"))
     try:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
         }[job["kind"]]  # fmt: skip
-        compute(place, job, told)
+        compute(place, job, report)
     except EvolventError as error:
-        told.say(status="failed", message=str(error))
+        report.send(status="failed", message=str(error))
     except KeyboardInterrupt:
-        told.say(status="interrupted", message="cancelled")
+        report.send(status="interrupted", message="cancelled")
     return 0
 
 
-class _Told:
+class _Report:
     """What goes back and forth between the studio and this process."""
 
     def __init__(self) -> None:
@@ -53,8 +53,8 @@ class _Told:
         sys.stdin.readline()
         self._stop.set()
 
-    def say(self, **what: Any) -> None:
-        """Tell one thing."""
+    def send(self, **what: Any) -> None:
+        """Send one message."""
         try:
             self._out.write(json.dumps(what) + "\n")
             self._out.flush()
@@ -62,80 +62,80 @@ class _Told:
             self._stop.set()
 
     def compiling(self, state: Any) -> None:
-        """Tell how many functions are compiled, of `evolvent.jit.Progress`."""
-        self.say(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
+        """Report how many functions are compiled, of `evolvent.jit.Progress`."""
+        self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
     def reached(self, reached: float, end: float) -> None:
-        """Tell how far the work is; raises KeyboardInterrupt where it is to stop."""
-        self.say(reached=float(reached), end=float(end))
+        """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
+        self.send(reached=float(reached), end=float(end))
         if self._stop.is_set():
             raise KeyboardInterrupt
 
 
-def _run(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
     case = cases.load(os.fspath(place / CASE))
     plan = cases.system(case.system).plan(case)
-    told.reached(0.0, plan.duration)
+    report.reached(0.0, plan.duration)
 
-    with jit.reporting(told.compiling):
-        found = plan.run(lambda reached: told.reached(reached, plan.duration))
+    with jit.reporting(report.compiling):
+        found = plan.run(lambda reached: report.reached(reached, plan.duration))
     results.save(found, place / RUN)
-    told.say(status=found.attrs["status"], message=found.attrs["message"])
+    report.send(status=found.attrs["status"], message=found.attrs["message"])
 
 
-def _equilibrium(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
     case = cases.load(os.fspath(place / CASE))
-    told.reached(0.0, 1.0)
-    with jit.reporting(told.compiling):
-        found = cases.system(case.system).equilibrium(case, lambda factor: told.reached(min(factor, 1.0), 1.0))
+    report.reached(0.0, 1.0)
+    with jit.reporting(report.compiling):
+        found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
     results.save(found, place / RUN)
-    told.say(status=found.attrs["status"], message=found.attrs["message"])
+    report.send(status=found.attrs["status"], message=found.attrs["message"])
 
 
-def _modes(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import animation, cases, jit
 
     case = cases.load(os.fspath(place / CASE))
-    told.reached(0.0, 1.0)
-    with jit.reporting(told.compiling):
+    report.reached(0.0, 1.0)
+    with jit.reporting(report.compiling):
         found = cases.system(case.system).modes(case)
     count = len(found.pole)
     for k in range(count):
         (place / MODE.format(k)).write_bytes(animation.pack(found.motion(k)))
-        told.reached(k + 1.0, count)
+        report.reached(k + 1.0, count)
     head, *rows = found.rows()
-    told.say(head=head, rows=rows)
+    report.send(head=head, rows=rows)
     found.save(place / MODES)
-    told.say(status="success", message="")
+    report.send(status="success", message="")
 
 
-def _sweep(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import studies
 
     found = studies.sweep(
         os.fspath(place / CASE),
         output=place / STUDY,
         workers=1,
-        progress=lambda done, count: told.reached(done, count),
-        tell=lambda sentence: told.say(note=sentence),
+        progress=lambda done, count: report.reached(done, count),
+        tell=lambda sentence: report.send(note=sentence),
     )
     failed = int((found.status == "failed").sum())
     message = f"{failed} of {found.status.size} cases failed" if failed else ""
-    told.say(status="failed" if failed == found.status.size else "success", message=message)
+    report.send(status="failed" if failed == found.status.size else "success", message=message)
 
 
-def _identify(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
+def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     import numpy as np
 
     from evolvent.weighing import certificate, description
     from evolvent.weighing.numbers import rounded
     from evolvent.weighing.weighing import weigh
 
-    told.reached(0.0, 1.0)
+    report.reached(0.0, 1.0)
     found = weigh(job["signals"], description.load(os.fspath(place / CASE)))
     rows = []
     for k, output in enumerate(found.outputs):
@@ -144,13 +144,13 @@ def _identify(place: pathlib.Path, job: dict[str, Any], told: _Told) -> None:
         value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
         rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
     modes = found.evaluations[0].modal.modes
-    told.say(
+    report.send(
         rows=rows,
         warnings=list(found.warnings),
         modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
     )
     certificate.write(found, place / CERTIFICATE)
-    told.say(status="success", message="")
+    report.send(status="success", message="")
 
 
 if __name__ == "__main__":
