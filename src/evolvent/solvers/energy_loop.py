@@ -43,8 +43,9 @@ BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
 )
 #: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
 #: next in the contacts' stiffness, up to 1.
-PLAIN, STAGED = 12, 25
-STAGES, STIFFER = 5, 1.5
+PLAIN, STAGED = 12, 20
+SOFTEST, LEAST_RISE = -6.0, 0.5
+FIRST = 40
 
 
 class EnergyLoop(Struct):
@@ -67,6 +68,8 @@ class EnergyLoop(Struct):
     weight: np.ndarray = array(1)
     x: np.ndarray = array(1)
     la0: np.ndarray = array(1)
+    dq0: np.ndarray = array(1)
+    la1: np.ndarray = array(1)
     paths: np.ndarray = array(1)
     balance0: np.ndarray = array(1)
     balance: np.ndarray = array(1)
@@ -204,11 +207,11 @@ def iterate(most, searches, model, matrix, work):
 
 
 @inlined
-def _predict(model, work):
-    """Increments and multipliers from which Newton's method starts."""
+def _predict(accelerated, model, work):
+    """Increments and multipliers from which Newton's method starts: the velocity changes as before, or stays."""
     step = work.step
     n_q, h = model.info.nq, step.step.h
-    part = 0.5 * h / work.loop.last if work.loop.last > 0.0 else 0.0
+    part = 0.5 * h / work.loop.last if accelerated and work.loop.last > 0.0 else 0.0
     for i in range(step.dq.size):
         step.dq[i] = h * (step.y0[n_q + i] + min(part, 1.0) * step.before[i])
     for k in range(step.la.size):
@@ -220,19 +223,35 @@ def solve_step(model, matrix, work):
     """Solve a step: plain, then with contacts that are stiffened in stages; iterations, or a status below zero."""
     step = work.step.step
     step.soft = 1.0
-    _predict(model, work)
+    _predict(True, model, work)
     found = iterate(PLAIN if model.flexible.cylinders.size > 0 else STAGED, 0, model, matrix, work)
     if found > 0 or model.flexible.cylinders.size == 0:
         return found
-    _predict(model, work)
+    _predict(False, model, work)
     work.loop.stages += 1
-    for stage in range(STAGES):
-        step.soft = 10.0 ** (STIFFER * (stage + 1 - STAGES))
-        found = iterate(STAGED, 1, model, matrix, work)
-        if found < 0:
-            step.soft = 1.0
-            return found
-    return found
+    power, rise, total = SOFTEST, -0.5 * SOFTEST, 0
+    while True:
+        step.soft = 10.0**power
+        found = iterate(FIRST if power == SOFTEST else STAGED, 1, model, matrix, work)
+        if found > 0:
+            total += found
+            if power == 0.0:
+                return total
+            for i in range(work.step.dq.size):
+                work.dq0[i] = work.step.dq[i]
+            for k in range(work.step.la.size):
+                work.la1[k] = work.step.la[k]
+        else:
+            if power == SOFTEST or rise < LEAST_RISE:
+                step.soft = 1.0
+                return found
+            for i in range(work.step.dq.size):
+                work.step.dq[i] = work.dq0[i]
+            for k in range(work.step.la.size):
+                work.step.la[k] = work.la1[k]
+            power -= rise
+            rise *= 0.5
+        power = min(power + rise, 0.0)
 
 
 @indirect(void(MODEL, ENERGY_LOOP))

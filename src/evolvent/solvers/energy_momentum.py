@@ -189,6 +189,8 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         weight=of.weight,
         x=np.zeros(n_v + n_j),
         la0=np.zeros(n_j),
+        dq0=np.zeros(n_v),
+        la1=np.zeros(n_j),
         paths=np.zeros(n_j),
         balance0=np.zeros(fields),
         balance=np.zeros(fields),
