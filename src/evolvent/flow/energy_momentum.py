@@ -422,11 +422,10 @@ def add_element_tangents(c_mass, model, work, matrix):
             K, M = f.K12, f.M12[mass]
             H, hh, u = f.H12[form], f.h12[form], work.ym[elements[k].iv :]
             if elements[k].stretch != 0:
-                em = work.ym[iq : iq + n]
-                cable.cable_stretch_tangent(em, u, beta, 2.0 / h, H, hh, f.B12[form], f.work, K)
+                element_step.stretch_step_tangent(e0, e1, h, chi, ratio, beta, H, hh, before, f.work, K)
             else:
                 element_step.step_tangent(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, K)
-            if beta != 0.0 and elements[k].stretch == 0:
+            if beta != 0.0:
                 cable.add_bending_damping_tangent(work.ym[iq : iq + n], u, beta, 2.0 / h, f.B12[form], K)
         else:
             K, M = f.K24, f.M24[mass]

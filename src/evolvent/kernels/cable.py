@@ -299,30 +299,43 @@ def cable_stretch_tangent(e, u, b, c, H, h, B, work, K):
             K[i, j] = 0.0
     for p in range(3):
         a, q, rate = _derivative(H, p, 0, v), _derivative(H, p, 3, v), _derivative(H, p, 0, w)
-        aa, aq, qq, EA = _dot(a, a), _dot(a, q), _dot(q, q), H[3, p]
+        aa, EA = _dot(a, a), H[3, p]
         stretch = math.sqrt(aa)
         grows = _dot(a, rate) / stretch
         N = EA * (stretch - h[p] + b * grows)
-        EI, z = H[3, 3 + p] / (aa * aa), aq / aa
-        one = N / stretch + EI * (2.0 * z * aq - qq)
-        square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa + EI * (4.0 * qq / aa - 12.0 * z * z)
-        damping, S = b * EA / aa, (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])
-        for i in range(3):
-            for j in range(3):
-                ss, sk, ks, kk = S[i] * S[j], S[i] * S[3 + j], S[3 + i] * S[j], S[3 + i] * S[3 + j]
-                unit = ss * one - EI * ((sk + ks) * aq - kk * aa)
-                by_aa = ss * square + EI * (4.0 * z * (sk + ks) - kk)
-                by_aq, by_qa = EI * (4.0 * z * ss - 2.0 * sk - ks), EI * (4.0 * z * ss - sk - 2.0 * ks)
-                for r in range(3):
-                    x, y, d = by_aa * a[r] + by_qa * q[r], by_aq * a[r] - EI * ss * q[r], damping * ss * a[r]
-                    for s in range(3):
-                        K[3 * i + 3 + r, 3 * j + 3 + s] += x * a[s] + y * q[s] + d * rate[s]
-                    K[3 * i + 3 + r, 3 * j + 3 + r] += unit
+        square = (EA * (1.0 + b * c) - (N + b * EA * grows) / stretch) / aa
+        add_stretch_tangent(H, p, a, q, N / stretch, _plane(square, a, b * EA / aa, rate), K)
+    fill_first_place(K)
+    if b != 0.0:
+        add_bending_damping_tangent(e, u, b, c, B, K)
+
+
+@inlined
+def add_stretch_tangent(H, p, a, q, pull, right, K):
+    """Tangent of point p by its vectors a and q: bending (`cable_stretch_tangent`), and pull I + a right^T to a."""
+    aa, aq, qq = _dot(a, a), _dot(a, q), _dot(q, q)
+    EI, z = H[3, 3 + p] / (aa * aa), aq / aa
+    one, square = pull + EI * (2.0 * z * aq - qq), EI * (4.0 * qq / aa - 12.0 * z * z)
+    S = (H[p, 0], H[p, 1], H[p, 2], H[p, 3], H[p, 4], H[p, 5])
+    for i in range(3):
+        for j in range(3):
+            ss, sk, ks, kk = S[i] * S[j], S[i] * S[3 + j], S[3 + i] * S[j], S[3 + i] * S[3 + j]
+            unit = ss * one - EI * ((sk + ks) * aq - kk * aa)
+            by_aa = ss * square + EI * (4.0 * z * (sk + ks) - kk)
+            by_aq, by_qa = EI * (4.0 * z * ss - 2.0 * sk - ks), EI * (4.0 * z * ss - sk - 2.0 * ks)
+            for r in range(3):
+                x, y, d = by_aa * a[r] + by_qa * q[r], by_aq * a[r] - EI * ss * q[r], ss * a[r]
+                for s in range(3):
+                    K[3 * i + 3 + r, 3 * j + 3 + s] += x * a[s] + y * q[s] + d * right[s]
+                K[3 * i + 3 + r, 3 * j + 3 + r] += unit
+
+
+@inlined
+def fill_first_place(K):
+    """Rows and columns of the first node's place in K, of those of the vectors without it."""
     for k in range(3):
         for j in range(3, 12):
             K[k, j] = -K[6 + k, j]
     for i in range(12):
         for k in range(3):
             K[i, k] = -K[i, 6 + k]
-    if b != 0.0:
-        add_bending_damping_tangent(e, u, b, c, B, K)

@@ -10,7 +10,7 @@ import math
 
 from evolvent.jit import inlined, matrix_view
 from evolvent.kernels.ancf import add_force, multiply, nodal_vectors, products, write_tangent
-from evolvent.kernels.cable import _add_stress, _derivative, _dot
+from evolvent.kernels.cable import _add_stress, _derivative, _dot, add_stretch_tangent, fill_first_place
 
 
 @inlined
@@ -110,3 +110,25 @@ def stretch_step_force(e0, e1, h, chi, ratio, b, H, hh, before, change, work, f)
         qm = (0.5 * (q0[0] + q1[0]), 0.5 * (q0[1] + q1[1]), 0.5 * (q0[2] + q1[2]))
         _add_stress(H, p, am, qm, on_a, -EI * ww * aq, EI * wm, f)
     return lost
+
+
+@inlined
+def stretch_step_tangent(e0, e1, h, chi, ratio, b, H, hh, before, work, K):
+    """K = twice the derivative of `stretch_step_force` with respect to e1; of the bending that at the mean shape."""
+    v0, v1 = work[:9], work[9:18]
+    nodal_vectors(e0, 3, v0)
+    nodal_vectors(e1, 3, v1)
+    for i in range(3, 12):
+        for j in range(3, 12):
+            K[i, j] = 0.0
+    for p in range(3):
+        a0, q0 = _derivative(H, p, 0, v0), _derivative(H, p, 3, v0)
+        a1, q1 = _derivative(H, p, 0, v1), _derivative(H, p, 3, v1)
+        l0, l1, EA = math.sqrt(_dot(a0, a0)), math.sqrt(_dot(a1, a1)), H[3, p]
+        d, mean = l1 - l0, 0.5 * (l0 + l1)
+        N = EA * (mean - hh[p] + 0.5 * chi * (d - ratio * before[p]) + b * d / h)
+        factor = (EA * (1.0 + chi + 2.0 * b / h) - N / mean) / (mean * l1)
+        am = (0.5 * (a0[0] + a1[0]), 0.5 * (a0[1] + a1[1]), 0.5 * (a0[2] + a1[2]))
+        qm = (0.5 * (q0[0] + q1[0]), 0.5 * (q0[1] + q1[1]), 0.5 * (q0[2] + q1[2]))
+        add_stretch_tangent(H, p, am, qm, N / mean, (factor * a1[0], factor * a1[1], factor * a1[2]), K)
+    fill_first_place(K)
