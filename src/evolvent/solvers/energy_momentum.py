@@ -98,7 +98,7 @@ def plan(
         check_start(own, float(times[0]))
     weight, mass = sizes(own)
     if newton is None:
-        newton = 1e-12 if step is not None else min(1e-4 * tolerance, 1e-8)
+        newton = 1e-12 if step is not None or not is_held(own.model) else min(1e-3 * tolerance, 1e-6)
     options = zeros_record(
         energy_loop.OPTIONS,
         chi=rho * (1.0 - rho) / (1.0 + rho) ** 2,
@@ -191,6 +191,8 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         la0=np.zeros(n_j),
         dq0=np.zeros(n_v),
         la1=np.zeros(n_j),
+        rate=np.zeros(n_v),
+        acceleration=np.zeros(n_v),
         paths=np.zeros(n_j),
         balance0=np.zeros(fields),
         balance=np.zeros(fields),
