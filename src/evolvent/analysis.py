@@ -26,8 +26,8 @@ METHODS = (*drive.METHODS, implicit.NAME, energy_momentum.NAME)
 _IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.ENERGY}
 #: Samples of a run where no interval is given.
 SAMPLES = 400
-#: Default tolerance and spectral radius of generalized-alpha: vibrations that the steps resolve keep their energy.
-TOLERANCE, SPECTRAL_RADIUS = 1e-5, 0.9
+#: Default tolerances of implicit methods, and their spectral radius: vibrations that the steps resolve keep their energy.
+TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-5, energy_momentum.NAME: 1e-7}, 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
 #: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.
@@ -118,16 +118,20 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         families.check(assembly, _IMPLICIT.get(method, families.EXPLICIT))
         return method, "as asked for"
     refused = {}
-    for solver in (families.EXPLICIT, families.IMPLICIT):
+    for solver in (families.EXPLICIT, families.IMPLICIT, families.ENERGY):
         try:
             families.check(assembly, solver)
         except InputError as error:
             refused[solver] = str(error)
     model = assembly.model
-    if len(refused) == 2:
+    if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
-    if families.EXPLICIT in refused:
+    if model.flexible.beams.size and families.ENERGY not in refused:
+        return energy_momentum.NAME, "beams: no step gains energy, whatever its length"
+    if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
+    if families.EXPLICIT in refused:
+        return energy_momentum.NAME, refused[families.IMPLICIT].partition("; ")[0]
     if families.IMPLICIT in refused:
         method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
         return method, refused[families.IMPLICIT].partition("; ")[0]
@@ -168,7 +172,7 @@ def plan(
         )
     if method in _IMPLICIT:
         options: dict[str, Any] = {"step": step}
-        options["tolerance"] = TOLERANCE if tolerance is None else tolerance
+        options["tolerance"] = TOLERANCES[method] if tolerance is None else tolerance
         options["spectral_radius"] = SPECTRAL_RADIUS if spectral_radius is None else spectral_radius
         solver = implicit.plan if method == implicit.NAME else energy_momentum.plan
         return solver(assembly, samples=samples, **options), why

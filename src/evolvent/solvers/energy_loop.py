@@ -17,23 +17,29 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
-from evolvent.solvers.balance import BALANCE
+from evolvent.solvers.balance import BALANCE, ENERGIES, WORK
 
 _I = types.int64
 # status codes
-BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, REDUNDANT = 0, 1, -1, -2, -3, -5
+BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
-#: s, 0 at a start.
+#: s, 0 at a start; start, peak: J, defect of the energy balance there, and the
+#: largest energy so far.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
                                    "divided", "latches")]
-    + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality")],
+    + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
+                                       "peak")],
     align=True,
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
-#: beside `weight`.
-OPTIONS = np.dtype([(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass")])
+#: beside `weight`; floor: energy beside which a gain is round-off, J.
+OPTIONS = np.dtype(
+    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "floor")]
+)
+#: Share of the largest energy or work that the balance may gain by round-off and by what Newton's method leaves.
+LARGEST_GAIN = 1e-3
 #: Places of the balance's fields in a row.
 ROW = {name: k for k, name in enumerate(BALANCE.names or ())}
 KINETIC, ELASTIC, BENDING, CONTACT, COUPLED = (ROW[n] for n in ("kinetic", "elastic", "bending", "contact", "coupled"))
@@ -41,6 +47,9 @@ LOADS, DRIVES, BY_MASS, BY_STIFFNESS = (ROW[n] for n in ("loads", "drives", "by_
 BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
     ROW[n] for n in ("by_contact", "by_friction", "by_joints", "by_springs")
 )
+#: Signs of the fields of a row in the defect: what there is and what was lost, less what came in.
+SIGNS = np.array([(1.0 if name in ENERGIES else -1.0 if name in WORK else 1.0) for name in ROW])
+SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
 #: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
 #: next in the contacts' stiffness, up to 1.
 PLAIN, STAGED = 12, 20
@@ -277,6 +286,21 @@ def fill_energies(model, work):
     row[CONTACT], row[COUPLED] = contact, coupled
 
 
+@inlined
+def _has_gained(work):
+    """Whether the energy balance has gained more than round-off, which no step does by its construction."""
+    loop, defect, given = work.loop, 0.0, 0.0
+    for i in range(work.balance.size):
+        defect += SIGNS[i] * work.balance[i]
+        if SIGNS[i] < 0.0:
+            given += abs(work.balance[i])
+    energy = work.balance[KINETIC] + work.balance[ELASTIC] + work.balance[COUPLED]
+    loop.peak = max(loop.peak, energy)
+    if loop.steps == 0:
+        loop.start = defect
+    return defect - loop.start > LARGEST_GAIN * max(loop.peak, given) + work.options.floor
+
+
 @indirect(void(MODEL, ENERGY_LOOP))
 def accept(model, work):
     """Add a step's work and losses to the balance; its end becomes the start of the next after `keep_samples`."""
@@ -437,6 +461,7 @@ def begin(model, matrix, work):
         work.balance0[i] = work.balance[i]
         work.out_balance[0, i] = work.balance[i]
     work.loop.sample = 1
+    _has_gained(work)
     return DONE
 
 
@@ -522,6 +547,8 @@ def advance(model, matrix, work, budget):
         keep_samples(model, work)
         loop.time = t1
         loop.steps += 1
+        if _has_gained(work):
+            return GAINED
         _next_start(model, work)
         loop.last = h
         latched = _latch(t1, model, work)

@@ -22,8 +22,9 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
-from evolvent.solvers.implicit_setup import check_start, matrix_of, sizes
+from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
 from evolvent.solvers.laws import refusing_laws, try_laws
+from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, empty
 from evolvent.solvers.solution import Solution, first_latch
 
@@ -107,6 +108,7 @@ def plan(
         smallest=1e-13 * span,
         longest=span,
         mass=mass,
+        floor=energy_floor(own, mass, weight),
     )
     return Plan(own, times, step, matrix_of(own.model), weight, options)
 
@@ -244,6 +246,7 @@ class Run(implicit.Run):
         what = {
             energy_loop.NO_CONVERGENCE: "Newton's method did not converge, however often the step was divided",
             energy_loop.NOT_FINITE: "the forces are not finite",
+            energy_loop.GAINED: "the energy balance has gained energy, which no step of this method does",
             energy_loop.SINGULAR: "the equations are singular: something is not held",
             energy_loop.REDUNDANT: "constraints repeat or contradict one another",
         }[code]
@@ -253,6 +256,7 @@ class Run(implicit.Run):
         work, loop = self.work, self.work.loop
         n, steps, latches = int(loop.sample), int(loop.steps), int(loop.latches)
         balance = work.out_balance[:n].copy().view(BALANCE).reshape(n).view(np.recarray)
+        write_accounts(self.model, work.out_y[:n], balance)
         return Solution(
             assembly=self.assembly,
             method=NAME,

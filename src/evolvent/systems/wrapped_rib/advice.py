@@ -88,14 +88,14 @@ def _of_drive(case: Case) -> Iterator[str]:
 def _of_steps(case: Case) -> Iterator[str]:
     solver, contact, damping = case.solver, case.contact, case.damping
     bounce = math.pi / case.contact_frequency
-    if solver.method == ALPHA and solver.step != "auto" and float(solver.step) > bounce:
+    if case.method == ALPHA and solver.step != "auto" and float(solver.step) > bounce:
         yield (
             f"solver.step {solver.step:g} s is too large for the contact, on which a contact point bounces in "
             f"{bounce:.2g} s; longer steps can add energy: see energy_defect, or take step: auto"
         )
-    if solver.method == ALPHA and contact.law == "paper" and contact.damping > 0.0:
+    if case.method == ALPHA and contact.law == "paper" and contact.damping > 0.0:
         yield "contact.law 'paper' jumps at the touch, where an implicit step may have no solution; take hunt-crossley"
-    if solver.method == ALPHA and (solver.spectral_radius or 0.0) > SPECTRAL_RADIUS_WARNED:
+    if case.method == ALPHA and (solver.spectral_radius or 0.0) > SPECTRAL_RADIUS_WARNED:
         yield (
             f"solver.spectral_radius {solver.spectral_radius:g} keeps high-frequency vibration of the contact; take "
             f"about 0.3"

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 #: The implicit method; the explicit ones take penalties in place of joints.
 ALPHA = "generalized-alpha"
 #: Methods that take joints as constraints.
-IMPLICIT = (ALPHA, "energy-momentum")
+ENERGY = "energy-momentum"
+IMPLICIT = (ALPHA, ENERGY)
 Torque = Annotated[float, units.Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0)]
 Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3", above=0.0, most=0.5)]
 Stiffness = Annotated[
@@ -212,8 +213,8 @@ class Contact(Section):
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["generalized-alpha", "energy-momentum", "rk4", "heun"] = _key(
-        "generalized-alpha", "implicit (energy-momentum gains no energy at any step), or explicit, of many short steps"
+    method: Literal["auto", "energy-momentum", "generalized-alpha", "rk4", "heun"] = _key(
+        "auto", "auto: energy-momentum, which gains no energy at any step; with the paper's laws generalized-alpha"
     )
     duration: units.DurationOrAuto = _key(
         "auto", "auto: wind: 1.2 times as long as a string takes; hold: hold.time; deploy: the closed form's end"
@@ -317,6 +318,14 @@ class Case(Section):
             yield "contact.law is 'conservative', which contact.self does not support; take hunt-crossley"
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:
             yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
+
+    @property
+    def method(self) -> str:
+        """The time integration; `auto` is generalized-alpha for the paper's laws of contact and damping only."""
+        if self.solver.method != "auto":
+            return self.solver.method
+        paper = self.contact.law == "paper" or (self.damping.kind == "paper" and self.damping.beta > 0.0)
+        return ALPHA if paper else ENERGY
 
     @property
     def contact_spacing(self) -> float:

@@ -102,11 +102,11 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
         )
     largest = max(float(solution.energy.max()), float(np.abs(eb.work(solution.balance)).max()), 1e-300)
     gained, lost = solution.energy_defect.max() / largest, -solution.energy_defect.min() / largest
-    smaller = "solver.tolerance or solver.step" if case.solver.method in IMPLICIT else "solver.step"
+    smaller = "solver.tolerance or solver.step" if case.method in IMPLICIT else "solver.step"
     if gained > GAIN_WARNED:
         found.append(f"the method itself has added {100.0 * gained:.2g} % of the energy; take a smaller {smaller}")
     if lost > NUMERICAL_WARNED:
-        radius = ", or a higher solver.spectral_radius" if case.solver.method in IMPLICIT else ""
+        radius = ", or a higher solver.spectral_radius" if case.method in IMPLICIT else ""
         text = f"the method itself has dissipated {100.0 * lost:.2g} % of the energy"
         found.append(f"{text}; take a smaller {smaller}{radius}")
     return "; ".join(text for text in found if text)

@@ -110,7 +110,7 @@ def numbers(run: xr.DataTree) -> list[Number]:
             drift = np.abs(root[name].values - root[name].values[0])[:, 0 if hub == "free" else 2 :].max()
             rows.append((f"drift of {'linear ' * (name == 'momentum')}{name.replace('_', ' ')}", f"{drift:.2g} {unit}"))
     rows.append(("bending stiffness of the mesh, over the rib's", f"{bending_stiffness_ratio(case):.4g}"))
-    if case.solver.method not in IMPLICIT:
+    if case.method not in IMPLICIT:
         rows.append(("roots held by penalties of", f"{case.penalty[0]:.4g} N/m, in place of joints"))
     found = [Number(label=label, value=value) for label, value in rows]
     return found + show.balance_numbers(run) + closing_numbers(run)

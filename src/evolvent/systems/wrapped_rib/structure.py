@@ -35,7 +35,7 @@ def build(case: Case, begin: Start) -> System:
     system, rib, drive, hub, axis = System(), case.rib, case.drive, case.hub, tuple(begin.rotation[:, 2])
     _add_hub(system, case, begin)
     hold: dict[str, Any] = {"type": "clamp" if rib.root == "clamp" else "revolute", "axis": axis}
-    if case.solver.method not in IMPLICIT:
+    if case.method not in IMPLICIT:
         hold["stiffness"], hold["turn_stiffness"] = case.penalty
     damping, law = case.damping, _law(case, begin)
     beam: dict[str, Any] = {"length": rib.length, "section": rib.profile, "material": rib.material}
