@@ -241,6 +241,10 @@ def solve_step(model, matrix, work):
     if found > 0 or model.flexible.cylinders.size == 0:
         return found
     _predict(False, model, work)
+    found = iterate(PLAIN, 1, model, matrix, work)
+    if found > 0:
+        return found + PLAIN
+    _predict(False, model, work)
     work.loop.stages += 1
     power, rise, total = SOFTEST, -0.5 * SOFTEST, 0
     while True:
