@@ -26,7 +26,7 @@ METHODS = (*drive.METHODS, implicit.NAME, energy_momentum.NAME)
 _IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.ENERGY}
 #: Samples of a run where no interval is given.
 SAMPLES = 400
-#: Default tolerances of implicit methods, and their spectral radius: vibrations that the steps resolve keep their energy.
+#: Default tolerances of implicit methods, and spectral radius: vibrations that the steps resolve keep their energy.
 TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-5, energy_momentum.NAME: 1e-7}, 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
