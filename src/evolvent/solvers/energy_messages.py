@@ -1,0 +1,73 @@
+"""Why a run by the energy-momentum method ended before its end: what happened, where, when, and what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.builder import Assembly
+from evolvent.families import owner
+from evolvent.kernels import flexible, rigid
+from evolvent.solvers import energy_loop
+from evolvent.solvers.laws import what_may_jump
+
+Array = np.ndarray
+
+
+def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed: bool) -> str:
+    """What happened, where, when, and what to try.
+
+    Parameters
+    ----------
+    code : int, below zero, of `energy_loop.advance`
+    work : the loop's workspace, with the last correction and residual
+    fixed : whether the steps are fixed
+    """
+    t, h = float(work.loop.time), float(work.step.step.h)
+    smaller = "take a smaller `step`, or None" if fixed else "take a smaller `tolerance`"
+    when = f"in the step of {h:.3g} s from t = {t:.6g} s"
+    if code == energy_loop.NOT_FINITE:
+        # a correction that is not finite says less than the residual from which it comes
+        return f"forces stopped being finite {when}, at {_place(assembly, work.step.r)}; {smaller}"
+    if code in (energy_loop.SINGULAR, energy_loop.REDUNDANT):
+        return (
+            f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
+            f"leads too far; {smaller}, and look at the last samples"
+        )
+    n_v = work.weight.size
+    at, touching = _place(assembly, work.x[:n_v] / work.weight), _touching(assembly)
+    contact = f", with contact at {touching}" if touching else ""
+    softer = f", and a softer contact (`stiffness` of {touching})" if touching else ""
+    return (
+        f"Newton's method found no solution {when}, the shortest that was tried; the largest correction is at "
+        f"{at}{contact}{what_may_jump(assembly)}; {smaller}{softer}, and look at the last samples"
+    )
+
+
+def _place(assembly: Assembly, values: Array) -> str:
+    """Name of the part, and its node, to which the largest of values of all velocities (and joints) belongs."""
+    size = np.abs(values)
+    if not np.all(np.isfinite(size)):
+        size = np.where(np.isfinite(size), 0.0, np.inf)
+    k = int(np.argmax(size))
+    model, n_q, n_v = assembly.model, int(assembly.model.info.nq), int(assembly.model.info.nv)
+    if k >= n_v:
+        return repr(owner(assembly, "joints", k - n_v))
+    for b, row in enumerate(model.flexible.beams):
+        node = (k - int(row["iv"]) + n_q) // (3 * flexible.NODE_VECTORS[row["kind"]])
+        if 0 <= node < row["nodes"]:
+            return f"{owner(assembly, 'beams', b)!r}, node {node} of {row['nodes'] - 1}"
+    for family, rows in (("points", model.points), ("bodies", model.bodies)):
+        for i, row in enumerate(rows):
+            extent = 3 if family == "points" else {rigid.FREE: 6, rigid.SPIN: 1}.get(int(row["motion"]), 0)
+            if 0 <= k - int(row["iv"]) + n_q < extent:
+                return repr(owner(assembly, family, i))
+    return "an unknown of the joints"
+
+
+def _touching(assembly: Assembly) -> str:
+    """Names of the contacts whose points press."""
+    contacts, found = assembly.model.flexible.contact_points, []
+    for k, row in enumerate(assembly.model.flexible.cylinders):
+        if np.any(contacts["force"][row["first"] : row["last"]] > 0.0):
+            found.append(repr(owner(assembly, "cylinders", k)))
+    return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")
