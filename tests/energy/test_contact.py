@@ -18,7 +18,7 @@ from evolvent import System, cases, closed_forms, elements, parts
 Array = np.ndarray
 METHOD, CHAPTER, G = "energy-momentum", "Contact", 9.81
 THIRD = 1.0 / 3.0
-#: Share of the energy, or of the work, below which a gain is round-off: of stiff elements, EA L/8 times that of a double.
+#: Share of the energy, or of the work, below which a gain is round-off, of EA L/8 of stiff elements.
 GAIN = 1e-7
 
 
@@ -450,7 +450,7 @@ class Slider(NamedTuple):
 @pytest.mark.parametrize("shaken", [0.0, 2.0])
 @pytest.mark.parametrize("rho", [THIRD, 1.0])
 def test_stick_and_slip(shaken: float, rho: float, book: Book) -> None:
-    """Carried by the drum until the spring pulls it off, it swings and sticks again; shaken, it sticks in each period."""
+    """Carried by the drum until the spring pulls it off, it swings and sticks again; shaken, in each period."""
     slider = Slider(shaken=shaken)
     run = simulated(slider.system(), 3.0, 5e-4, every=5e-3, spectral_radius=rho)
     t = run.time.values

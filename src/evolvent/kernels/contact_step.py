@@ -3,14 +3,15 @@
 The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
 over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
 lam 2 (dm - sm am)/(p0 + p1) on the point, and its reaction on the body, do the work of the gap's change exactly
-and keep both momenta. With the contact's energy V = K <delta>^(n + 1)/(n + 1), the damping d, and rate = (delta1 - delta0)/h,
+and keep both momenta. With V = K <delta>^(n + 1)/(n + 1), the contact's energy, its damping d, and the rate
+(delta1 - delta0)/h
 
     lam = (V1 - V0)/(delta1 - delta0) (1 + d rate)+     does the work of V's change, less what the damping takes;
     lam = K <delta1>^n (1 + d rate)+                    the force of the step's end, never gives back more than V.
 
 A point in contact at the step's start has the first, which is of second order; one that meets the cylinder has the
-second under the law HUNT_CROSSLEY, which is easier to solve and makes a bounce shorter than the step partly plastic, and
-the first under CONSERVATIVE.
+second under the law HUNT_CROSSLEY, which is easier to solve and makes a bounce shorter than the step partly plastic,
+and the first under CONSERVATIVE.
 """
 
 import math
@@ -41,8 +42,8 @@ def _frame(bodies, b, o, axis):
 def measure_gaps(y, end, model):
     """Gaps of all contact points by the state y and the bodies' present places: of a step's end (1), or its start (0).
 
-    Of points that cannot touch the gap is infinite. Of a step's end, energies of the contacts and numbers of points that
-    touch, too.
+    Of points that cannot touch the gap is infinite. Of a step's end the contacts' energies and the numbers of points
+    that touch are summed up as well.
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     for k in range(cylinders.size):

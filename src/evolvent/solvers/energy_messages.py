@@ -33,14 +33,32 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
             f"leads too far; {smaller}, and look at the last samples"
         )
-    n_v = work.weight.size
-    at, touching = _place(assembly, work.x[:n_v] / work.weight), _touching(assembly)
-    contact = f", with contact at {touching}" if touching else ""
-    softer = f", and a softer contact (`stiffness` of {touching})" if touching else ""
+    size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
+    where, softer = _where(work, assembly)
+    rounding = ", or a greater `newton`: the corrections are round-off" if size < 1e-9 else ""
     return (
-        f"Newton's method found no solution {when}, the shortest that was tried; the largest correction is at "
-        f"{at}{contact}{what_may_jump(assembly)}; {smaller}{softer}, and look at the last samples"
+        f"Newton's method found no solution {when}, the shortest that was tried; the largest correction, {size:.2g} of "
+        f"the size of the system, is at {where}{what_may_jump(assembly)}; {smaller}{softer}{rounding}, and look at the "
+        f"last samples"
     )
+
+
+def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: float, rest: float) -> str:
+    """Why a run of ever smaller steps was ended: `steps` of them took `time` (s), the rest would take `rest`."""
+    where, softer = _where(work, assembly)
+    return (
+        f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
+        f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
+        f"{what_may_jump(assembly)}; take a greater `tolerance` or `step`{softer}, and look at the last samples"
+    )
+
+
+def _where(work: energy_loop.EnergyLoop, assembly: Assembly) -> tuple[str, str]:
+    """Place of the largest correction, contacts that touch included; and what to try about them."""
+    at, touching = _place(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
+    if not touching:
+        return at, ""
+    return f"{at}, with contact at {touching}", f", or a softer contact (`stiffness` of {touching})"
 
 
 def _place(assembly: Assembly, values: Array) -> str:

@@ -22,7 +22,7 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
-from evolvent.solvers.energy_messages import reason
+from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import check_start, matrix_of, sizes
 from evolvent.solvers.laws import refusing_laws, try_laws
@@ -248,6 +248,10 @@ class Run(implicit.Run):
         if code == energy_loop.REDUNDANT and self.work.loop.steps == 0:
             raise InputError(redundant(self.assembly, self.plan.matrix))
         return reason(code, self.work, self.assembly, fixed=self.plan.step is not None)
+
+    def stalled(self, steps: int, time: float, rest: float) -> str:
+        """As of generalized-alpha, with the place that makes the steps so short."""
+        return stalled(self.work, self.assembly, steps, time, rest)
 
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
         work, loop = self.work, self.work.loop
