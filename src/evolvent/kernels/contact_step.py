@@ -3,9 +3,15 @@
 The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
 over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
 lam 2 (dm - sm am)/(p0 + p1) on the point, and its reaction on the body, do the work of the gap's change exactly
-and keep both momenta. Of the law Hunt-Crossley lam = K <delta1>^n (1 + a (delta1 - delta0)/h)+ is that of the step's
-end, which never gives back more than the contact's energy; of the law CONSERVATIVE the change of that energy over
-delta1 - delta0, which gives back all of it.
+and keep both momenta. With V = K <delta>^(n + 1)/(n + 1), the contact's energy, its damping d, and the rate
+(delta1 - delta0)/h
+
+    lam = (V1 - V0)/(delta1 - delta0) (1 + d rate)+     does the work of V's change, less what the damping takes;
+    lam = K <delta1>^n (1 + d rate)+                    the force of the step's end, never gives back more than V.
+
+A point in contact at the step's start has the first, which is of second order; one that meets the cylinder has the
+second under the law HUNT_CROSSLEY, which is easier to solve and makes a bounce shorter than the step partly plastic,
+and the first under CONSERVATIVE.
 """
 
 import math
@@ -36,34 +42,45 @@ def _frame(bodies, b, o, axis):
 def measure_gaps(y, end, model):
     """Gaps of all contact points by the state y and the bodies' present places: of a step's end (1), or its start (0).
 
-    Of points that cannot touch the gap is infinite.
+    Of points that cannot touch the gap is infinite. Of a step's end the contacts' energies and the numbers of points
+    that touch are summed up as well.
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     for k in range(cylinders.size):
         cx, cy, cz, ax, ay, az = _frame(bodies, cylinders[k].body, cylinders[k].centre, cylinders[k].axis)
         radius, half = cylinders[k].radius, cylinders[k].half_length
+        energy = touching = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
             x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
             gap, _, _, _, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             if end == 1:
                 contacts[i].gap1, contacts[i].distance = gap, distance
+                energy += contact_laws.contact_energy(gap, cylinders[k].stiffness, cylinders[k].exponent)
+                touching += 1.0 if gap < 0.0 else 0.0
                 contacts[i].xi1 = (x - cx) * ax + (yy - cy) * ay + (z - cz) * az
             else:
                 contacts[i].gap, contacts[i].offset = gap, distance
                 contacts[i].xi = (x - cx) * ax + (yy - cy) * ay + (z - cz) * az
+        if end == 1:
+            cylinders[k].energy, cylinders[k].touching = energy, touching
 
 
 @inlined
 def _pressed(cylinder, gap0, gap1, h, soft):
     """Normal force over a step, and its derivative by the gap at the end."""
-    if gap1 == math.inf:
+    stiffness, exponent = soft * cylinder.stiffness, cylinder.exponent
+    if gap0 < 0.0 or cylinder.law == contact_laws.CONSERVATIVE:
+        elastic, slope, _ = contact_laws.normal_force(
+            contact_laws.CONSERVATIVE, gap1, 0.0, gap0, stiffness, exponent, 0.0
+        )
+    else:
+        elastic, slope = contact_laws.elastic_force(gap1, stiffness, exponent)
+    if cylinder.damping == 0.0 or elastic == 0.0 or not math.isfinite(gap0):
+        return elastic, slope
+    factor = 1.0 + cylinder.damping * (gap0 - gap1) / h
+    if not factor > 0.0:
         return 0.0, 0.0
-    rate = (gap1 - gap0) / h if math.isfinite(gap0) else 0.0
-    law = contact_laws.CONSERVATIVE if gap0 < 0.0 else cylinder.law
-    lam, by_gap, by_rate = contact_laws.normal_force(
-        law, gap1, rate, gap0, soft * cylinder.stiffness, cylinder.exponent, cylinder.damping
-    )
-    return lam, by_gap + (by_rate / h if rate != 0.0 else 0.0)
+    return elastic * factor, slope * factor - elastic * cylinder.damping / h
 
 
 @inlined
@@ -116,7 +133,7 @@ def add_contact_step(y0, y1, h, soft, model, F):
         for c in range(6):
             G[c] = 0.0
         X = bodies[b].x
-        normal = energy = touching = 0.0
+        normal = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
             gap0, gap1 = contacts[i].gap, contacts[i].gap1
             contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
@@ -126,9 +143,6 @@ def add_contact_step(y0, y1, h, soft, model, F):
             before = contact_laws.contact_energy(gap0, cylinders[k].stiffness, cylinders[k].exponent)
             stored = contact_laws.contact_energy(gap1, cylinders[k].stiffness, cylinders[k].exponent)
             lam, slope = _pressed(cylinders[k], gap0, gap1, h, soft)
-            energy += stored
-            if gap1 < 0.0:
-                touching += 1.0
             if lam == 0.0:
                 lost += before - stored
                 rubbed += held
@@ -156,7 +170,7 @@ def add_contact_step(y0, y1, h, soft, model, F):
                 )  # fmt: skip
                 f[0], f[1], f[2] = f[0] + found[0], f[1] + found[1], f[2] + found[2]
                 rubbed += found[3]
-                energy += found[4]
+                cylinders[k].energy += found[4]
                 rigid.add_wrench(G, ex, ey, ez, -found[0], -found[1], -found[2])
             for j in range(4):
                 at, share = contacts[i].iv[j] - n_q, S[j]
@@ -171,7 +185,7 @@ def add_contact_step(y0, y1, h, soft, model, F):
             G[5] -= tz
         for c in range(6):
             bodies[b].F[c] += G[c]
-        cylinders[k].normal, cylinders[k].energy, cylinders[k].touching = normal, energy, touching
+        cylinders[k].normal = normal
     return lost, rubbed
 
 

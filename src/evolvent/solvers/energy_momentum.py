@@ -22,6 +22,8 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
+from evolvent.solvers.energy_messages import reason, stalled
+from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.releases import write_accounts
@@ -242,15 +244,20 @@ class Run(implicit.Run):
         return [(t + 0.5 * h, step.ym, s), (t + h, step.y1, s), (t, step.y0, s)]
 
     def why(self, code: int) -> str:
-        """Why the loop has ended with a status below zero."""
-        what = {
-            energy_loop.NO_CONVERGENCE: "Newton's method did not converge, however often the step was divided",
-            energy_loop.NOT_FINITE: "the forces are not finite",
-            energy_loop.GAINED: "the energy balance has gained energy, which no step of this method does",
-            energy_loop.SINGULAR: "the equations are singular: something is not held",
-            energy_loop.REDUNDANT: "constraints repeat or contradict one another",
-        }[code]
-        return f"failed at t = {self.reached:.6g} s: {what}; what was computed is kept"
+        """Why the loop has ended with a status below zero.
+
+        Raises
+        ------
+        InputError
+            For constraints that are redundant from the start.
+        """
+        if code == energy_loop.REDUNDANT and self.work.loop.steps == 0:
+            raise InputError(redundant(self.assembly, self.plan.matrix))
+        return reason(code, self.work, self.assembly, fixed=self.plan.step is not None)
+
+    def stalled(self, steps: int, time: float, rest: float) -> str:
+        """As of generalized-alpha, with the place that makes the steps so short."""
+        return stalled(self.work, self.assembly, steps, time, rest)
 
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
         work, loop = self.work, self.work.loop

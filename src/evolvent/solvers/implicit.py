@@ -219,6 +219,10 @@ class Run:
         """Why the loop has ended with a status below zero."""
         return reason(code, self.work, self.plan.step, self.assembly)
 
+    def stalled(self, steps: int, time: float, rest: float) -> str:
+        """Why a run of ever smaller steps is ended: `steps` of them took `time` (s), the rest would take `rest`."""
+        return stalled(self.reached, steps, time, rest)
+
     def begin(self) -> str:
         """Start the loop; returns why that failed, '' where it did not.
 
@@ -276,8 +280,9 @@ class Run:
             if now - looked > LOOK:
                 taken, passed = int(work.loop.steps) - steps, self.reached - time
                 left = (self.plan.times[-1] - self.reached) / max(passed, 1e-300) * taken
-                if self.plan.step is None and left > MOST_STEPS:
-                    return stalled(self.reached, taken, passed, left)
+                fixed = self.plan.step is not None and passed > 1e-3 * taken * self.plan.step
+                if left > MOST_STEPS and not fixed:  # fixed steps that were divided again and again are not
+                    return self.stalled(taken, passed, left)
                 looked, time, steps = now, self.reached, int(work.loop.steps)
             if progress is not None:
                 progress(self.reached)

@@ -1,0 +1,96 @@
+"""Why a run by the energy-momentum method ended before its end: what happened, where, when, and what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.builder import Assembly
+from evolvent.families import owner
+from evolvent.kernels import flexible, rigid
+from evolvent.solvers import energy_loop
+from evolvent.solvers.laws import what_may_jump
+
+Array = np.ndarray
+
+
+def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed: bool) -> str:
+    """What happened, where, when, and what to try.
+
+    Parameters
+    ----------
+    code : int, below zero, of `energy_loop.advance`
+    work : the loop's workspace, with the last correction and residual
+    fixed : whether the steps are fixed
+    """
+    t, h = float(work.loop.time), float(work.step.step.h)
+    smaller = "take a smaller `step`, or None" if fixed else "take a smaller `tolerance`"
+    when = f"in the step of {h:.3g} s from t = {t:.6g} s"
+    if code == energy_loop.NOT_FINITE:
+        # a correction that is not finite says less than the residual from which it comes
+        return f"forces stopped being finite {when}, at {_place(assembly, work.step.r)}; {smaller}"
+    if code in (energy_loop.SINGULAR, energy_loop.REDUNDANT):
+        return (
+            f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
+            f"leads too far; {smaller}, and look at the last samples"
+        )
+    if code == energy_loop.GAINED:
+        return (
+            f"the energy balance has gained more than {100.0 * energy_loop.LARGEST_GAIN:g} % {when}, which no step of "
+            f"this method does: Newton's method leaves too much; take a smaller `newton`, or report it"
+        )
+    size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
+    where, softer = _where(work, assembly)
+    rounding = ", or a greater `newton`: the corrections are round-off" if size < 1e-9 else ""
+    return (
+        f"Newton's method found no solution {when}, the shortest that was tried; the largest correction, {size:.2g} of "
+        f"the size of the system, is at {where}{what_may_jump(assembly)}; {smaller}{softer}{rounding}, and look at the "
+        f"last samples"
+    )
+
+
+def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: float, rest: float) -> str:
+    """Why a run of ever smaller steps was ended: `steps` of them took `time` (s), the rest would take `rest`."""
+    where, softer = _where(work, assembly)
+    return (
+        f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
+        f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
+        f"{what_may_jump(assembly)}; take a greater `tolerance` or `step`{softer}, and look at the last samples"
+    )
+
+
+def _where(work: energy_loop.EnergyLoop, assembly: Assembly) -> tuple[str, str]:
+    """Place of the largest correction, contacts that touch included; and what to try about them."""
+    at, touching = _place(assembly, work.x[: work.weight.size] / work.weight), _touching(assembly)
+    if not touching:
+        return at, ""
+    return f"{at}, with contact at {touching}", f", or a softer contact (`stiffness` of {touching})"
+
+
+def _place(assembly: Assembly, values: Array) -> str:
+    """Name of the part, and its node, to which the largest of values of all velocities (and joints) belongs."""
+    size = np.abs(values)
+    if not np.all(np.isfinite(size)):
+        size = np.where(np.isfinite(size), 0.0, np.inf)
+    k = int(np.argmax(size))
+    model, n_q, n_v = assembly.model, int(assembly.model.info.nq), int(assembly.model.info.nv)
+    if k >= n_v:
+        return repr(owner(assembly, "joints", k - n_v))
+    for b, row in enumerate(model.flexible.beams):
+        node = (k - int(row["iv"]) + n_q) // (3 * flexible.NODE_VECTORS[row["kind"]])
+        if 0 <= node < row["nodes"]:
+            return f"{owner(assembly, 'beams', b)!r}, node {node} of {row['nodes'] - 1}"
+    for family, rows in (("points", model.points), ("bodies", model.bodies)):
+        for i, row in enumerate(rows):
+            extent = 3 if family == "points" else {rigid.FREE: 6, rigid.SPIN: 1}.get(int(row["motion"]), 0)
+            if 0 <= k - int(row["iv"]) + n_q < extent:
+                return repr(owner(assembly, family, i))
+    return "an unknown of the joints"
+
+
+def _touching(assembly: Assembly) -> str:
+    """Names of the contacts whose points press."""
+    contacts, found = assembly.model.flexible.contact_points, []
+    for k, row in enumerate(assembly.model.flexible.cylinders):
+        if np.any(contacts["force"][row["first"] : row["last"]] > 0.0):
+            found.append(repr(owner(assembly, "cylinders", k)))
+    return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")
