@@ -205,7 +205,7 @@ FAMILIES = (
         tangents=_CONTACT,
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT - {ENERGY}, "take generalized-alpha",
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
         which=lambda found: found["under"] >= 0,
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),

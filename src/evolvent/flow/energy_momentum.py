@@ -42,6 +42,7 @@ from evolvent.kernels import (
     hinge,
     hinge_step,
     joint,
+    layer_step,
     loads,
     points,
     rigid,
@@ -128,6 +129,9 @@ def measure(end, model, work):
         hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
     if model.flexible.cylinders.size > 0:
         contact_step.measure_gaps(y, end, model)
+        for k in range(model.flexible.cylinders.size):
+            if model.flexible.cylinders[k].under >= 0:
+                layer_step.measure_layer(y, end, model, k)
 
 
 @indirect(void(MODEL, ENERGY_STEP))
@@ -220,6 +224,11 @@ def residual(model, work):
             work.contact[0], work.contact[1] = contact_step.add_contact_step(
                 work.y0, work.y1, h, work.step.soft, model, F
             )
+            for k in range(f.cylinders.size):
+                if f.cylinders[k].under >= 0:
+                    lost, rubbed = layer_step.add_layer_step(work.y0, work.y1, h, work.step.soft, model, k, F)
+                    work.contact[0] += lost
+                    work.contact[1] += rubbed
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost
@@ -397,6 +406,9 @@ def tangent(scale, model, work, matrix):
         add_element_tangents(c_mass, model, work, matrix)
         if f.cylinders.size > 0:
             contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
+            for k in range(f.cylinders.size):
+                if f.cylinders[k].under >= 0:
+                    layer_step.add_layer_step_tangents(model, k, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
     if f.hinges.size > 0:

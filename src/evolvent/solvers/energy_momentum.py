@@ -15,8 +15,8 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, rigid, sides, springs
-from evolvent.kernels.sparse import SparseBlocks
+from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
@@ -29,6 +29,8 @@ from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "energy-momentum"
+#: Steps after which turns that have come to lie on one another are coupled directly (`matrix_of`).
+LAYER_STEPS = 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,6 +150,9 @@ def needed(model: Any) -> list[Any]:
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)
+    if np.any(model.flexible.cylinders["under"] >= 0):
+        found += [layer_step.gap_below, layer_step.measure_layer, layer_step.add_layer_step]
+        found += [layer_step.add_layer_step_tangents, layer_step.end_layer]
     return found
 
 
@@ -217,16 +222,28 @@ class Run(implicit.Run):
     def _loaded(self) -> Any:
         """The loop's workspace, when the functions that the run calls are loaded."""
         jit.load(needed(self.model))
+        self.has_layers = bool(np.any(self.model.flexible.cylinders["under"] >= 0))
         return workspace(self.plan)
 
     def begin(self) -> str:
         """Start the loop."""
         energy_loop.begin(self.model, self.plan.matrix, self.work)
+        if self.has_layers:
+            self._couple_layers()
         return ""
+
+    def _couple_layers(self) -> None:
+        """Order the tangent anew where turns have come to lie on one another."""
+        self.plan = dataclasses.replace(self.plan, matrix=matrix_of(self.model, layers=True))
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
-        code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+        if not self.has_layers:
+            code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+        else:  # after a set number of steps: results must not depend on how long steps take
+            code = energy_loop.advance(self.model, self.plan.matrix, self.work, LAYER_STEPS)
+            if self.plan.matrix.counts[INNER] > 0:
+                self._couple_layers()
         return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:

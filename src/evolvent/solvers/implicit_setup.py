@@ -25,13 +25,16 @@ MOST_REDUNDANT = 64
 _FITS = 1e-6
 
 
-def matrix_of(model: mdl.Model, *, spare: int | None = None) -> SparseBlocks:
-    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need."""
-    layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
-    inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = False) -> SparseBlocks:
+    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need.
+
+    Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`.
+    """
+    found = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
+    inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
     if spare is None:
         spare = min(model.flexible.joints.size, MOST_REDUNDANT)
-    return ordering.matrix_of(graph.pattern_of(model), spare=spare, inner=inner)
+    return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
