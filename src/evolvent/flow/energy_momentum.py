@@ -408,7 +408,7 @@ def tangent(scale, model, work, matrix):
             contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
             for k in range(f.cylinders.size):
                 if f.cylinders[k].under >= 0:
-                    layer_step.add_layer_step_tangents(model, k, matrix)
+                    layer_step.add_layer_step_tangents(work.y1, model, k, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
     if f.hinges.size > 0:

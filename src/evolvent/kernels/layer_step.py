@@ -19,7 +19,7 @@ import math
 
 from numba import types, void
 
-from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.jit import REAL, VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels import contact_laws
 from evolvent.kernels.contact_step import _pressed
 from evolvent.kernels.flexible import NODE_VECTORS
@@ -29,8 +29,8 @@ from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, i
 from evolvent.model import MODEL
 
 _I = types.int64
-#: Displacement, of an element's length, below which the mean normal's work differs from the gap's change by round-off.
-_SMALL = 1e-8
+#: Displacement, of an element's length, below which the work of k, whose error is of third order, is exact.
+_SMALL = 1e-4
 #: Share of the displacement by which the work of the mean normal may differ from the change of the gap, and least
 #: 1 + n0 . n1; beyond them a point is one that has come to another place.
 _LARGEST_MISS, _LEAST_TURN = 0.5, 0.5
@@ -271,19 +271,36 @@ def add_layer_step(y0, y1, h, soft, model, k, F):
     return lost, rubbed
 
 
-@indirect(void(MODEL, _I, SPARSE))
-def add_layer_step_tangents(model, k, matrix):
+@inlined
+def _turning(y, elements, c, half, xi, n):
+    """How the normal turns at a place on the lower beam: e / |t|, slope's factors, and curvature times |t|.
+
+    Notes
+    -----
+    dn = e/|t| (curvature |t| e . u - n . dt) of a displacement u of the point against the beam, t the slope.
+    """
+    length, at, T = elements[c].length, elements[c].iq, _slopes(elements[c].length, xi)
+    d2 = (12.0 * xi - 6.0) / (length * length)
+    tx, ty, tz = _combined(y, at, half, T)
+    bx, by, bz = _combined(y, at, half, (d2, (6.0 * xi - 4.0) / length, -d2, (6.0 * xi - 2.0) / length))
+    square = tx * tx + ty * ty + tz * tz
+    return (tx / square, ty / square, tz / square), T, -(n[0] * bx + n[1] * by + n[2] * bz)
+
+
+@indirect(void(VECTOR, MODEL, _I, SPARSE))
+def add_layer_step_tangents(y1, model, k, matrix):
     """Add twice the derivative of `add_layer_step`, of the last call, with respect to the step's end.
 
     Notes
     -----
     Turns that the pattern of the matrix does not couple are coupled through inner unknowns, as in
-    `layers.add_layer_tangents`, which costs more. Left out is how the direction of the force turns.
+    `layers.add_layer_tangents`, which costs more, and without the part by which the normal turns.
     """
     flexible, n_q = model.flexible, model.info.nq
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
     half, W = NODE_VECTORS[flexible.beams[cylinders[k].under].kind], flexible.K24
-    upper = lower = -1  # elements whose sum is in W
+    K, B, C = matrix_view(flexible.work, 0, 3, 24), flexible.work[72:80], flexible.work[80:88]
+    upper, lower, coupled = -1, -1, False  # elements whose sum is in W
     for r in range(24):
         for s in range(24):
             W[r, s] = 0.0
@@ -291,41 +308,51 @@ def add_layer_step_tangents(model, k, matrix):
         if contacts[i].force == 0.0:
             continue
         c, xi = _place_between(contacts[i])
-        if (contacts[i].element != upper or c != lower) and upper >= 0:
-            _add_sum(matrix, elements[upper].iv - n_q, elements[lower].iv - n_q, half, W)
-            upper = -1
-        own = contacts[i].iv[2] - contacts[i].iv[0]
-        if not _couples(matrix, contacts[i].iv[0] - n_q, own, elements[c].iv - n_q, 3 * half):
+        if contacts[i].element != upper or c != lower:
+            if coupled:
+                _add_sum(matrix, elements[upper].iv - n_q, elements[lower].iv - n_q, half, W)
+            upper, lower = contacts[i].element, c
+            coupled = _couples(matrix, elements[upper].iv - n_q, elements[c].iv - n_q, 3 * half)
+        if not coupled:
             _add_inner(model, k, i, c, xi, matrix)
             continue
-        upper, lower = contacts[i].element, c
         S, L = contacts[i].S, _shape(elements[c].length, xi)
         D = _shape(elements[c].length, contacts[i].xi1) if contacts[i].carrier1 == c else L
-        B = (S[0], S[1], S[2], S[3], -L[0], -L[1], -L[2], -L[3])
-        C = (S[0], S[1], S[2], S[3], -D[0], -D[1], -D[2], -D[3])
+        for q in range(4):
+            B[q], C[q], B[4 + q], C[4 + q] = S[q], S[q], -L[q], -D[q]
         n, n1, t = contacts[i].n, contacts[i].n1, contacts[i].t
         size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
         along, across = 2.0 * contacts[i].along, 2.0 * contacts[i].across
+        e, T, bent = _turning(y1, elements, contacts[i].carrier1, half, contacts[i].xi1, n1)
+        lam = contacts[i].force if contacts[i].carrier1 == c else 0.0
         for a in range(3):
             for b in range(3):
                 tt = t[a] * t[b]
                 drag = along * tt + across * ((1.0 if a == b else 0.0) - n[a] * n[b] / (size * size) - tt)
                 pressed = -2.0 * contacts[i].d_gap * (n[a] - contacts[i].by_normal * t[a]) * n1[b]
-                for p in range(8):
-                    for q in range(8):
-                        W[3 * p + a, 3 * q + b] += B[p] * (pressed * C[q] + drag * B[q])
-    if upper >= 0:
+                pressed -= lam * bent * e[a] * e[b]
+                turned = lam * e[a] * n1[b]
+                for q in range(8):
+                    K[a, 3 * q + b] = pressed * C[q] + drag * B[q]
+                for q in range(4):
+                    K[a, 12 + 3 * q + b] += turned * T[q]
+        for p in range(8):
+            s = B[p]
+            for a in range(3):
+                for q in range(24):
+                    W[3 * p + a, q] += s * K[a, q]
+    if coupled:
         _add_sum(matrix, elements[upper].iv - n_q, elements[lower].iv - n_q, half, W)
 
 
 @inlined
-def _couples(matrix, a, own, b, half):
-    """Whether the pattern of a matrix couples the nodes of two elements, whose unknowns stand from a and b on."""
+def _couples(matrix, a, b, size):
+    """Whether the pattern of a matrix couples the nodes, of `size` unknowns, of two elements from a and b on."""
     return (
         first_entry(matrix, a, b)[0] >= 0
-        and first_entry(matrix, a, b + half)[0] >= 0
-        and first_entry(matrix, a + own, b)[0] >= 0
-        and first_entry(matrix, a + own, b + half)[0] >= 0
+        and first_entry(matrix, a, b + size)[0] >= 0
+        and first_entry(matrix, a + size, b)[0] >= 0
+        and first_entry(matrix, a + size, b + size)[0] >= 0
     )
 
 

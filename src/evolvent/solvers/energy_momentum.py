@@ -29,8 +29,8 @@ from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "energy-momentum"
-#: Steps after which turns that have come to lie on one another are coupled directly (`matrix_of`).
-LAYER_STEPS = 20
+#: Inner unknowns, summed over steps, after which turns that have come to lie on one another are coupled directly.
+MOST_INNER = 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -235,15 +235,19 @@ class Run(implicit.Run):
     def _couple_layers(self) -> None:
         """Order the tangent anew where turns have come to lie on one another."""
         self.plan = dataclasses.replace(self.plan, matrix=matrix_of(self.model, layers=True))
+        self.inner = 0
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
         if not self.has_layers:
             code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
-        else:  # after a set number of steps: results must not depend on how long steps take
-            code = energy_loop.advance(self.model, self.plan.matrix, self.work, LAYER_STEPS)
-            if self.plan.matrix.counts[INNER] > 0:
+        for _ in range(budget if self.has_layers else 0):
+            code = energy_loop.advance(self.model, self.plan.matrix, self.work, 1)
+            self.inner += int(self.plan.matrix.counts[INNER])
+            if self.inner > MOST_INNER:
                 self._couple_layers()
+            if code != energy_loop.BUDGET:
+                break
         return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
