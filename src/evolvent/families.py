@@ -190,7 +190,7 @@ FAMILIES = (
         forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
-        "a custom force", "custom_forces", _NOT_ENERGY, "take generalized-alpha",
+        "a custom force", "custom_forces", EVERY,
         forces=(custom.add_custom_forces, custom.custom_energies),
         tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),

@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels import contact_laws, contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -92,7 +92,6 @@ def plan(
         step = positive("step", step, allowed=STEP_ALLOWED)
     tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.ENERGY)
-    _refuse(assembly, "joints", "kind", joint.CORD, "a cord on a drum")
     _refuse(assembly, "cylinders", "law", contact_laws.PAPER, "a contact with the paper's law")
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
@@ -134,6 +133,8 @@ def is_held(model: Any) -> bool:
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
+    places = f.custom_places
+    fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
 
@@ -145,6 +146,8 @@ def needed(model: Any) -> list[Any]:
         found += [flow.add_elements, flow.add_element_tangents]
     if model.springs.size:
         found.append(flow.add_springs)
+    if np.any(model.flexible.joints["kind"] == joint.CORD):
+        found.append(cord_step.add_cord_step)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
     if model.flexible.cylinders.size:
@@ -182,6 +185,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
         contact=np.zeros(2),
+        stored=np.zeros(2),
     )
     first = of.step if of.step is not None else min(1e-5 * (times[-1] - times[0]), 1e-4)
     out = empty(model, times.size)
