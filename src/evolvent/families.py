@@ -190,7 +190,7 @@ FAMILIES = (
         forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
     ),
     Family(
-        "a custom force", "custom_forces", _NOT_ENERGY, "take generalized-alpha",
+        "a custom force", "custom_forces", EVERY,
         forces=(custom.add_custom_forces, custom.custom_energies),
         tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),
@@ -205,7 +205,7 @@ FAMILIES = (
         tangents=_CONTACT,
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT - {ENERGY}, "take generalized-alpha",
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
         which=lambda found: found["under"] >= 0,
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),

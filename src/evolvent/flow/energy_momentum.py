@@ -18,7 +18,9 @@ where nothing holds the system from outside.
 Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of places and
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
-h. Springs and distances have the factor 2 |dm|/(l0 + l1) more, contacts the direction of `kernels.contact_step`.
+h. Springs and distances have the factor 2 |dm|/(l0 + l1) more, contacts and cords on drums the directions of
+`kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`. Forces by users' laws are those of the mean place;
+what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
 Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change
 of the kinetic energy, and the angular momentum is kept.
@@ -37,11 +39,14 @@ from evolvent.kernels import (
     beam_loads,
     cable,
     contact_step,
+    cord_step,
+    custom,
     element_step,
     flexible,
     hinge,
     hinge_step,
     joint,
+    layer_step,
     loads,
     points,
     rigid,
@@ -73,6 +78,7 @@ class EnergyStep(Struct):
     gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
     hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
     powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
+    stored : (2,) float, J, energies of custom forces at both ends
     """
 
     step: np.record = record(STEP)
@@ -98,6 +104,7 @@ class EnergyStep(Struct):
     hinge1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     contact: np.ndarray = array(1)
+    stored: np.ndarray = array(1)
 
 
 ENERGY_STEP = EnergyStep._numba_type_
@@ -124,10 +131,15 @@ def measure(end, model, work):
         a = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].a)
         b = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].b)
         lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+    if model.flexible.custom_forces.size > 0:
+        work.stored[end] = custom.custom_energies(t, y, model)
     if model.flexible.hinges.size > 0:
         hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
     if model.flexible.cylinders.size > 0:
         contact_step.measure_gaps(y, end, model)
+        for k in range(model.flexible.cylinders.size):
+            if model.flexible.cylinders[k].under >= 0:
+                layer_step.measure_layer(y, end, model, k)
 
 
 @indirect(void(MODEL, ENERGY_STEP))
@@ -220,6 +232,11 @@ def residual(model, work):
             work.contact[0], work.contact[1] = contact_step.add_contact_step(
                 work.y0, work.y1, h, work.step.soft, model, F
             )
+            for k in range(f.cylinders.size):
+                if f.cylinders[k].under >= 0:
+                    lost, rubbed = layer_step.add_layer_step(work.y0, work.y1, h, work.step.soft, model, k, F)
+                    work.contact[0] += lost
+                    work.contact[1] += rubbed
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost
@@ -228,6 +245,10 @@ def residual(model, work):
         powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
     if f.hinges.size > 0:
         powers[JOINTS] += hinge_step.add_hinge_step(ym, h, f.switches, work.hinge0, work.hinge1, model, F)
+    if f.custom_forces.size > 0:
+        _, lost, given = custom.add_custom_forces(tm, ym, model, F)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given + lost + (work.stored[1] - work.stored[0]) / h
     for k in range(f.joints.size):
         powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
     _add_points(model, work)
@@ -321,7 +342,11 @@ def _add_joint(t, k, row, model, work):
         at = joints[k].iv[1] - model.info.nq
         p = 0.5 * work.dq[at]
         force = la * (math.atan(p) / p if abs(p) > 1e-4 else 1.0 - p * p / 3.0)
-    joint.add_joint_force(k, force, model, model.flexible.F)
+    if joints[k].kind == joint.CORD:
+        change = work.gap1[k] - work.gap0[k]
+        cord_step.add_cord_step(work.ym, k, la, change, work.step.h, model, model.flexible.F)
+    else:
+        joint.add_joint_force(k, force, model, model.flexible.F)
     work.r[row] = work.gap1[k]
     if joints[k].stiffness <= 0.0:
         return 0.0
@@ -397,10 +422,15 @@ def tangent(scale, model, work, matrix):
         add_element_tangents(c_mass, model, work, matrix)
         if f.cylinders.size > 0:
             contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
+            for k in range(f.cylinders.size):
+                if f.cylinders[k].under >= 0:
+                    layer_step.add_layer_step_tangents(work.y1, model, k, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
     if f.hinges.size > 0:
         hinge.add_hinge_tangents(work.ym, c_rate, model, matrix)
+    if f.custom_forces.size > 0:
+        custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

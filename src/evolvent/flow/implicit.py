@@ -78,7 +78,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
     if f.custom_forces.size > 0:
-        _, lost = custom.add_custom_forces(t, y, model, F)
+        _, lost, _ = custom.add_custom_forces(t, y, model, F)
         powers[SPRINGS] += lost
     for k in range(f.joints.size):
         energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)

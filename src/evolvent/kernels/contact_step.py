@@ -1,4 +1,4 @@
-"""Contact points of beams on cylinders over a step that conserves energy.
+"""Contact points of beams on cylinders over a step that conserves energy; turns on one another: `layer_step`.
 
 The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
 over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
@@ -47,6 +47,8 @@ def measure_gaps(y, end, model):
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            continue
         cx, cy, cz, ax, ay, az = _frame(bodies, cylinders[k].body, cylinders[k].centre, cylinders[k].axis)
         radius, half = cylinders[k].radius, cylinders[k].half_length
         energy = touching = 0.0
@@ -127,6 +129,8 @@ def add_contact_step(y0, y1, h, soft, model, F):
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     n_q, lost, rubbed = model.info.nq, 0.0, 0.0
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            continue
         b = cylinders[k].body
         cx, cy, cz, ax, ay, az = _frame(bodies, b, cylinders[k].centre, cylinders[k].axis)
         G = cylinders[k].F
@@ -199,6 +203,8 @@ def add_contact_step_tangents(y0, y1, model, matrix):
         for c in range(12):
             W[r, c] = 0.0
     for k in range(cylinders.size):
+        if cylinders[k].under >= 0:
+            continue
         b = cylinders[k].body
         moves = bodies[b].motion != rigid.DRIVEN
         R, X = bodies[b].R, bodies[b].x
@@ -263,4 +269,4 @@ def clear_gaps(model):
     contacts = model.flexible.contact_points
     contacts["gap"], contacts["gap1"] = np.inf, np.inf
     contacts["force"] = 0.0
-    contacts["stick"], contacts["stick1"], contacts["t"] = 0.0, 0.0, 0.0
+    contacts["stick"], contacts["stick1"], contacts["t"], contacts["rest"] = 0.0, 0.0, 0.0, 0.0

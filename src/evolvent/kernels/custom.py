@@ -57,25 +57,35 @@ def _evaluate(t, model, k, m, out):
     return element_law_at(forces[k].law)(t, work[0:m], work[m : 2 * m], parameters, work[out : out + m])
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, MODEL, VECTOR))
-def add_custom_forces(t, y, model, F):
-    """Forces of all users' laws; returns (energy stored, power dissipated)."""
+@inlined
+def _add_forces(y, t, k, model, F):
+    """Forces of law k; returns the energy stored, the power dissipated, and the power of the forces."""
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     forces, places, work = flexible.custom_forces, flexible.custom_places, flexible.custom
-    energy = power = 0.0
-    for k in range(forces.size):
-        m = _gather(y, model, k)
-        stored, lost = _evaluate(t, model, k, m, 2 * m)
-        forces[k].balanced = _is_balanced(work, m)
+    m, given = _gather(y, model, k), 0.0
+    stored, lost = _evaluate(t, model, k, m, 2 * m)
+    forces[k].balanced = _is_balanced(work, m)
+    for i in range(m):
+        given += work[2 * m + i] * work[m + i]
+    for i in range(forces[k].places):
+        p, x, f = forces[k].place + i, 3 * i, 2 * m + 3 * i
+        pull(
+            F, bodies, n_q, places[p].on, places[p].index, places[p].iv, (work[x], work[x + 1], work[x + 2]), True,
+            -work[f], -work[f + 1], -work[f + 2],
+        )  # fmt: skip
+    return stored, lost, given
+
+
+@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, MODEL, VECTOR))
+def add_custom_forces(t, y, model, F):
+    """Forces of all users' laws; returns the energy stored (J), the power dissipated and that of the forces (W)."""
+    energy = power = given = 0.0
+    for k in range(model.flexible.custom_forces.size):
+        stored, lost, work = _add_forces(y, t, k, model, F)
         energy += stored
         power += lost
-        for i in range(forces[k].places):
-            p, x, f = forces[k].place + i, 3 * i, 2 * m + 3 * i
-            pull(
-                F, bodies, n_q, places[p].on, places[p].index, places[p].iv, (work[x], work[x + 1], work[x + 2]), True,
-                -work[f], -work[f + 1], -work[f + 2],
-            )  # fmt: skip
-    return energy, power
+        given += work
+    return energy, power, given
 
 
 @indirect(REAL(REAL, VECTOR, MODEL))

@@ -20,8 +20,9 @@ _THICKNESS = units.Quantity(what="a length", unit="m", example="0.3 mm", above=0
 class SelfContact(Contact):
     """Turns of a beam wound round a body, which lie on turns of the same beam or of a neighbour.
 
-    Needs `generalized-alpha` or statics. A point that moves past the end of the beam below gains or loses the energy of
-    its contact. A step with k points that touch costs of the order of k^2 times the number of elements more.
+    Needs an implicit method or statics. Under `generalized-alpha` a point that moves past the end of the beam below
+    gains or loses the energy of its contact, and a step with k points that touch costs of the order of k^2 times the
+    number of elements more. Under `energy-momentum` it never gains energy there, and a step costs a few times as much.
 
     Parameters
     ----------

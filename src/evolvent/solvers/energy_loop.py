@@ -12,7 +12,7 @@ from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact_step, hinge, hinge_step, joint, rigid, sparse_lu
+from evolvent.kernels import contact_step, hinge, hinge_step, joint, layer_step, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -327,6 +327,8 @@ def accept(model, work):
         row[BY_FRICTION] += step.contact[1]
         contact_step.end_contacts(model)
     for k in range(f.cylinders.size):
+        if f.cylinders[k].under >= 0:
+            layer_step.end_layer(model, k)
         work.impulse[k] += h * f.cylinders[k].normal
 
 

@@ -15,8 +15,8 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, contact_step, hinge_step, joint, rigid, sides, springs
-from evolvent.kernels.sparse import SparseBlocks
+from evolvent.kernels import contact_laws, contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import energy_loop, implicit
@@ -32,6 +32,8 @@ from evolvent.solvers.solution import Solution, first_latch
 
 #: Name of the method.
 NAME = "energy-momentum"
+#: Inner unknowns, summed over steps, after which turns that have come to lie on one another are coupled directly.
+MOST_INNER = 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,7 +95,6 @@ def plan(
         step = positive("step", step, allowed=STEP_ALLOWED)
     tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.ENERGY)
-    _refuse(assembly, "joints", "kind", joint.CORD, "a cord on a drum")
     _refuse(assembly, "cylinders", "law", contact_laws.PAPER, "a contact with the paper's law")
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
@@ -136,6 +137,8 @@ def is_held(model: Any) -> bool:
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
+    places = f.custom_places
+    fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
     fixed += [~free[markers["index"][used][markers["kind"][used] == springs.ON_BODY]]]
     return any(bool(np.any(one)) for one in fixed)
 
@@ -147,11 +150,16 @@ def needed(model: Any) -> list[Any]:
         found += [flow.add_elements, flow.add_element_tangents]
     if model.springs.size:
         found.append(flow.add_springs)
+    if np.any(model.flexible.joints["kind"] == joint.CORD):
+        found.append(cord_step.add_cord_step)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)
+    if np.any(model.flexible.cylinders["under"] >= 0):
+        found += [layer_step.gap_below, layer_step.measure_layer, layer_step.add_layer_step]
+        found += [layer_step.add_layer_step_tangents, layer_step.end_layer]
     return found
 
 
@@ -181,6 +189,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         **{name: np.zeros((f.hinges.size, 3)) for name in ("hinge0", "hinge1")},
         powers=np.zeros(N_POWERS),
         contact=np.zeros(2),
+        stored=np.zeros(2),
     )
     first = of.step if of.step is not None else min(1e-5 * (times[-1] - times[0]), 1e-4)
     out = empty(model, times.size)
@@ -225,16 +234,32 @@ class Run(implicit.Run):
     def _loaded(self) -> Any:
         """The loop's workspace, when the functions that the run calls are loaded."""
         jit.load(needed(self.model))
+        self.has_layers = bool(np.any(self.model.flexible.cylinders["under"] >= 0))
         return workspace(self.plan)
 
     def begin(self) -> str:
         """Start the loop."""
         energy_loop.begin(self.model, self.plan.matrix, self.work)
+        if self.has_layers:
+            self._couple_layers()
         return ""
+
+    def _couple_layers(self) -> None:
+        """Order the tangent anew where turns have come to lie on one another."""
+        self.plan = dataclasses.replace(self.plan, matrix=matrix_of(self.model, layers=True))
+        self.inner = 0
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
-        code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+        if not self.has_layers:
+            code = energy_loop.advance(self.model, self.plan.matrix, self.work, budget)
+        for _ in range(budget if self.has_layers else 0):
+            code = energy_loop.advance(self.model, self.plan.matrix, self.work, 1)
+            self.inner += int(self.plan.matrix.counts[INNER])
+            if self.inner > MOST_INNER:
+                self._couple_layers()
+            if code != energy_loop.BUDGET:
+                break
         return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:

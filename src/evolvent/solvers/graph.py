@@ -47,11 +47,23 @@ class _Graph:
         return int(self.block[iv - self.n_q])
 
 
-def pattern_of(model: mdl.Model) -> Pattern:
-    """Blocks of a model's unknowns and their couplings."""
+#: Gap below which turns on one another are coupled, of the length of an element.
+_NEAR = 0.1
+
+
+def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
+    """Blocks of a model's unknowns and their couplings.
+
+    Parameters
+    ----------
+    layers : bool, whether turns that lie on one another are coupled where they do so at present
+        (`kernels.layer_step.measure_layer`); else they are left to inner unknowns
+    """
     graph = _Graph(model)
     _add_coordinates(graph)
     _couple_forces(graph)
+    if layers:
+        _couple_layers(graph)
     size = len(graph.blocks)
     _add_multipliers(graph)
     return Pattern(
@@ -84,7 +96,7 @@ def _add_coordinates(graph: _Graph) -> None:
 
 
 def _couple_forces(graph: _Graph) -> None:
-    """What threads, springs, hinges, custom forces and contacts couple; turns of a coil on one another are inner."""
+    """What threads, springs, hinges, custom forces and contacts couple, but for turns on one another."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
@@ -107,6 +119,19 @@ def _couple_forces(graph: _Graph) -> None:
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
         for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
+
+
+def _couple_layers(graph: _Graph) -> None:
+    """Couple the nodes of elements that lie on one another."""
+    f = graph.model.flexible
+    for cylinder in f.cylinders[f.cylinders["under"] >= 0]:
+        half = NODE_VECTORS[f.beams["kind"][cylinder["under"]]]
+        for point in f.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
+            if point["carrier1"] < 0 or not point["gap1"] < _NEAR * f.elements["length"][point["carrier1"]]:
+                continue
+            below = int(f.elements["iv"][point["carrier1"]])
+            upper = [graph.of(int(iv)) for iv in point["iv"][::2]]
+            graph.couple(*upper, graph.of(below), graph.of(below + 3 * half))
 
 
 def _add_multipliers(graph: _Graph) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
@@ -25,13 +26,16 @@ MOST_REDUNDANT = 64
 _FITS = 1e-6
 
 
-def matrix_of(model: mdl.Model, *, spare: int | None = None) -> SparseBlocks:
-    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need."""
-    layers = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
-    inner = int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = False) -> SparseBlocks:
+    """Room for the tangent of a model, and for `spare` deferred pivots; by default what redundant joints may need.
+
+    Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`.
+    """
+    found = model.flexible.cylinders[model.flexible.cylinders["under"] >= 0]
+    inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
     if spare is None:
         spare = min(model.flexible.joints.size, MOST_REDUNDANT)
-    return ordering.matrix_of(graph.pattern_of(model), spare=spare, inner=inner)
+    return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
@@ -91,6 +95,8 @@ def check_start(assembly: Assembly, t: float) -> None:
     """Refuse joints that the start does not meet, by name: places or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
     joints = model.flexible.joints
+    if np.any(joints["kind"] == joint.CORD):
+        jit.load([joint._cord_geometry])
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
