@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from evolvent.figures import Figure, Line, Panel
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import ALPHA, ENERGY, Model, Trial, Winding, described, markdown, run_all, written
@@ -93,36 +95,40 @@ def _asked(run: Winding) -> str:
     """The step that was asked for."""
     if run.trial.tolerance is not None:
         return f"tolerance {run.trial.tolerance:g}"
-    share = f" ({run.trial.share:g} of the limit)" if run.trial.share is not None else ""
-    return f"{run.step:.3g}{share}"
+    share = run.trial.share
+    named = "" if share is None else " (the limit)" if share == 1.0 else f" ({share:g} of the limit)"
+    return f"{run.step:.3g}{named}"
 
 
 def figure_10(options: Options) -> Made:
     """The tip's speed over time, by implicit and explicit methods."""
-    model, steps = Model("wrapped-rib", END), (0.5, 0.02)
-    trials = [Trial(ENERGY, step=QUICK_FINE if options.quick else FINE)]
-    trials += [Trial(method, step=step) for step in steps for method in (ENERGY, ALPHA)]
+    model = Model("wrapped-rib", END)
+    trials = [Trial(ENERGY, step=QUICK_FINE if options.quick else FINE), Trial(ENERGY, step=0.5)]
+    trials += [Trial(ALPHA, step=step) for step in (0.5, 0.02, 0.005)]
     trials += [Trial("rk4", share=1.0 if options.quick else 0.25)]
     runs = [one for _, one in run_all([(model, trial) for trial in trials], options.report)]
     complete = len(runs) == len(trials) and runs[-1].status != "interrupted"
-    lines = []
-    for k, run in enumerate(runs):
-        name = f"{described(run.trial)}{', reference' if k == 0 else ''}"
-        outcome = "" if run.status == "success" else f" ({run.outcome})"
-        lines.append(
-            Line(x=run.t, y=run.speed, label=name + outcome, color=k, width=2.4 if k == 0 else 1.1,
-                 marker="" if run.status == "success" else "x")
-        )  # fmt: skip
+    lines = [line for k, run in enumerate(runs) for line in _speed(run, k)]
     panels = [Panel(x_label="time, s", y_label="tip speed, m/s", lines=lines, y_zero=True)]
     near = [_between(line, WHIP) for line in lines if line.x[-1] > WHIP[0]]
     if near:
         panels.append(Panel(x_label="time, s", y_label="tip speed, m/s", lines=near, title="The whip of the tip"))
-    title = "Tip speed of the rib while it is wound, implicit and explicit (figure 10 of Yi et al. 2017)"
+    title = "Tip speed of a rib that is wound, implicit and explicit (figure 10 of Yi et al. 2017)"
     figure = Figure(name="rib-figure-10", title=title, panels=panels, size=(9.0, 8.0))
     return Made(text=f"{NOTE}\n{_table(runs)}", figure=figure, complete=complete)
+
+
+def _speed(run: Winding, k: int) -> list[Line]:
+    """The tip's speed of the k-th run, the first being the reference; a cross where it failed."""
+    label = f"{described(run.trial)}{'' if k else ', reference'}"
+    line = Line(x=run.t, y=run.speed, label=label, color=k, width=1.1 if k else 2.4)
+    if run.status == "success":
+        return [line]
+    end = Line(x=run.t[-1:], y=run.speed[-1:], color=k, style="", marker="X")
+    return [dataclasses.replace(line, label=f"{label}, {run.outcome}"), end]
 
 
 def _between(line: Line, limits: tuple[float, float]) -> Line:
     """The part of a line between two times, without its name."""
     part = (line.x >= limits[0]) & (line.x <= limits[1])
-    return Line(x=line.x[part], y=line.y[part], color=line.color, width=line.width, marker=line.marker)
+    return dataclasses.replace(line, x=line.x[part], y=line.y[part], label="")

@@ -119,7 +119,7 @@ class Model:
     def __init__(self, name: str, end: float, overrides: Mapping[str, Any] | None = None) -> None:
         self.name, self.end, self.overrides = name, end, dict(overrides or {})
 
-    @functools.cache  # noqa: B019  (models live as long as the process's one command)
+    @functools.cache  # noqa: B019  (a command makes a few models and ends)
     def assembly(self, method: str) -> Assembly:
         """The parts of the case in arrays; joints are penalties for explicit methods."""
         given = self.overrides | {"solver.method": method}
@@ -205,7 +205,7 @@ def described(trial: Trial) -> str:
     if trial.tolerance is not None:
         return f"{trial.method}, tolerance {trial.tolerance:g}"
     if trial.share is not None:
-        return f"{trial.method}, {trial.share:g} of the stability limit"
+        return f"{trial.method}, {'at' if trial.share == 1.0 else f'{trial.share:g} of'} the stability limit"
     return f"{trial.method}, step {trial.step:g} s"
 
 
