@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from evolvent import papers
+import evolvent
+from evolvent import papers, results
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.papers import rib, winding
@@ -96,6 +97,26 @@ def test_a_failed_run_is_a_row_and_the_others_follow():
     table = rib._table(found).splitlines()
     assert len(table) == 5
     assert {line.count("|") for line in table} == {len(rib.TABLE) + 1}
+
+
+def test_the_papers_case_fails_at_the_first_touch_and_keeps_its_run(call, tmp_path):
+    code, _, err = call("run", "wrapped-rib-paper", "--no-figures", "--quiet", "-o", "run.nc")
+    assert code == 1
+    assert "under the law paper the force jumps by c delta' where 'contact-1' is touched" in err
+    kept = results.open(tmp_path / "run.nc")
+    assert (kept.attrs["status"], float(kept["time"][-1])) == ("failed", 20.5)
+
+
+def test_the_papers_mesh_does_not_wind_with_its_torque():
+    """By steps of 0.5 s to the end: 1.1 turns in place of 3.18, and a single contact point on the hub."""
+    changes = {"solver.method": ENERGY, "contact.law": "hunt-crossley"}
+    found = evolvent.run("wrapped-rib-paper", changes)
+    assert found.attrs["status"] == "success"
+    turns = found["wrap_angle"].values[:, 0] / (2.0 * math.pi)
+    assert turns[-1] == pytest.approx(1.08, abs=0.02)
+    assert found["contact-1"]["points"].values[-1] == 1
+    climb = found["energy_defect"].values - np.minimum.accumulate(found["energy_defect"].values)
+    assert climb.max() < 1e-4 * found["work_loads"].values.max()
 
 
 def test_an_interrupted_run_ends_the_others(short, monkeypatch):
