@@ -239,7 +239,12 @@ def main() -> int:
     for name, rows in tables.items():
         for row in rows:
             cells = [f"{1e3 * row[key]:.2g}" if key in row else "" for key in ("error_before_m", "error_m")]
-            for method in OURS if name == "Exudyn" else ():
+            if row is rows[0]:
+                cells = ["reference", "reference"]
+            for method in OURS:
+                if name != "Exudyn":
+                    cells.append("")
+                    continue
                 both = [ratio(row, tables[method], key) for key in ("error_before_m", "error_m")]
                 row[f"over_{method}"] = both
                 cells.append(" / ".join("-" if np.isnan(one) else f"{one:.1f}" for one in both))
