@@ -126,6 +126,20 @@ def test_an_interrupted_run_ends_the_others(short, monkeypatch):
     assert len(list(winding.run_all([(short, Trial(ENERGY, step=0.5))] * 3, papers.silent))) == 1
 
 
+def test_an_end_while_functions_are_compiled_keeps_the_runs_before(short, monkeypatch):
+    def run(self, trial):
+        if trial.method == ALPHA:
+            raise KeyboardInterrupt
+        return reference
+
+    reference = short.run(Trial(ENERGY, step=0.5))
+    monkeypatch.setattr(Model, "run", run)
+    trials = [(short, Trial(ENERGY, step=0.5)), (short, Trial(ALPHA, step=0.5)), (short, Trial(ENERGY, step=0.2))]
+    assert len(list(winding.run_all(trials, papers.silent))) == 1
+    with pytest.raises(KeyboardInterrupt):
+        list(winding.run_all(trials[1:], papers.silent))
+
+
 def test_quick_runs_are_some_of_all():
     assert len(rib._of_cable(quick=True)) < len(rib._of_cable(quick=False))
     assert len(rib._of_paper(quick=True)) < len(rib._of_paper(quick=False))

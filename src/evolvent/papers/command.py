@@ -30,10 +30,13 @@ def figure(name: str, output: str | None, quick: bool) -> None:
         for key, one in papers.ENTRIES.items():
             click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
         return
+    from evolvent.studies import conduct
+
     entry = papers.entry(name)
     path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.png", entry.kind)
     _report(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
-    made = entry.make(papers.Options(quick=quick, report=_report))
+    with conduct.compilation(_report):
+        made = entry.make(papers.Options(quick=quick, report=_report))
     click.echo(made.text)
     if path is not None:
         _write(made, path)

@@ -62,12 +62,17 @@ def table_1(options: Options) -> Made:
     trials = [(cable, trial) for trial in _of_cable(quick=options.quick)]
     trials += [(paper, trial) for trial in _of_paper(quick=options.quick)]
     found: dict[Model, list[Winding]] = {cable: [], paper: []}
-    for model, one in run_all(trials, options.report):
-        found[model].append(one)
-    complete = sum(map(len, found.values())) == len(trials) and one.status != "interrupted"
+    for model, run in run_all(trials, options.report):
+        found[model].append(run)
     text = [NOTE, "The case `wrapped-rib`, 40 cable elements:\n", _table(found[cable])]
     text += ["\nThe case `wrapped-rib-paper`, the paper's own set-up:\n", NOTE_ON_MESH, _table(found[paper])]
+    complete = _is_complete(found[cable] + found[paper], len(trials))
     return Made(text="\n".join(text if found[paper] else text[:3]), complete=complete)
+
+
+def _is_complete(runs: list[Winding], count: int) -> bool:
+    """Whether all runs came to an end of their own."""
+    return len(runs) == count and runs[-1].status != "interrupted"
 
 
 def _table(runs: list[Winding]) -> str:
@@ -107,7 +112,6 @@ def figure_10(options: Options) -> Made:
     trials += [Trial(ALPHA, step=step) for step in (0.5, 0.02, 0.005)]
     trials += [Trial("rk4", share=1.0 if options.quick else 0.25)]
     runs = [one for _, one in run_all([(model, trial) for trial in trials], options.report)]
-    complete = len(runs) == len(trials) and runs[-1].status != "interrupted"
     lines = [line for k, run in enumerate(runs) for line in _speed(run, k)]
     panels = [Panel(x_label="time, s", y_label="tip speed, m/s", lines=lines, y_zero=True)]
     near = [_between(line, WHIP) for line in lines if line.x[-1] > WHIP[0]]
@@ -115,7 +119,7 @@ def figure_10(options: Options) -> Made:
         panels.append(Panel(x_label="time, s", y_label="tip speed, m/s", lines=near, title="The whip of the tip"))
     title = "Tip speed of a rib that is wound, implicit and explicit (figure 10 of Yi et al. 2017)"
     figure = Figure(name="rib-figure-10", title=title, panels=panels, size=(9.0, 8.0))
-    return Made(text=f"{NOTE}\n{_table(runs)}", figure=figure, complete=complete)
+    return Made(text=f"{NOTE}\n{_table(runs)}", figure=figure, complete=_is_complete(runs, len(trials)))
 
 
 def _speed(run: Winding, k: int) -> list[Line]:

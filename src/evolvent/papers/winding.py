@@ -148,7 +148,7 @@ class Model:
         end = self.end if trial.stop is None else trial.stop
         prepared, _ = analysis.plan(assembly, self.samples(method, step, end), **settings)
         began = time.process_time()
-        found = prepared.run(None)
+        found = prepared.run(None).or_start(0.0)
         return self._winding(trial, step, found, (time.process_time() - began) * self.end / end)
 
     def samples(self, method: str, step: float | None, end: float) -> Array:
@@ -185,7 +185,13 @@ class Model:
 
 
 def run_all(trials: Sequence[tuple[Model, Trial]], report: Callable[[str], None]) -> Iterator[tuple[Model, Winding]]:
-    """Run one trial after another; an interrupted run is the last one."""
+    """Run one trial after another; Ctrl-C ends them, and an interrupted run is the last one.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Where it ends the first run.
+    """
     guesses = [model.forecast(trial) for model, trial in trials]
     spent = 0.0
     for k, (model, trial) in enumerate(trials):
@@ -193,7 +199,12 @@ def run_all(trials: Sequence[tuple[Model, Trial]], report: Callable[[str], None]
         left = sum(guesses[k:]) * (spent / done if done > 0.0 else 1.0)
         report(f"run {k + 1} of {len(trials)}: {model.name}, {described(trial)}; about {math.ceil(left)} s left")
         began = time.perf_counter()
-        found = model.run(trial)
+        try:
+            found = model.run(trial)
+        except KeyboardInterrupt:  # while a function is compiled
+            if k == 0:
+                raise
+            return
         spent += time.perf_counter() - began
         yield model, found
         if found.status == "interrupted":
