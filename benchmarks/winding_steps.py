@@ -1,47 +1,71 @@
-"""Winding of the built-in wrapped rib by the energy-momentum method, over the length of its fixed steps.
+"""Winding of the built-in wrapped rib over the length of fixed steps, by energy-momentum and by generalized-alpha.
 
-Columns: the step; mean step that was taken, for steps that Newton's method does not solve are divided; largest gain of
-the energy balance, and what the steps took from it, in per cent of the largest energy or work; iterations a step;
-divided steps; when the tip is fastest (s); CPU time (s, of one core, without compilation).
+    python benchmarks/winding_steps.py [--alpha 0.2] [--steps 0.5 0.1] [--methods energy-momentum]
 
-    python benchmarks/winding_steps.py [step ...]
+For each mass damping alpha the winding is run to 20 s after the tip is fastest. Columns: step; mean step taken;
+largest climb of the energy balance, and the least that it falls to, in per cent of the largest energy or work; error of
+the tip's path (root of the mean square over time, against energy-momentum with the shortest step halved) up to 1 s
+before the tip is fastest; iterations a step; divided steps; when the tip is fastest; CPU time of one core without
+compilation; how the run ended. It prints the Markdown of docs/guide/energy-momentum.md.
 """
 
 from __future__ import annotations
 
+import argparse
+import math
 import sys
-import time
 
-import numpy as np
+from evolvent.papers.winding import ALPHA, ENERGY, Model, Trial, Winding, markdown, run_all, written
 
-from evolvent import cases
-from evolvent.solvers import energy_momentum
+#: When the tip is fastest, s, by the mass damping, 1/s.
+FASTEST = {0.0: 28.37, 0.2: 66.79, 0.5: 146.06}
+STEPS = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+HEADER = (
+    "method", "step, s", "mean step, s", "gained, %", "taken, %", "tip error, mm", "iterations a step", "divided",
+    "fastest at, s", "CPU, s", "outcome",
+)  # fmt: skip
 
-END, STEPS = 80.0, (0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+
+def row(run: Winding, reference: Winding, before: float) -> list[str]:
+    """A run in the table; what it has not reached is left out."""
+    reached = run.t[-1] > before + 1.0
+    return [
+        run.trial.method,
+        f"{run.step:g}",
+        f"{run.mean_step:.3g}",
+        written(100.0 * run.gain, least=0.01),
+        written(100.0 * run.taken, least=0.01),
+        written(1e3 * run.error(reference, before), least=0.01),
+        f"{run.iterations:.1f}",
+        str(run.divided) if run.trial.method == ENERGY else "-",
+        f"{run.peak_time:.2f}" if reached else "-",
+        written(run.cpu),
+        run.outcome,
+    ]
 
 
-def main(steps: list[float]) -> None:
-    case = cases.load("wrapped-rib")
-    assembly = cases.system("wrapped-rib").build(case).assemble()
-    samples = np.linspace(0.0, END, 8001)
-    tip = int(assembly.model.flexible.beams["iv"][0]) + 6 * case.rib.elements
-    energy_momentum.solve_energy(assembly, samples=[0.0, 0.1], step=0.05)  # compiles
-    print("| step, s | mean step, s | gain, % | taken, % | iterations a step | divided | fastest at, s | CPU, s |")
-    print("|---|---|---|---|---|---|---|---|")
-    for step in steps:
-        began = time.process_time()
-        found = energy_momentum.solve_energy(assembly, samples=samples, step=step, newton=1e-9)
-        used = time.process_time() - began
-        count = found.statistics
-        largest = max(np.abs(found.energy).max(), np.abs(found.balance.loads).max())
-        speed = np.linalg.norm(found.y[:, tip : tip + 3], axis=1)
-        print(
-            f"| {step:g} | {count['mean_step']:.3g} | {100 * max(found.energy_defect.max(), 0.0) / largest:.1g} "
-            f"| {-100 * found.energy_defect.min() / largest:.2g} | {count['iterations'] / count['steps']:.1f} "
-            f"| {count['divided_steps']} | {found.t[speed.argmax()]:.2f} | {used:.1f} |",
-            flush=True,
+def main() -> int:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--alpha", type=float, nargs="*", default=list(FASTEST), choices=list(FASTEST), help="1/s")
+    parser.add_argument("--steps", type=float, nargs="*", default=list(STEPS), help="s")
+    parser.add_argument("--methods", nargs="*", default=[ENERGY, ALPHA], choices=[ENERGY, ALPHA])
+    options = parser.parse_args()
+    for alpha in options.alpha:
+        end, before = math.ceil(FASTEST[alpha]) + 20.0, math.floor(FASTEST[alpha]) - 0.5
+        model = Model("wrapped-rib", end, {"damping.alpha": alpha, "solver.duration": end})
+        trials = [Trial(ENERGY, step=0.5 * min(options.steps))]
+        trials += [Trial(method, step=step) for method in options.methods for step in options.steps]
+        found = run_all(
+            [(model, trial) for trial in trials], lambda sentence: print(f"  {sentence}", file=sys.stderr, flush=True)
         )
+        reference = next(found)[1]
+        rows = [row(run, reference, before) for _, run in found]
+        print(f"\nMass damping {alpha:g} 1/s, {end:g} s; the tip of the reference is fastest at ", end="")
+        print(f"{reference.peak_time:.2f} s, its path is compared up to {before:g} s:\n\n{markdown(HEADER, rows)}")
+        sys.stdout.flush()
+    return 0
 
 
 if __name__ == "__main__":
-    main([float(word) for word in sys.argv[1:]] or list(STEPS))
+    sys.exit(main())

@@ -37,6 +37,24 @@ def test_built_in_case_holds_the_papers_data():
     assert case.strip.axial_stiffness == pytest.approx(45.0)
 
 
+def test_the_papers_own_set_up():
+    case = cases.load("wrapped-rib-paper")
+    assert (case.rib.formulation, case.rib.elements, case.rib.length / case.rib.elements) == ("full", 10, 1.2)
+    assert (case.contact.law, case.contact_stiffness, case.contact.damping) == ("paper", 1e6, 1e3)
+    assert (case.solver.method, case.solver.step) == ("generalized-alpha", 0.5)
+    rest = {"rib": {"formulation": "cable", "elements": 40}, "contact": cases.load("wrapped-rib").contact}
+    same = case.model_copy(update={"rib": case.rib.model_copy(update=rest["rib"]), "contact": rest["contact"]})
+    assert (same.rib, same.hub, same.drive, same.damping) == tuple(
+        getattr(cases.load("wrapped-rib"), key) for key in ("rib", "hub", "drive", "damping")
+    )
+    stiffer, EI = bending_stiffness_ratio(case), case.strip.bending_stiffness
+    assert stiffer == pytest.approx(2.351e6, rel=1e-3)
+    needed = stiffer * EI * case.rib.length / (2.0 * case.hub.radius**2)
+    assert needed == pytest.approx(13.2, abs=0.1)
+    assert case.drive.torque * case.rib.length / case.hub.radius == pytest.approx(4.0)
+    assert any("cannot wind the rib" in warning for warning in warnings(case))
+
+
 @pytest.mark.parametrize("name", ["wrapped-rib", "wrapped-rib-hold", "wrapped-rib-deploy"])
 def test_built_in_cases_need_no_warning(name):
     case = cases.load(name)

@@ -1,0 +1,108 @@
+"""Tables and figures of the papers behind the systems, computed again: what `evolvent figure` makes.
+
+`ENTRIES` names them. A function that makes one takes `Options` and returns a `Made`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
+
+from evolvent.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from evolvent.figures import Figure
+
+YI = "Yi, Yuan, Dong & Li (2017)"
+
+
+def silent(sentence: str) -> None:
+    """Report nothing."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Options:
+    """How a table or a figure is computed.
+
+    Attributes
+    ----------
+    quick : bool, fewer runs, and a reference of longer steps
+    report : called with a sentence on the progress
+    """
+
+    quick: bool = False
+    report: Callable[[str], None] = silent
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Made:
+    """A table or a figure that was computed.
+
+    Attributes
+    ----------
+    text : str, Markdown
+    figure : Figure, None of a table
+    complete : bool, False where the computation was interrupted
+    """
+
+    text: str
+    figure: Figure | None = None
+    complete: bool = True
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One table or figure.
+
+    Attributes
+    ----------
+    kind : what is kept in a file: a table as Markdown, a figure as a picture
+    paper, title : str
+    seconds : (2,) int, expected CPU time, in full and of the quick form
+    function : str, module of `evolvent.papers` and function that makes it, "rib.table_1"
+    """
+
+    kind: Literal["table", "figure"]
+    paper: str
+    title: str
+    seconds: tuple[int, int]
+    function: str
+
+    def make(self, options: Options) -> Made:
+        """Compute it."""
+        module, _, name = self.function.partition(".")
+        made: Made = getattr(importlib.import_module(f"evolvent.papers.{module}"), name)(options)
+        return made
+
+
+ENTRIES: dict[str, Entry] = {
+    "rib-table-1": Entry(
+        kind="table",
+        paper=YI,
+        title="winding of a rib: CPU time and error of implicit and explicit methods over the step",
+        seconds=(240, 30),
+        function="rib.table_1",
+    ),
+    "rib-figure-10": Entry(
+        kind="figure",
+        paper=YI,
+        title="winding of a rib: tip speed over time, implicit and explicit",
+        seconds=(60, 20),
+        function="rib.figure_10",
+    ),
+}
+
+
+def entry(name: str) -> Entry:
+    """The table or figure of a name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in ENTRIES:
+        raise InputError(f"no table or figure is called {name!r}; {nearest(name, ['list', *ENTRIES])}")
+    return ENTRIES[name]

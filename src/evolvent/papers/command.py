@@ -1,0 +1,82 @@
+"""The command `evolvent figure`."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+import click
+
+from evolvent.errors import InputError
+from evolvent.studies.command import INTERRUPTED, once
+
+#: Endings of the files of each kind.
+ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}
+
+
+@click.command()
+@click.argument("name", metavar="list|NAME")
+@click.option("-o", "--output", multiple=True, callback=once, metavar="FILE", help="Table as .md, figure as .png, .svg "
+              "or .pdf.  [default: NAME.png of a figure, none of a table]")  # fmt: skip
+@click.option("--quick", is_flag=True, help="Fewer runs, and a reference of longer steps.")
+def figure(name: str, output: str | None, quick: bool) -> None:
+    """Compute a table or figure of a paper again; `list` names them.
+
+    It prints a Markdown table. A run that fails is a row of it. Ctrl-C ends the runs and keeps what was computed.
+    """
+    from evolvent import papers
+
+    if name == "list":
+        for key, one in papers.ENTRIES.items():
+            click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
+        return
+    from evolvent.studies import conduct
+
+    entry = papers.entry(name)
+    path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.png", entry.kind)
+    _report(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
+    with conduct.compilation(_report):
+        made = entry.make(papers.Options(quick=quick, report=_report))
+    click.echo(made.text)
+    if path is not None:
+        _write(made, path)
+    if not made.complete:
+        _report("interrupted; what was computed is kept")
+        raise click.exceptions.Exit(INTERRUPTED)
+
+
+def _report(sentence: str) -> None:
+    click.echo(f"evolvent: {sentence}", err=True)
+
+
+def _minutes(seconds: int) -> str:
+    """A duration in words."""
+    return f"about {seconds} s" if seconds < 90 else f"about {round(seconds / 60)} min"
+
+
+def _claimed(path: str | None, kind: str) -> str | None:
+    """Refuse a file that could not be written, before the runs."""
+    if path is None:
+        return None
+    from evolvent import results
+
+    if os.path.splitext(path)[1].lower() not in ENDINGS[kind]:
+        raise InputError(f"cannot write {path!r}: the file of a {kind} ends with {' or '.join(ENDINGS[kind])}")
+    return results.claim(path)
+
+
+def _write(made: object, path: str) -> None:
+    """Keep a table or figure in a file."""
+    from evolvent.papers import Made
+
+    assert isinstance(made, Made)
+    if made.figure is not None:
+        from evolvent import plots
+
+        plots.save(made.figure, path)
+    else:
+        from evolvent import results
+
+        with results.writing(path) as temporary:
+            pathlib.Path(temporary).write_text(f"{made.text}\n", encoding="utf-8")
+    click.echo(f"evolvent: written to {path}", err=True)
