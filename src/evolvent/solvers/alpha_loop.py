@@ -12,15 +12,8 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import solve_step, step_of
-from evolvent.solvers.alpha_contact import (
-    add_mean_forces,
-    add_rest_of_wrenches,
-    correct_velocities,
-    find_stiff_part,
-    solve_with_stiff_part,
-)
-from evolvent.solvers.alpha_energy import add_step_to_balance, energy_gained, fill_energies, note_drives
+from evolvent.solvers.alpha import solve_step
+from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
     AT_STOP,
@@ -28,27 +21,21 @@ from evolvent.solvers.alpha_state import (
     DONE,
     GAINED,
     NO_CONVERGENCE,
-    SINGULAR,
     WORKSPACE,
     displace,
     factor_at,
 )
-from evolvent.solvers.balance import energy_of, scale_of
+from evolvent.solvers.balance import energy_of
 
 _I = types.int64
-
-#: Steps between two looks at the energies, where nothing touches; they take half of an iteration's time.
-EACH = 8
 
 
 def functions(model: Any) -> list[Any]:
     """Functions of the time loop that a model needs."""
     found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, solve_step,
-        add_step_to_balance, energy_gained, note_drives, fill_energies, keep_sample, restart, restore_start,
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step,
+        add_step_to_balance, has_gained, note_drives, fill_energies, keep_sample, restart, restore_start,
     ]  # fmt: skip
-    if model.flexible.cylinders.size:
-        found += [add_mean_forces, solve_with_stiff_part, find_stiff_part, correct_velocities, add_rest_of_wrenches]
     if model.threads.size:
         found += [thread_accelerations]
     return found
@@ -116,7 +103,7 @@ def advance(model, matrix, work, budget):
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
         save_start(h, model, work)
-        iterations = solve_and_correct(t_end, h, lands, adaptive, model, matrix, work)
+        iterations = solve_step(t_end, h, model, matrix, work)
         error = local_error(h, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
@@ -130,15 +117,16 @@ def advance(model, matrix, work, budget):
             restore_start(model, work)
             loop.event_step = h * part
             continue
-        accept_step(t1, t_end, h, lands, model, work)
+        if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
+            # contacts, tensions and reactions of the state that the last correction led to
+            residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
+        accept_step(t1, t_end, h, model, work)
+        gained = has_gained(t_end, t1 >= work.samples[work.samples.size - 1] - near, model, work)
         at_sample = loop.sample < work.samples.size and t1 >= work.samples[loop.sample] - near
-        # a few steps from rest gain as much as there is, and then less and less beside it
-        ends = t1 >= work.samples[work.samples.size - 1] - near
-        gained = loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2))
         latched = _latch(t1, model, work)
         if not gained and adaptive:
             loop.step = next_step(h, error, iterations, lands, work)
-        if at_sample and (lands or not gained):
+        if at_sample:
             keep_sample(loop.sample, model, work)
             loop.sample += 1
         if gained:
@@ -185,7 +173,7 @@ def save_start(h, model, work):
         work.y0[i] = work.y[i]
     for i in range(work.dq.size):
         work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
-        work.loads0[i], work.w0[i] = work.loads1[i], work.w1[i]
+        work.loads0[i] = work.loads1[i]
     if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
         for i in range(work.dq.size):
             work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / work.loop.last_step, 1.0)
@@ -197,27 +185,11 @@ def save_start(h, model, work):
 
 
 @inlined
-def solve_and_correct(t_end, h, lands, adaptive, model, matrix, work):
-    """Solve a step, contact forces that are means over it included; returns as `step_of` does."""
-    found = solve_step(t_end, h, model, matrix, work)
-    touches = model.flexible.cylinders.size > 0
-    if found > 0 and (touches or model.threads.size > 0 or lands):
-        # contacts, tensions and reactions of the state that the last correction led to
-        residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
-        if not adaptive and touches:
-            found = solve_with_stiff_part(t_end, h, found, model, matrix, work)
-        if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, work):
-            found = SINGULAR
-    return found
-
-
-@inlined
 def local_error(h, work):
-    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0), and of the accelerations w likewise."""
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0)."""
     c, error = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
     for i in range(work.dq.size):
-        d = abs(work.a1[i] - work.a0[i]) + abs(work.w1[i] - work.w0[i])
-        error = max(error, c * d / work.weight[i])
+        error = max(error, c * abs(work.a1[i] - work.a0[i]) / work.weight[i])
     return error / work.options.tolerance
 
 
@@ -234,9 +206,9 @@ def next_step(h, error, iterations, lands, work):
 
 
 @inlined
-def accept_step(t1, t_end, h, lands, model, work):
-    """Accept a step: momentum that is kept, energy balance, and what that has gained from nothing."""
-    loop, options = work.loop, work.options
+def accept_step(t1, t_end, h, model, work):
+    """Accept a step: momentum that is kept, and its work and losses."""
+    loop = work.loop
     keep_momentum(t_end, h, work.y, model.flexible.P, model, work.spare, work.kept)
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
@@ -244,14 +216,6 @@ def accept_step(t1, t_end, h, lands, model, work):
     loop.last_step, loop.event_step = h, math.inf
     loop.time = t1
     loop.steps += 1
-    touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
-    if lands or touching or loop.steps % EACH == 0:
-        net = energy_gained(t_end, model, work)
-        loop.largest_gain = max(loop.largest_gain + net - loop.net_gain, 0.0)
-        loop.net_gain = net
-        scale = scale_of(work.balance, loop.peak_energy) + options.floor
-        passed = 1 if touching else EACH
-        loop.over = loop.over + passed if loop.largest_gain > options.gain * scale else 0
 
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
@@ -277,7 +241,7 @@ def restore_start(model, work):
         work.y[i] = work.y0[i]
     for i in range(work.dq.size):
         work.a1[i], work.dv1[i] = work.a0[i], work.dv0[i]
-        work.loads1[i], work.w1[i] = work.loads0[i], work.w0[i]
+        work.loads1[i] = work.loads0[i]
     for i in range(work.la.size):
         work.la[i] = work.la0[i]
     for i in range(work.powers.shape[1]):

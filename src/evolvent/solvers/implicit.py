@@ -329,7 +329,7 @@ class Run:
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
                 "smallest_pivot": float(loop.quality),
-                "energy_gained": float(loop.net_gain),
+                "energy_gained": float(loop.gain),
             },
             event_times=event_times,
             event_kinds=event_kinds,

@@ -9,7 +9,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, joint, rigid
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
@@ -125,9 +125,8 @@ def options_of(rho: float, **given: float) -> np.record:
     """Options of a run by the spectral radius at infinite frequency (see `evolvent.solvers.alpha`)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     beta, gamma = 1.0 / (1.0 + rho) ** 2, 2.0 / (1.0 + rho) - 0.5
-    share = (1.0 - alpha_m) / (2.0 * beta * (1.0 - alpha_f))
     found: np.record = zeros_record(
-        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, share=share, **given
+        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, **given
     )
     return found
 
@@ -147,14 +146,12 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     clear_history(model)
-    cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options.share, 1.0)
     step = options.span if options.tolerance == 0.0 else 0.1 * options.span
     loop = zeros_record(
         alpha_state.LOOP, time=times[0], step=step, last_step=step, quality=1.0, event_step=np.inf, stale=1
     )
     states = {name: assembly.y.copy() for name in ("y", "y0", "spare")}
-    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads", "w", "g") for end in "01"}
+    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads") for end in "01"}
     out = empty(model, times.size)
     return alpha_state.Workspace(
         options=options,
