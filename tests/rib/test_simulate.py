@@ -440,7 +440,7 @@ def test_a_run_that_does_not_fit_is_no_start(held, changes, words):
         {"rib.tip_thickness": "0.2 mm"},
         {"rib.root": "clamp", "rib.start_angle": "90 deg"},
         {"rib.root_stiffness": 0.01, "rib.root_damping": 0.01, "rib.count": 3},
-        {"contact.law": "conservative"},
+        {"contact.law": "conservative", "solver.method": "energy-momentum"},
         {"contact.self": True, "contact.law": "paper", "contact.damping": 0.0},
         {"damping.beta": 0.01, "damping.elements": "first", "damping.alpha": 0},
         {"hub.motion": "spin", "hub.inertia": 5},
@@ -482,6 +482,10 @@ def test_the_parts_of_a_system_have_names():
     ("changes", "words"),
     [
         ({"contact.self": True, "contact.law": "conservative"}, "contact.self does not support"),
+        (
+            {"contact.law": "conservative", "solver.method": "generalized-alpha"},
+            "contact.law is 'conservative', which solver.method generalized-alpha does not support",
+        ),
         ({"output.every": "1 us"}, "too many"),
         ({"solver.step": "0.1 us"}, "too many|more than 1e+09"),
         ({"drive": {"kind": "tip", "rate": 1, "ramp": 200}}, "drive.ramp is 200 s"),
