@@ -1,4 +1,4 @@
-"""Time loop of generalized-alpha: steps, step control, samples, latches and restarts."""
+"""Time loop of generalized-alpha: steps, step control, latches and restarts."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import solve_step
 from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
+from evolvent.solvers.alpha_samples import fill_forces, keep_sample, keep_samples, next_start
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
     AT_STOP,
@@ -34,37 +35,12 @@ def functions(model: Any) -> list[Any]:
     """Functions of the time loop that a model needs."""
     found = [
         advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step,
-        add_step_to_balance, has_gained, note_drives, fill_energies, keep_sample, restart, restore_start,
+        add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
+        fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
     if model.threads.size:
         found += [thread_accelerations]
     return found
-
-
-@indirect(void(_I, MODEL, WORKSPACE))
-def keep_sample(n, model, work):
-    """Keep the state as sample n."""
-    f = model.flexible
-    for i in range(work.y.size):
-        work.out_y[n, i] = work.y[i]
-    for i in range(f.switches.size):
-        work.out_s[n, i] = f.switches[i]
-    for i in range(work.dq.size):
-        work.out_a[n, i] = work.dv1[i]
-    for i in range(work.la.size):
-        work.out_la[n, i] = work.la[i]
-    work.out_balance[n] = work.balance
-    for k in range(f.cylinders.size):
-        row = work.out_cylinders[n, k]
-        for i in range(6):
-            row[i] = f.cylinders[k].F[i]
-        row[6] = f.cylinders[k].normal
-        row[7] = work.impulse[k]
-        row[8] = f.cylinders[k].touching
-        row[9] = f.cylinders[k].energy
-    for b in range(model.bodies.size):
-        for i in range(6):
-            work.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
@@ -82,8 +58,9 @@ def begin(model, matrix, work):
     fill_energies(t, model, work)
     work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    next_start(model, work)
     if work.samples[0] <= t:
-        keep_sample(0, model, work)
+        keep_sample(0, 1.0, t, 0.0, model, work)
         work.loop.sample = 1
     return DONE
 
@@ -97,13 +74,16 @@ def advance(model, matrix, work, budget):
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE
+        t = loop.time
         target, stops = next_target(work, near)
-        h, lands = step_length(model, work, target - loop.time, adaptive)
-        t1 = target if lands else loop.time + h
+        h, lands = step_length(model, work, target - t, adaptive)
+        t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
         save_start(h, model, work)
         iterations = solve_step(t_end, h, model, matrix, work)
+        if iterations > 0:  # forces of the state that the last correction led to
+            residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
         error = local_error(h, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
@@ -117,20 +97,15 @@ def advance(model, matrix, work, budget):
             restore_start(model, work)
             loop.event_step = h * part
             continue
-        if model.flexible.cylinders.size > 0 or model.threads.size > 0 or lands:
-            # contacts, tensions and reactions of the state that the last correction led to
-            residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
         accept_step(t1, t_end, h, model, work)
         gained = has_gained(t_end, t1 >= work.samples[work.samples.size - 1] - near, model, work)
-        at_sample = loop.sample < work.samples.size and t1 >= work.samples[loop.sample] - near
-        latched = _latch(t1, model, work)
-        if not gained and adaptive:
-            loop.step = next_step(h, error, iterations, lands, work)
-        if at_sample:
-            keep_sample(loop.sample, model, work)
-            loop.sample += 1
+        keep_samples(t, t1 - t, model, work)
+        next_start(model, work)
         if gained:
             return GAINED
+        latched = _latch(t1, model, work)
+        if adaptive:
+            loop.step = next_step(h, error, iterations, lands, work)
         if stops and lands:
             loop.stop += 1
             if model.threads.size > 0:
@@ -147,8 +122,8 @@ def advance(model, matrix, work, budget):
 
 @inlined
 def next_target(work, near):
-    """Time of the next sample or stop, and whether it is a stop."""
-    loop, target = work.loop, work.samples[work.loop.sample]
+    """Time of the next stop, or of the end, and whether it is a stop."""
+    loop, target = work.loop, work.samples[work.samples.size - 1]
     stops = loop.stop < work.stops.size and work.stops[loop.stop] <= target + near
     if stops:
         target = min(target, work.stops[loop.stop])
@@ -159,7 +134,7 @@ def next_target(work, near):
 def step_length(model, work, left, adaptive):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     h = min(work.loop.step, work.loop.event_step, hinge.longest_step(model.flexible.hinges))
-    if h >= left * (1.0 - 1e-9):
+    if h >= left * (1.0 - 1e-6):  # which adds up round-off
         return left, True
     if adaptive and 2.0 * h > left:
         h = 0.5 * left
@@ -231,6 +206,7 @@ def restart(t, h, model, matrix, work):
     keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     fill_energies(t, model, work)
     work.balance.by_joints += before - energy_of(work.balance)
+    next_start(model, work)
     return status
 
 

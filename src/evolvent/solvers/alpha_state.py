@@ -45,6 +45,7 @@ class Workspace(Struct):
     Attributes
     ----------
     options, loop, balance : records (see `OPTIONS`, `LOOP` and `evolvent.solvers.balance`)
+    row, row0 : (number of fields,) float, J, the fields of `balance`, and those of the step's start
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     a1, a0 : (nv,) float, algorithmic accelerations
     dv1, dv0 : (nv,) float, accelerations v'
@@ -54,7 +55,9 @@ class Workspace(Struct):
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder
+    cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
+    ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
     log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
     out_* : what is kept at the samples
     """
@@ -62,6 +65,8 @@ class Workspace(Struct):
     options: np.record = record(OPTIONS)
     loop: np.record = record(LOOP)
     balance: np.record = record(BALANCE)
+    row: np.ndarray = array(1)
+    row0: np.ndarray = array(1)
     y: np.ndarray = array(1)
     y0: np.ndarray = array(1)
     spare: np.ndarray = array(1)
@@ -81,6 +86,10 @@ class Workspace(Struct):
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)
     impulse: np.ndarray = array(1)
+    cylinders: np.ndarray = array(3)
+    bodies: np.ndarray = array(3)
+    ends: np.ndarray = array(3)
+    end_times: np.ndarray = array(2)
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
@@ -90,7 +99,7 @@ class Workspace(Struct):
     out_s: np.ndarray = array(2, np.int64)
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
-    out_balance: np.ndarray = array(1, BALANCE)
+    out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_bodies: np.ndarray = array(3)
 

@@ -195,6 +195,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         energies=np.zeros(3),
         impulse0=np.zeros(n_c),
         impulse=np.zeros(n_c),
+        wrenches=np.zeros((n_b, 6)),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((times.size, assembly.y.size)),
