@@ -69,10 +69,9 @@ class WrappedRib(SystemDefinition):
         return structure.build(case, self.begin or start(case))
 
     def settings(self, case: Any) -> dict[str, Any]:
-        """Arguments of `System.simulate`; no fixed step is cut short for a sample."""
+        """Arguments of `System.simulate`."""
         solver, step = case.solver, None if case.solver.step == "auto" else float(case.solver.step)
-        every = max(case.output.every, step or 0.0)
-        found = {"until": case.duration, "every": every, "method": solver.method, "step": step}
+        found = {"until": case.duration, "every": case.output.every, "method": solver.method, "step": step}
         if solver.method in IMPLICIT:
             radius = 0.3 if solver.method == ALPHA else 1.0 / 3.0
             radius = radius if solver.spectral_radius is None else solver.spectral_radius
