@@ -23,6 +23,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import (
     beam_loads,
     contact,
+    contact_laws,
     custom,
     flexible,
     hinge,
@@ -196,13 +197,22 @@ FAMILIES = (
     ),
     Family(
         "a contact without friction", "cylinders", EVERY,
-        which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
-        tangents=_CONTACT,
+        which=lambda found: (found["friction"] == 0.0) & (found["under"] < 0) & ~_is_conservative(found),
+        forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
         "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
+    ),
+    Family(
+        "a contact with the law conservative", "cylinders", EVERY - {IMPLICIT},
+        "take energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        forces=(contact.add_contacts,), tangents=_CONTACT,
+    ),
+    Family(
+        "a contact with the paper's law", "cylinders", _NOT_ENERGY, "take `law` 'hunt-crossley', or generalized-alpha",
+        which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
         "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
@@ -215,6 +225,10 @@ FAMILIES = (
 
 def _is_driven(found: Array) -> Array:
     return (found["path"] != joint.STILL) | (found["kind"] == joint.ANGLE)
+
+
+def _is_conservative(found: Array) -> Array:
+    return np.asarray(found["law"] == contact_laws.CONSERVATIVE)
 
 
 def _has_profile(found: Array, others: int) -> Array:

@@ -99,12 +99,11 @@ RECORDS: dict[str, np.dtype] = {
     "custom_forces": _record("law first last place places", "", "balanced symmetric"),
     "custom_places": _record("on index iq iv", "local", "", local=_3),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
-    # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`; share: of their
-    # forces in the equations of a step's end
+    # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
         "body law first last under",
         "sense shift centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
-        "F normal energy power touching share",
+        "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
     ),
     # a contact point is S . (four vectors of its element). Of the step's start: gap, place and bristle (body axes);

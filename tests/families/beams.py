@@ -165,12 +165,21 @@ def resting(part: str, add: Callable[[System], Any], direction: float) -> Case:
     )  # fmt: skip
 
 
+def on_drum(**law: Any) -> Case:
+    """The tip on a cylinder."""
+    given = {"radius": 0.2, "centre": (1.0, SUNK - 0.2, 0.0), "stiffness": K_TOUCH, "points": 1} | law
+    drum = parts.CylinderContact(body="ground", beams=["rod"], **given)
+    return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
+
+
 @of("a contact without friction")
 def contact() -> Case:
-    """The tip on a cylinder."""
-    centre = (1.0, SUNK - 0.2, 0.0)
-    drum = parts.CylinderContact(body="ground", beams=["rod"], radius=0.2, centre=centre, stiffness=K_TOUCH, points=1)
-    return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
+    return on_drum()
+
+
+@of("a contact with the law conservative")
+def conservative() -> Case:
+    return on_drum(law="conservative")
 
 
 @of("a layer on other turns")

@@ -266,7 +266,6 @@ def pressed(
 CASES: list[tuple[str, dict[str, float]]] = [
     ("hunt-crossley", {}),
     ("hunt-crossley", {"damping": 0.7}),
-    ("conservative", {}),
     ("paper", {"damping": 30.0}),
 ]
 

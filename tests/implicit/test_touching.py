@@ -1,8 +1,9 @@
-"""Beams and cables against cylinders: bounces, pressing, the capstan, sticking, and ends that are told."""
+"""Beams and cables against cylinders: bounces, pressing, the capstan, sticking, and how runs end."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.builder import Assembly
 from evolvent.solvers import Solution
+from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 from implicit.rigs import coordinates, momenta, run
 
@@ -35,6 +37,13 @@ def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> A
         parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
     )
     return system.assemble()
+
+
+def bounced(assembly: Assembly, samples: Any, **options: Any) -> Solution:
+    """Solve by energy-momentum; the run must end well."""
+    solution = solve_energy(assembly, samples=samples, **options)
+    assert solution.success, solution.message
+    return solution
 
 
 def restitution(assembly: Assembly, solution: Solution) -> float:
@@ -66,8 +75,6 @@ ZETA = 20.0 / (2.0 * math.sqrt(K))
         ("hunt-crossley", 0.5, hunt_crossley(0.5)),
         ("paper", 20.0, math.exp(-ZETA * math.pi / math.sqrt(1.0 - ZETA**2))),
         ("paper", 10.0, 0.854468),
-        ("conservative", 0.0, 1.0),
-        ("conservative", 0.5, hunt_crossley(0.5)),
     ],
 )
 def test_restitution(law: str, damping: float, expected: float, book: Book) -> None:
@@ -75,42 +82,39 @@ def test_restitution(law: str, damping: float, expected: float, book: Book) -> N
     solution = run(assembly, [0.0, 0.04, 0.15], tolerance=1e-9 if law == "paper" else 1e-8)
     before = 0.5 * SPEED**2
     assert solution.balance.by_contact[-1] == pytest.approx(before * (1.0 - expected**2), abs=2e-4)
-    source = "SciPy DOP853, 1e-12" if law != "paper" and damping else "closed form"
+    source = "SciPy DOP853, 1e-12" if law == "hunt-crossley" and damping else "closed form"
     book(
         "Contact", f"Bounce of a bar, law {law}, damping {damping:g}", reference=f"restitution {expected:.6f}",
         source=source, error=abs(restitution(assembly, solution) - expected), allowed=1e-4, unit="of the speed",
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
-def test_the_conservative_law_gains_nothing(step: float) -> None:
-    """Six steps in contact, and as good as exact."""
-    assembly = bar("conservative", 0.0)
-    solution = run(assembly, [0.0, 0.04, 0.5], step=step)
-    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-6)
-    assert solution.energy_defect.max() < 1e-6
-
-
 CONTACT_TIME = math.pi / math.sqrt(K)
 
 
-@pytest.mark.parametrize("rho", [0.3, 0.8])
-@pytest.mark.parametrize("part", [0.3, 0.5, 1.0, 3.0])
-def test_the_conservative_law_bounces_in_a_single_step(part: float, rho: float) -> None:
-    """Of a stiff bar, whose own vibration no step resolves, it keeps the energy even at steps beyond the contact."""
-    assembly = bar("conservative", 0.0)
-    solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=rho)
-    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-5)
-    assert solution.energy_defect.max() < 1e-5 * 0.5 * SPEED**2
-
-
-@pytest.mark.parametrize(("count", "part"), [(4, 3.0), (10, 1.0), (10, 3.0), (20, 0.5)])
-def test_the_conservative_law_bounces_on_fine_meshes(count: int, part: float) -> None:
-    """However far a point goes in a step, beyond the reach of its element."""
+@pytest.mark.parametrize(("count", "part"), [(1, 0.1), (1, 0.5), (1, 3.0), (4, 3.0), (10, 1.0), (20, 0.5), (20, 1.0)])
+def test_the_conservative_law_bounces_elastically_at_any_step(count: int, part: float, book: Book) -> None:
+    """Of a stiff bar, whose own vibration no step resolves, at steps of a tenth to three times the time of contact."""
     assembly = bar("conservative", 0.0, count=count)
-    solution = run(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=0.3)
-    assert restitution(assembly, solution) == pytest.approx(1.0, abs=1e-3)
-    assert solution.energy_defect.max() < 1e-3 * 0.5 * SPEED**2
+    solution = bounced(assembly, [0.0, 0.04, 1.0], step=part * CONTACT_TIME, spectral_radius=1.0)
+    assert np.abs(solution.energy_defect).max() < 1e-4 * 0.5 * SPEED**2
+    book(
+        "Contact", f"Bounce of a bar of {count} elements, law conservative, step of {part:g} contact times",
+        reference="restitution 1", source="closed form", error=abs(restitution(assembly, solution) - 1.0),
+        allowed=1e-7, unit="of the speed",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("modulus", [1e5, 1e6, 1e8])
+@pytest.mark.parametrize("part", [0.2, 0.35, 0.5])
+def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part: float) -> None:
+    """From as soft as the contact to a thousand times as stiff; dissipation takes up to a tenth of the speed."""
+    fine = bar("conservative", 0.0, modulus=modulus, count=4)
+    exact = restitution(fine, bounced(fine, [0.0, 0.04, 0.15], step=2e-4, spectral_radius=0.9))
+    assembly = bar("conservative", 0.0, modulus=modulus, count=4)
+    solution = bounced(assembly, [0.0, 0.04, 0.4], step=part * CONTACT_TIME)
+    assert solution.energy_defect.max() < 1e-9 * 0.5 * SPEED**2
+    assert exact - 0.1 < restitution(assembly, solution) < exact + 0.01
 
 
 def test_a_gain_at_the_very_end_fails_too() -> None:
@@ -121,19 +125,7 @@ def test_a_gain_at_the_very_end_fails_too() -> None:
         assert "gained" in solution.message
 
 
-@pytest.mark.parametrize("modulus", [1e5, 1e6, 1e8])
-@pytest.mark.parametrize("part", [0.2, 0.35, 0.5])
-def test_an_elastic_bar_bounces_at_large_steps_without_gain(modulus: float, part: float) -> None:
-    """From as soft as the contact to a thousand times as stiff; what it loses is no more than it may vibrate with."""
-    fine = bar("conservative", 0.0, modulus=modulus, count=4)
-    exact = restitution(fine, run(fine, [0.0, 0.04, 0.15], step=2e-4, spectral_radius=0.9))
-    assembly = bar("conservative", 0.0, modulus=modulus, count=4)
-    solution = run(assembly, [0.0, 0.04, 0.4], step=part * CONTACT_TIME)
-    assert solution.energy_defect.max() < 1e-6 * 0.5 * SPEED**2
-    assert restitution(assembly, solution) == pytest.approx(exact, abs=2.0 * K / (modulus * 0.1) * 0.1 + 1e-3)
-
-
-def test_mean_forces_and_reactions_are_those_of_rest() -> None:
+def test_contact_forces_and_reactions_are_those_of_rest() -> None:
     """A bar pressed on a cylinder: normal force, reaction of its hinge and wrench of the ground, by the lever."""
     system = System()
     material = elements.Material(young_modulus=1e9, poisson_ratio=0.0, density=1000.0)
@@ -156,13 +148,13 @@ def test_mean_forces_and_reactions_are_those_of_rest() -> None:
     )
     system.add(parts.Force(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
-    solution = run(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
+    solution = bounced(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
     assert solution.cylinders[-1, 0, 6] == pytest.approx(2.5, rel=5e-3)
     assert abs(solution.la[-1, 1]) == pytest.approx(2.5, rel=5e-3)
     assert solution.wrenches[-1, 0, 1] == pytest.approx(-5.0, rel=5e-3)
 
 
-def dragged(law: str) -> Assembly:
+def dragged() -> Assembly:
     """A bar, held at its root, that a growing load presses on a turning drum."""
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=0.5), "drum")
@@ -181,7 +173,7 @@ def dragged(law: str) -> Assembly:
     system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
         parts.CylinderContact(
-            body="drum", beams=["bar"], radius=1.0, law=law, stiffness=1e4, damping=1.0, points=1, friction=0.3,
+            body="drum", beams=["bar"], radius=1.0, stiffness=1e4, damping=1.0, points=1, friction=0.3,
             stick_stiffness=1e4,
         )
     )  # fmt: skip
@@ -189,19 +181,17 @@ def dragged(law: str) -> Assembly:
     return system.assemble()
 
 
-@pytest.mark.parametrize("law", ["hunt-crossley", "conservative"])
-def test_the_account_of_a_sliding_point_closes(law: str) -> None:
+def test_the_account_of_a_sliding_point_closes() -> None:
     """What friction takes is mu N times the drum's way, with N as it grows; the account is open by h^2."""
     steps, opened = (2e-2, 1e-2, 5e-3), []
     for step in steps:
-        solution = run(dragged(law), np.linspace(0.0, 0.8, 9), step=step, spectral_radius=0.9)
+        solution = run(dragged(), np.linspace(0.0, 0.8, 9), step=step, spectral_radius=0.9)
         opened.append(np.abs(solution.energy_defect).max())
     way = 0.5 * (0.25 + 0.3)  # the load's ramp is half of it on average
     assert solution.balance.by_friction[-1] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
     assert solution.balance.drives[-1] == pytest.approx(0.3 * 5.0 * way, rel=1e-3)
-    assert opened[-1] < (1e-6 if law == "hunt-crossley" else 5e-6)
-    if law == "hunt-crossley":
-        assert np.polyfit(np.log(steps), np.log(opened), 1)[0] == pytest.approx(2.0, abs=0.15)
+    assert opened[-1] < 1e-6
+    assert np.polyfit(np.log(steps), np.log(opened), 1)[0] == pytest.approx(2.0, abs=0.15)
 
 
 @pytest.mark.parametrize("law", ["hunt-crossley", "paper"])

@@ -95,7 +95,7 @@ def test_a_hinge_turns_about_one_axis_however_it_lies_in_the_section(formulation
     assert found[1:] == pytest.approx([2.04, 9.0], rel=0.03)
 
 
-def resting(friction: float = 0.0, offset: float = 0.0, law: str = "conservative") -> Assembly:
+def resting(friction: float = 0.0, offset: float = 0.0, law: str = "hunt-crossley") -> Assembly:
     """A bar that rests on a cylinder with its hinged root at its top's height."""
     system = System(gravity=(0.0, -9.81, 0.0))
     material, section = (

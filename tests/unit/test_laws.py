@@ -189,7 +189,7 @@ def test_a_drive_law_with_a_gap_fails_there():
         assert found.status == "failed"
         assert "'gap'" in found.message
         assert "no rate is known" in found.message
-        assert found.t[-1] == pytest.approx(0.5)
+        assert 0.39 < found.t[-1] < 0.5 + 1e-6  # the last sample before the gap, or at it
 
 
 def test_a_law_that_only_raises_is_refused_where_it_is_written():

@@ -309,7 +309,7 @@ def keep_momentum(t, h, y, P, model, spare, kept):
                     c = (I[2, 1] / mass, I[0, 2] / mass, I[1, 0] / mass)
             else:
                 I[0, k - 3], I[1, k - 3], I[2, k - 3] = m[3], m[4], m[5]
-        trace = I[0, 0] + I[1, 1] + I[2, 2]
+        trace, far = I[0, 0] + I[1, 1] + I[2, 2], mass * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
         if determinant(I) < 3e-4 * trace * trace * trace:  # a slender thing is not to spin about its own axis
             for i in range(3):
                 I[i, i] += 0.02 * trace
@@ -317,7 +317,7 @@ def keep_momentum(t, h, y, P, model, spare, kept):
         bx, by, bz = cross(I[0, 2], I[1, 2], I[2, 2], I[0, 0], I[1, 0], I[2, 0])
         gx, gy, gz = cross(I[0, 0], I[1, 0], I[2, 0], I[0, 1], I[1, 1], I[2, 1])
         det = I[0, 0] * ax + I[1, 0] * ay + I[2, 0] * az
-        if det > 0.0:
+        if det > 0.0 and trace > 1e-13 * far:  # below that, of a single point, I is round-off
             wx = (ax * ex + ay * ey + az * ez) / det
             wy = (bx * ex + by * ey + bz * ez) / det
             wz = (gx * ex + gy * ey + gz * ez) / det

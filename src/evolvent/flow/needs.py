@@ -98,7 +98,7 @@ def implicit_steps(model: Model) -> Iterator[Any]:
     yield from balance(model)
     yield from (implicit.keep_momentum, implicit.momenta, implicit.add_rigid_motion)
     if model.flexible.cylinders.size:
-        yield from (contact.count_touching, contact.step_forces)
+        yield contact.count_touching
     if model.threads.size:
         yield from explicit(model)  # an event needs the state's sums, impulses and rates
 

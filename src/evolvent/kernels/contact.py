@@ -27,10 +27,9 @@ def add_contacts(y, step, model, F):
 
     Notes
     -----
-    Forces of the law CONSERVATIVE are means over the step, not those of its end: `share` of them stands in the
-    equations (see `evolvent.solvers.alpha`), nothing where no step leads there. Of a cylinder: F, force and torque on
-    its body at the body's origin; normal, the sum of the normal forces; energy; power that normal damping takes;
-    touching, the number of contact points that overlap it.
+    Forces are those of the state y: the law CONSERVATIVE, which takes the mean over a step, acts as HUNT_CROSSLEY. Of a
+    cylinder: F, force and torque on its body at the body's origin; normal, the sum of the normal forces; energy; power
+    that normal damping takes; touching, the number of contact points that overlap it.
     """
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, contacts = flexible.cylinders, flexible.contact_points
@@ -47,9 +46,8 @@ def add_contacts(y, step, model, F):
         radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
         stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
         mu = cylinders[k].friction
-        share = cylinders[k].share
-        if law == contact_laws.CONSERVATIVE and step == 0.0:
-            share = 0.0
+        if law == contact_laws.CONSERVATIVE:
+            law = contact_laws.HUNT_CROSSLEY
         for i in range(6):
             G[i] = 0.0
         normal = energy = power = touching = 0.0
@@ -58,15 +56,10 @@ def add_contacts(y, step, model, F):
             iq = contacts[i].iq
             if contacts[i].element != element:
                 element = contacts[i].element
-                # the mean force of a step needs the gaps of both its ends, however far away
-                near = (
-                    law == contact_laws.CONSERVATIVE
-                    or contact_laws.may_touch(
-                        y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
-                    )
-                    or contact_laws.may_touch(
-                        y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
-                    )
+                near = contact_laws.may_touch(
+                    y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
+                ) or contact_laws.may_touch(
+                    y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
                 )
             contact_laws.clear_point(contacts[i])
             if not near:
@@ -74,18 +67,13 @@ def add_contacts(y, step, model, F):
             x, yy, z = contact_laws.point_position(y, iq, contacts[i].S)
             gap, nx, ny, nz, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             contacts[i].gap1 = gap
-            before = contacts[i].gap if step > 0.0 else gap
-            if gap >= 0.0 and (before >= 0.0 or law != contact_laws.CONSERVATIVE):
+            if gap >= 0.0:
                 continue
             vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             rate = nx * (vx - V[0] - bx) + ny * (vy - V[1] - by) + nz * (vz - V[2] - bz)
-            if law == contact_laws.CONSERVATIVE and step > 0.0:
-                rate = (gap - before) / step if math.isfinite(before) else 0.0
-            force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, before, stiffness, exponent, damping)
-            if law == contact_laws.CONSERVATIVE and step > 0.0:  # its rate follows the gap
-                d_gap, d_rate = d_gap + d_rate / step, 0.0
+            force, d_gap, d_rate = contact_laws.normal_force(law, gap, rate, gap, stiffness, exponent, damping)
             contacts[i].force, contacts[i].distance = force, distance
             contacts[i].d_gap, contacts[i].d_rate = d_gap, d_rate
             n, f = contacts[i].n, contacts[i].f
@@ -99,22 +87,18 @@ def add_contacts(y, step, model, F):
                 energy += stored
             f[0], f[1], f[2] = fx, fy, fz
             energy += contact_laws.contact_energy(gap, stiffness, exponent)
-            elastic, _ = contact_laws.elastic_force(gap, stiffness, exponent)
-            if law == contact_laws.CONSERVATIVE:  # all but the mean of the elastic force
-                elastic = contact_laws.normal_force(law, gap, 0.0, before, stiffness, exponent, 0.0)[0]
-            contacts[i].damper1 = force - elastic
-            if gap < 0.0:
-                touching += 1.0
-                power -= contacts[i].damper1 * rate
+            contacts[i].damper1 = force - contact_laws.elastic_force(gap, stiffness, exponent)[0]
+            power -= contacts[i].damper1 * rate
+            touching += 1.0
             normal += force
             for j in range(4):
-                at, s = contacts[i].iv[j] - n_q, contacts[i].S[j] * share
+                at, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
                 F[at] -= s * fx
                 F[at + 1] -= s * fy
                 F[at + 2] -= s * fz
             rigid.add_wrench(G, dx, dy, dz, -fx, -fy, -fz)
         for i in range(6):
-            bodies[body].F[i] += share * G[i]
+            bodies[body].F[i] += G[i]
         cylinders[k].normal, cylinders[k].energy, cylinders[k].power = normal, energy, power
         cylinders[k].touching = touching
 
@@ -198,17 +182,13 @@ def add_contact_tangents(y, c_rate, model, matrix):
             if last >= 0 and contacts[last].element != contacts[i].element:
                 add_sum(matrix, contacts[last].iv, n_q, W)
             last = i
-            add_share(W, contacts[i].S, cylinders[k].share, K)
+            add_share(W, contacts[i].S, K)
             if not moves:
                 continue
             q = flexible.e[2]
             q[0], q[1], q[2] = turn_back(R, dx, dy, dz)
             body_columns(model, body, q, True, J)
-            s = cylinders[k].share
-            f = (-s * contacts[i].f[0], -s * contacts[i].f[1], -s * contacts[i].f[2])
-            for a in range(3):
-                for b in range(3):
-                    K[a, b] *= s
+            f = (-contacts[i].f[0], -contacts[i].f[1], -contacts[i].f[2])
             for p in range(4):
                 row = contacts[i].iv[p] - n_q
                 add_relative(matrix, model, body, J, K, f, row, contacts[i].S[p])
@@ -218,11 +198,11 @@ def add_contact_tangents(y, c_rate, model, matrix):
 
 
 @inlined
-def add_share(W, S, share, K):
-    """Add the tangent K of a contact point with the shape functions S, times `share`, to its element's sum W."""
+def add_share(W, S, K):
+    """Add the tangent K of a contact point with the shape functions S to its element's sum W."""
     for p in range(4):
         for q in range(4):
-            s = S[p] * share * S[q]
+            s = S[p] * S[q]
             for a in range(3):
                 for b in range(3):
                     W[3 * p + a, 3 * q + b] += s * K[a, b]
@@ -246,8 +226,8 @@ def end_contact_step(y, model):
     Notes
     -----
     Friction takes the work of its force over the step less what the bristles keep, -F . s - (U1 - U0), with the mean F
-    of both ends as of the work of all else, and of the law CONSERVATIVE the step's own: with the force of the
-    end alone the energy balance would gain in proportion to the step.
+    of both ends as of the work of all else: with the force of the end alone the energy balance would gain in proportion
+    to the step.
     """
     flexible, bodies = model.flexible, model.bodies
     cylinders, contacts = flexible.cylinders, flexible.contact_points
@@ -258,10 +238,7 @@ def end_contact_step(y, model):
         for i in range(cylinders[k].first, cylinders[k].last):
             gap, gap1 = contacts[i].gap, contacts[i].gap1
             if math.isfinite(gap) and math.isfinite(gap1):
-                if cylinders[k].law == contact_laws.CONSERVATIVE:
-                    damped -= contacts[i].damper1 * (gap1 - gap)
-                else:
-                    damped -= 0.5 * (contacts[i].damper + contacts[i].damper1) * (gap1 - gap)
+                damped -= 0.5 * (contacts[i].damper + contacts[i].damper1) * (gap1 - gap)
             contacts[i].gap, contacts[i].damper = gap1, contacts[i].damper1
             if mu > 0.0 and cylinders[k].under >= 0:  # along the turn below and the axis; anchor: displacement
                 q, u, u1, d, d1 = (
@@ -282,8 +259,6 @@ def end_contact_step(y, model):
                 x, yy, z = turn_back(R, x - X[0], yy - X[1], z - X[2])
                 d, d1 = contacts[i].drag, contacts[i].drag1
                 fx, fy, fz = turn_back(R, d1[0], d1[1], d1[2])
-                if cylinders[k].law == contact_laws.CONSERVATIVE:
-                    d[0], d[1], d[2] = fx, fy, fz
                 slip -= 0.5 * ((d[0] + fx) * (x - q[0]) + (d[1] + fy) * (yy - q[1]) + (d[2] + fz) * (z - q[2]))
                 q[0], q[1], q[2] = x, yy, z
                 d[0], d[1], d[2] = fx, fy, fz
@@ -295,40 +270,6 @@ def end_contact_step(y, model):
         if cylinders[k].under >= 0:
             layers.end_layer_step(y, model, k)
     return slip, damped
-
-
-@indirect(types.boolean(MODEL, VECTOR))
-def step_forces(model, F):
-    """Forces of cylinders with the law CONSERVATIVE, pushing ones, as of the last `add_contacts`; returns whether any.
-
-    F : (nv,) float, output
-    """
-    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
-    cylinders, contacts, found = flexible.cylinders, flexible.contact_points, False
-    for i in range(F.size):
-        F[i] = 0.0
-    for k in range(cylinders.size):
-        if cylinders[k].law != contact_laws.CONSERVATIVE:
-            continue
-        for i in range(cylinders[k].first, cylinders[k].last):
-            if contacts[i].force > 0.0:
-                found = True
-                for j in range(4):
-                    at, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
-                    for c in range(3):
-                        F[at + c] += s * contacts[i].f[c]
-        body, G = cylinders[k].body, cylinders[k].F
-        motion, at, n = bodies[body].motion, bodies[body].iv - n_q, bodies[body].axis
-        x, y, z = turn_back(bodies[body].R, G[3], G[4], G[5])
-        if motion == rigid.SPIN:
-            F[at] += n[0] * x + n[1] * y + n[2] * z
-        elif motion == rigid.FREE:
-            for c in range(3):
-                F[at + c] += G[c]
-            F[at + 3] += x
-            F[at + 4] += y
-            F[at + 5] += z
-    return found
 
 
 @indirect(types.int64(MODEL))

@@ -241,7 +241,7 @@ def add_contact_step_tangents(y0, y1, model, matrix):
             if last >= 0 and contacts[last].element != contacts[i].element:
                 add_sum(matrix, contacts[last].iv, n_q, W)
             last = i
-            add_share(W, S, 1.0, K)
+            add_share(W, S, K)
             if not moves:
                 continue
             q = flexible.e[2]

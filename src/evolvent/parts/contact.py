@@ -28,7 +28,9 @@ class Contact(Part):
     Parameters
     ----------
     law : {"hunt-crossley", "conservative", "paper"}
-        Law of the normal force against the depth.
+        Law of the normal force against the depth: hunt-crossley damps in proportion to the elastic force, paper by
+        a damper beside it; conservative, of energy-momentum, gives back over a step all of the energy that it stores.
+        Explicit methods, equilibrium and modes take hunt-crossley in its place; generalized-alpha refuses it.
     stiffness : float, N/m^n
         Of each contact point.
     exponent : float
@@ -84,7 +86,7 @@ class Contact(Part):
     def law_fields(self) -> dict[str, Any]:
         """Fields of the law in the model."""
         keys = ("stiffness", "exponent", "damping", "friction", "stick_stiffness", "stick_damping")
-        return {"law": LAWS[self.law], "share": 1.0, **{key: getattr(self, key) for key in keys}}
+        return {"law": LAWS[self.law], **{key: getattr(self, key) for key in keys}}
 
     def contact_points(self, builder: Builder, beam: int) -> list[dict[str, Any]]:
         """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from numba import void
+from numba import types, void
 
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, contact_laws, joint, rigid
+from evolvent.kernels import contact, joint
 from evolvent.model import MODEL
-from evolvent.solvers.alpha_contact import driven_power
 from evolvent.solvers.alpha_state import WORKSPACE
-from evolvent.solvers.balance import defect_of, energy_of
+from evolvent.solvers.balance import defect_of, energy_of, scale_of
+
+_B = types.boolean
+
+#: Steps in a row with too large a gain after which a run ends: the first few from rest gain as much energy as there is,
+#: and then less and less beside it.
+LASTS = 20
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
@@ -36,9 +41,6 @@ def add_step_to_balance(t, h, model, work):
     balance.by_joints += 0.5 * h * (p[eq.JOINTS] + p0[eq.JOINTS])
     balance.drives += _drives(t, h, model, work) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
-    for k in range(f.cylinders.size):
-        if f.cylinders[k].law == contact_laws.CONSERVATIVE and model.bodies[f.cylinders[k].body].motion == rigid.DRIVEN:
-            balance.drives += h * driven_power(f.cylinders, model.bodies, k)
     if f.cylinders.size > 0:
         slip, damped = contact.end_contact_step(work.y, model)
         balance.by_friction += slip
@@ -47,12 +49,20 @@ def add_step_to_balance(t, h, model, work):
         work.impulse[k] += h * f.cylinders[k].normal
 
 
-@indirect(REAL(REAL, MODEL, WORKSPACE))
-def energy_gained(t, model, work):
-    """Fill in the energies; returns what the balance has gained from nothing since the start, J."""
+@indirect(_B(REAL, _B, MODEL, WORKSPACE))
+def has_gained(t, ends, model, work):
+    """Fill in the energies; returns whether the balance has gained too much from nothing since its lowest.
+
+    A gain counts that lasts, or that stands where the run `ends`.
+    """
+    loop, options = work.loop, work.options
     fill_energies(t, model, work)
-    work.loop.peak_energy = max(work.loop.peak_energy, energy_of(work.balance))
-    return defect_of(work.balance, work.loop.start_energy)
+    loop.peak_energy = max(loop.peak_energy, energy_of(work.balance))
+    loop.gain = defect_of(work.balance, loop.start_energy)
+    loop.lowest_gain = min(loop.lowest_gain, loop.gain)
+    largest = options.gain * (scale_of(work.balance, loop.peak_energy) + options.floor)
+    loop.over = loop.over + 1 if loop.gain - loop.lowest_gain > largest else 0
+    return loop.over >= LASTS or (ends and loop.over >= (1 if loop.steps > 5 else 2))
 
 
 @inlined

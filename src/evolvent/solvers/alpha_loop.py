@@ -1,4 +1,4 @@
-"""Time loop of generalized-alpha: steps, step control, samples, latches and restarts."""
+"""Time loop of generalized-alpha: steps, step control, latches and restarts."""
 
 from __future__ import annotations
 
@@ -12,15 +12,9 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import solve_step, step_of
-from evolvent.solvers.alpha_contact import (
-    add_mean_forces,
-    add_rest_of_wrenches,
-    correct_velocities,
-    find_stiff_part,
-    solve_with_stiff_part,
-)
-from evolvent.solvers.alpha_energy import add_step_to_balance, energy_gained, fill_energies, note_drives
+from evolvent.solvers.alpha import solve_step
+from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
+from evolvent.solvers.alpha_samples import fill_forces, keep_sample, keep_samples, next_start
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
     AT_STOP,
@@ -28,56 +22,25 @@ from evolvent.solvers.alpha_state import (
     DONE,
     GAINED,
     NO_CONVERGENCE,
-    SINGULAR,
     WORKSPACE,
     displace,
     factor_at,
 )
-from evolvent.solvers.balance import energy_of, scale_of
+from evolvent.solvers.balance import energy_of
 
 _I = types.int64
-
-#: Steps between two looks at the energies, where nothing touches; they take half of an iteration's time.
-EACH = 8
 
 
 def functions(model: Any) -> list[Any]:
     """Functions of the time loop that a model needs."""
     found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, step_of, solve_step,
-        add_step_to_balance, energy_gained, note_drives, fill_energies, keep_sample, restart, restore_start,
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step,
+        add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
+        fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
-    if model.flexible.cylinders.size:
-        found += [add_mean_forces, solve_with_stiff_part, find_stiff_part, correct_velocities, add_rest_of_wrenches]
     if model.threads.size:
         found += [thread_accelerations]
     return found
-
-
-@indirect(void(_I, MODEL, WORKSPACE))
-def keep_sample(n, model, work):
-    """Keep the state as sample n."""
-    f = model.flexible
-    for i in range(work.y.size):
-        work.out_y[n, i] = work.y[i]
-    for i in range(f.switches.size):
-        work.out_s[n, i] = f.switches[i]
-    for i in range(work.dq.size):
-        work.out_a[n, i] = work.dv1[i]
-    for i in range(work.la.size):
-        work.out_la[n, i] = work.la[i]
-    work.out_balance[n] = work.balance
-    for k in range(f.cylinders.size):
-        row = work.out_cylinders[n, k]
-        for i in range(6):
-            row[i] = f.cylinders[k].F[i]
-        row[6] = f.cylinders[k].normal
-        row[7] = work.impulse[k]
-        row[8] = f.cylinders[k].touching
-        row[9] = f.cylinders[k].energy
-    for b in range(model.bodies.size):
-        for i in range(6):
-            work.out_bodies[n, b, i] = model.bodies[b].F[i]
 
 
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
@@ -95,8 +58,9 @@ def begin(model, matrix, work):
     fill_energies(t, model, work)
     work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    next_start(model, work)
     if work.samples[0] <= t:
-        keep_sample(0, model, work)
+        keep_sample(0, 1.0, t, 0.0, model, work)
         work.loop.sample = 1
     return DONE
 
@@ -110,13 +74,16 @@ def advance(model, matrix, work, budget):
     for _ in range(budget):
         if loop.sample == work.samples.size:
             return DONE
+        t = loop.time
         target, stops = next_target(work, near)
-        h, lands = step_length(model, work, target - loop.time, adaptive)
-        t1 = target if lands else loop.time + h
+        h, lands = step_length(model, work, target - t, adaptive)
+        t1 = target if lands else t + h
         # what begins or ends at a stop has not done so yet
         t_end = t1 - max(1e-9 * h, 2.0 * near) if lands and stops else t1
         save_start(h, model, work)
-        iterations = solve_and_correct(t_end, h, lands, adaptive, model, matrix, work)
+        iterations = solve_step(t_end, h, model, matrix, work)
+        if iterations > 0:  # forces of the state that the last correction led to
+            residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
         error = local_error(h, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
@@ -130,19 +97,15 @@ def advance(model, matrix, work, budget):
             restore_start(model, work)
             loop.event_step = h * part
             continue
-        accept_step(t1, t_end, h, lands, model, work)
-        at_sample = loop.sample < work.samples.size and t1 >= work.samples[loop.sample] - near
-        # a few steps from rest gain as much as there is, and then less and less beside it
-        ends = t1 >= work.samples[work.samples.size - 1] - near
-        gained = loop.over >= 20 or (ends and loop.over >= (1 if loop.steps > 5 else 2))
-        latched = _latch(t1, model, work)
-        if not gained and adaptive:
-            loop.step = next_step(h, error, iterations, lands, work)
-        if at_sample and (lands or not gained):
-            keep_sample(loop.sample, model, work)
-            loop.sample += 1
+        accept_step(t1, t_end, h, model, work)
+        gained = has_gained(t_end, t1 >= work.samples[work.samples.size - 1] - near, model, work)
+        keep_samples(t, t1 - t, model, work)
+        next_start(model, work)
         if gained:
             return GAINED
+        latched = _latch(t1, model, work)
+        if adaptive:
+            loop.step = next_step(h, error, iterations, lands, work)
         if stops and lands:
             loop.stop += 1
             if model.threads.size > 0:
@@ -159,8 +122,8 @@ def advance(model, matrix, work, budget):
 
 @inlined
 def next_target(work, near):
-    """Time of the next sample or stop, and whether it is a stop."""
-    loop, target = work.loop, work.samples[work.loop.sample]
+    """Time of the next stop, or of the end, and whether it is a stop."""
+    loop, target = work.loop, work.samples[work.samples.size - 1]
     stops = loop.stop < work.stops.size and work.stops[loop.stop] <= target + near
     if stops:
         target = min(target, work.stops[loop.stop])
@@ -171,7 +134,7 @@ def next_target(work, near):
 def step_length(model, work, left, adaptive):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     h = min(work.loop.step, work.loop.event_step, hinge.longest_step(model.flexible.hinges))
-    if h >= left * (1.0 - 1e-9):
+    if h >= left * (1.0 - 1e-6):  # which adds up round-off
         return left, True
     if adaptive and 2.0 * h > left:
         h = 0.5 * left
@@ -185,7 +148,7 @@ def save_start(h, model, work):
         work.y0[i] = work.y[i]
     for i in range(work.dq.size):
         work.a0[i], work.dv0[i] = work.a1[i], work.dv1[i]
-        work.loads0[i], work.w0[i] = work.loads1[i], work.w1[i]
+        work.loads0[i] = work.loads1[i]
     if model.threads.size == 0:  # algorithmic accelerations lie off the true ones in proportion to the step
         for i in range(work.dq.size):
             work.a0[i] = work.dv1[i] + (work.a1[i] - work.dv1[i]) * min(h / work.loop.last_step, 1.0)
@@ -197,27 +160,11 @@ def save_start(h, model, work):
 
 
 @inlined
-def solve_and_correct(t_end, h, lands, adaptive, model, matrix, work):
-    """Solve a step, contact forces that are means over it included; returns as `step_of` does."""
-    found = solve_step(t_end, h, model, matrix, work)
-    touches = model.flexible.cylinders.size > 0
-    if found > 0 and (touches or model.threads.size > 0 or lands):
-        # contacts, tensions and reactions of the state that the last correction led to
-        residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
-        if not adaptive and touches:
-            found = solve_with_stiff_part(t_end, h, found, model, matrix, work)
-        if found > 0 and touches and not correct_velocities(t_end, h, model, matrix, work):
-            found = SINGULAR
-    return found
-
-
-@inlined
 def local_error(h, work):
-    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0), and of the accelerations w likewise."""
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0)."""
     c, error = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
     for i in range(work.dq.size):
-        d = abs(work.a1[i] - work.a0[i]) + abs(work.w1[i] - work.w0[i])
-        error = max(error, c * d / work.weight[i])
+        error = max(error, c * abs(work.a1[i] - work.a0[i]) / work.weight[i])
     return error / work.options.tolerance
 
 
@@ -234,9 +181,9 @@ def next_step(h, error, iterations, lands, work):
 
 
 @inlined
-def accept_step(t1, t_end, h, lands, model, work):
-    """Accept a step: momentum that is kept, energy balance, and what that has gained from nothing."""
-    loop, options = work.loop, work.options
+def accept_step(t1, t_end, h, model, work):
+    """Accept a step: momentum that is kept, and its work and losses."""
+    loop = work.loop
     keep_momentum(t_end, h, work.y, model.flexible.P, model, work.spare, work.kept)
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
@@ -244,14 +191,6 @@ def accept_step(t1, t_end, h, lands, model, work):
     loop.last_step, loop.event_step = h, math.inf
     loop.time = t1
     loop.steps += 1
-    touching = model.flexible.cylinders.size + model.flexible.hinges.size > 0
-    if lands or touching or loop.steps % EACH == 0:
-        net = energy_gained(t_end, model, work)
-        loop.largest_gain = max(loop.largest_gain + net - loop.net_gain, 0.0)
-        loop.net_gain = net
-        scale = scale_of(work.balance, loop.peak_energy) + options.floor
-        passed = 1 if touching else EACH
-        loop.over = loop.over + passed if loop.largest_gain > options.gain * scale else 0
 
 
 @indirect(_I(REAL, REAL, MODEL, SPARSE, WORKSPACE))
@@ -267,6 +206,7 @@ def restart(t, h, model, matrix, work):
     keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     fill_energies(t, model, work)
     work.balance.by_joints += before - energy_of(work.balance)
+    next_start(model, work)
     return status
 
 
@@ -277,7 +217,7 @@ def restore_start(model, work):
         work.y[i] = work.y0[i]
     for i in range(work.dq.size):
         work.a1[i], work.dv1[i] = work.a0[i], work.dv0[i]
-        work.loads1[i], work.w1[i] = work.loads0[i], work.w0[i]
+        work.loads1[i] = work.loads0[i]
     for i in range(work.la.size):
         work.la[i] = work.la0[i]
     for i in range(work.powers.shape[1]):

@@ -11,10 +11,8 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import step_of
-from evolvent.solvers.alpha_contact import add_mean_forces
+from evolvent.solvers.alpha import solve_step
 from evolvent.solvers.alpha_state import (
-    ACCELERATED,
     DONE,
     NOT_FINITE,
     REDUNDANT,
@@ -152,8 +150,6 @@ def start_accelerations(model, matrix, work):
             y[n_q + i] += h * h * (J[i] - c_mass * work.x[i])
     residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
     work.loop.last_step = h
-    if model.flexible.cylinders.size > 0:
-        return add_mean_forces(t, h, model, matrix, work)
     return DONE
 
 
@@ -171,7 +167,7 @@ def thread_accelerations(model, matrix, work):
     n_v, h, t, options = work.dq.size, work.loop.step, work.loop.time, work.options
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
     options.alpha_m, options.alpha_f, options.beta, options.gamma = -1.0, 0.0, 1.0, 1.5
-    A, half, found = work.loads0, work.w0, 1
+    A, half, found = work.loads0, work.spare, 1
     for i in range(work.y.size):
         work.y0[i] = work.y[i]
     for i in range(work.la.size):
@@ -183,7 +179,7 @@ def thread_accelerations(model, matrix, work):
     for side in range(2):
         if found > 0:
             d = (0.5 + 0.5 * side) * h
-            found = step_of(t + d, d, ACCELERATED, model, matrix, work)
+            found = solve_step(t + d, d, model, matrix, work)
             for i in range(work.y.size):
                 work.y[i] = work.y0[i]
             for i in range(work.la.size):

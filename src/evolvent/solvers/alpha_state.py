@@ -19,27 +19,24 @@ from evolvent.solvers.balance import BALANCE
 # status codes of the loop
 BUDGET, DONE, AT_STOP, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, 2, -1, -2, -3, -4, -5
 #: The loop's counters and clock. stale: 1 where the matrix must be factored again; contact_set: which points touch, as
-#: `contact.count_touching` counts; touched: whether any did in an iteration of the last step; over: looks in a row at
-#: which the balance has gained too much; sample, stop: the next ones; factored_step: step of the factored matrix;
-#: quality: its worst pivot so far; net_gain, largest_gain: what the balance has gained since the start and since its
-#: lowest; last_step: step that the algorithmic accelerations belong to; event_step: limit of the next step, on which a
-#: latch lies; start_energy, peak_energy: J; latches: number of latches that have locked.
+#: `contact.count_touching` counts; over: steps in a row at which the balance has gained too much; sample, stop: the
+#: next ones; factored_step: step of the factored matrix; quality: its worst pivot so far; gain, lowest_gain: what the
+#: balance has gained since the start, and the lowest of that so far, J; last_step: step that the algorithmic
+#: accelerations belong to; event_step: limit of the next step, on which a latch lies; start_energy, peak_energy: J;
+#: latches: number of latches that have locked.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stale",
-                                   "contact_set", "over", "touched", "latches")]
-    + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "net_gain", "largest_gain",
+                                   "contact_set", "over", "latches")]
+    + [(name, np.float64) for name in ("time", "step", "factored_step", "quality", "gain", "lowest_gain",
                                        "last_step", "event_step", "start_energy", "peak_energy")],
     align=True,
 )  # fmt: skip
-#: Options of a run. share: of contact forces that are means over a step; newton: correction at which an iteration has
-#: converged; tolerance: 0 of fixed steps; gain: largest share of energy and work that may come from nothing; mass,
-#: span, floor: a typical mass (kg), time (s) and energy (J).
+#: Options of a run. newton: correction at which an iteration has converged; tolerance: 0 of fixed steps; gain: largest
+#: share of energy and work that may come from nothing; mass, span, floor: a typical mass (kg), time (s) and energy (J).
 OPTIONS = np.dtype(
-    [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "share", "newton", "tolerance", "smallest",
+    [(name, np.float64) for name in ("alpha_m", "alpha_f", "beta", "gamma", "newton", "tolerance", "smallest",
                                      "longest", "gain", "mass", "span", "floor")]
 )  # fmt: skip
-#: Where Newton's method starts a step: from constant accelerations, from constant velocities, from the workspace.
-ACCELERATED, COASTING, AS_IT_IS = 0, 1, 2
 
 
 class Workspace(Struct):
@@ -48,18 +45,19 @@ class Workspace(Struct):
     Attributes
     ----------
     options, loop, balance : records (see `OPTIONS`, `LOOP` and `evolvent.solvers.balance`)
+    row, row0 : (number of fields,) float, J, the fields of `balance`, and those of the step's start
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     a1, a0 : (nv,) float, algorithmic accelerations
     dv1, dv0 : (nv,) float, accelerations v'
     loads1, loads0 : (nv,) float, loads
-    w1, w0 : (nv,) float, accelerations by contact forces that are means over the step
-    g1, g0 : (nv,) float, the part of these forces that stiffness carries, and scratch
     la, la0 : (nj,) float, multipliers; dq : (nv,) float, increments; r, x : (nv + nj,) float
     weight : (nu,) float, size of each unknown that counts as 1
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder
+    cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
+    ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
     log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
     out_* : what is kept at the samples
     """
@@ -67,6 +65,8 @@ class Workspace(Struct):
     options: np.record = record(OPTIONS)
     loop: np.record = record(LOOP)
     balance: np.record = record(BALANCE)
+    row: np.ndarray = array(1)
+    row0: np.ndarray = array(1)
     y: np.ndarray = array(1)
     y0: np.ndarray = array(1)
     spare: np.ndarray = array(1)
@@ -76,10 +76,6 @@ class Workspace(Struct):
     dv0: np.ndarray = array(1)
     loads1: np.ndarray = array(1)
     loads0: np.ndarray = array(1)
-    w1: np.ndarray = array(1)
-    w0: np.ndarray = array(1)
-    g1: np.ndarray = array(1)
-    g0: np.ndarray = array(1)
     la: np.ndarray = array(1)
     la0: np.ndarray = array(1)
     dq: np.ndarray = array(1)
@@ -90,6 +86,10 @@ class Workspace(Struct):
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)
     impulse: np.ndarray = array(1)
+    cylinders: np.ndarray = array(3)
+    bodies: np.ndarray = array(3)
+    ends: np.ndarray = array(3)
+    end_times: np.ndarray = array(2)
     kept: np.ndarray = array(1)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
@@ -99,7 +99,7 @@ class Workspace(Struct):
     out_s: np.ndarray = array(2, np.int64)
     out_a: np.ndarray = array(2)
     out_la: np.ndarray = array(2)
-    out_balance: np.ndarray = array(1, BALANCE)
+    out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_bodies: np.ndarray = array(3)
 

@@ -297,6 +297,7 @@ class _Run:
                 "rhs_evaluations": int(work.loop.rhs_evaluations),
                 "events": n_events,
                 "step": math.nan if self.plan.step is None else self.plan.step,
+                "mean_step": (self.reached - float(self.plan.times[0])) / max(int(work.loop.steps), 1),
                 "stability_limit": self.plan.limit,
                 "energy_defect": self.worst,
             },
@@ -392,8 +393,7 @@ def _shorter(model: mdl.Model, work: ex.ExplicitWorkspace, least: float) -> bool
 def _moments(work: ex.ExplicitWorkspace, tableau: ex.Method) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Times and states at which the last step may have called a user's law."""
     t, h = float(work.loop.time), float(work.loop.step)
-    later = work.samples[work.samples > t]
-    lengths = [h] if not later.size else [h, min(h, float(later[0]) - t)]
+    lengths = [h, min(h, float(work.samples[-1]) - t)]
     found = [(t, work.y, work.s)]
     for length in lengths:
         found += [(t + float(c) * length, work.w, work.s) for c in np.unique(tableau.c)]

@@ -18,6 +18,7 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
 from evolvent.solvers.balance import BALANCE, ENERGIES, WORK
+from evolvent.solvers.dense import interpolate
 
 _I = types.int64
 # status codes
@@ -69,6 +70,7 @@ class EnergyLoop(Struct):
     la0, paths : (nj,) float, multipliers of the step before; what drives change in the joints' gaps
     balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
     impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder
+    wrenches : (nb, 6) float, of the step on the bodies
     samples, stops : float, s; out_* : what is kept at the samples
     log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
     """
@@ -89,6 +91,7 @@ class EnergyLoop(Struct):
     energies: np.ndarray = array(1)
     impulse0: np.ndarray = array(1)
     impulse: np.ndarray = array(1)
+    wrenches: np.ndarray = array(2)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
     log_t: np.ndarray = array(1)
@@ -330,44 +333,9 @@ def accept(model, work):
         if f.cylinders[k].under >= 0:
             layer_step.end_layer(model, k)
         work.impulse[k] += h * f.cylinders[k].normal
-
-
-@inlined
-def _interpolate(theta, model, work, y):
-    """State at the share theta of the step: Hermite's cubics of coordinates, straight lines of quaternions."""
-    step = work.step
-    h, y0, y1 = step.step.h, step.y0, step.y1
-    for i in range(y.size):
-        y[i] = y0[i] + theta * (y1[i] - y0[i])
-    if theta >= 1.0:
-        return
-    beams, own, bodies = model.flexible.beams, model.points, model.bodies
-    for k in range(beams.size + own.size + bodies.size):
-        if k < beams.size:
-            q, v, size = beams[k].iq, beams[k].iv, 0
-            size = 6 * beams[k].nodes if beams[k].kind == 0 else 12 * beams[k].nodes
-        elif k < beams.size + own.size:
-            q, v, size = own[k - beams.size].iq, own[k - beams.size].iv, 3
-        else:
-            b = k - beams.size - own.size
-            q, v, size = bodies[b].iq, bodies[b].iv, 3 if bodies[b].motion == rigid.FREE else 1
-            if bodies[b].motion == rigid.DRIVEN:
-                continue
-        _cubic(theta, h, y0, y1, q, v, size, y)
-    for b in range(bodies.size):
-        if bodies[b].motion == rigid.FREE:
-            rigid.normalise_quaternion(y, bodies[b].iq + 3)
-
-
-@inlined
-def _cubic(theta, h, y0, y1, q, v, size, y):
-    """Hermite's cubics of `size` coordinates from q on, whose rates stand from v on."""
-    u = 1.0 - theta
-    for i in range(size):
-        d = y1[q + i] - y0[q + i]
-        a, b = h * y0[v + i] - d, d - h * y1[v + i]
-        y[q + i] = u * y0[q + i] + theta * y1[q + i] + theta * u * (u * a + theta * b)
-        y[v + i] = (d + (1.0 - 2.0 * theta) * (u * a + theta * b) + theta * u * (b - a)) / h
+    for b in range(model.bodies.size):
+        for i in range(6):
+            work.wrenches[b, i] = model.bodies[b].F[i]
 
 
 @indirect(void(MODEL, ENERGY_LOOP))
@@ -381,7 +349,7 @@ def keep_samples(model, work):
         theta = min(max((work.samples[n] - t) / h, 0.0), 1.0)
         if theta > 1.0 - 1e-9:
             theta = 1.0
-        _interpolate(theta, model, work, work.out_y[n])
+        interpolate(theta, h, step.y0, step.y1, model, work.out_y[n])
         for i in range(f.switches.size):
             work.out_s[n, i] = f.switches[i]
         for i in range(step.dq.size):
@@ -407,7 +375,7 @@ def _keep_wrenches(n, model, work):
         row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
     for b in range(model.bodies.size):
         for i in range(6):
-            work.out_bodies[n, b, i] = model.bodies[b].F[i]
+            work.out_bodies[n, b, i] = work.wrenches[b, i]
 
 
 @inlined

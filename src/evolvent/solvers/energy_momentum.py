@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels import contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -90,12 +90,11 @@ def plan(
     span = float(times[-1] - times[0])
     rho = number("spectral_radius", spectral_radius, allowed="from 1/3 to 1")
     if not 1.0 / 3.0 - 1e-9 <= rho <= 1.0:
-        raise InputError(f"spectral_radius is {spectral_radius!r}; it must be from 1/3 to 1")
+        raise InputError(f"spectral_radius is {spectral_radius!r}; under {NAME} it must be from 1/3 to 1")
     if step is not None:
         step = positive("step", step, allowed=STEP_ALLOWED)
     tolerance = positive("tolerance", tolerance)
     families.check(assembly, families.ENERGY)
-    _refuse(assembly, "cylinders", "law", contact_laws.PAPER, "a contact with the paper's law")
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     with refusing_laws(own):
@@ -114,14 +113,6 @@ def plan(
         floor=energy_floor(own, mass, weight),
     )
     return Plan(own, times, step, matrix_of(own.model), weight, options)
-
-
-def _refuse(assembly: Assembly, family: str, field: str, value: int, what: str) -> None:
-    """Refuse records of a family that the method supports otherwise."""
-    found = np.flatnonzero(families.records(assembly.model, family)[field] == value)
-    if found.size:
-        name = families.owner(assembly, family, int(found[0]))
-        raise InputError(f"{name!r} is {what}, which {NAME} does not support; take generalized-alpha")
 
 
 def solve_energy(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
@@ -212,6 +203,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         energies=np.zeros(3),
         impulse0=np.zeros(n_c),
         impulse=np.zeros(n_c),
+        wrenches=np.zeros((n_b, 6)),
         samples=times.copy(),
         stops=stops,
         out_y=np.zeros((times.size, assembly.y.size)),

@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta methods, their time loops compiled whole: fixed step, and adaptive Dormand-Prince 5(4).
 
 A loop lands exactly on events (nodes leave or reach a spool, a user's events), on breaks (corners of drives, loads
-that start or end) and, with a fixed step, on samples; what is due at its end, but for round-off, still happens. It
+that start or end) and on its end; what is due at its end, but for round-off, still happens. Samples cut no step. It
 returns to Python only when its budget of steps is used up, so that progress can be shown and the run interrupted, when
 its log of events is full, or when it ends.
 
@@ -21,10 +21,11 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import hinge
+from evolvent.kernels import hinge, rigid
 from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
+from evolvent.solvers.dense import cubic
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
@@ -245,6 +246,26 @@ def keep_sample(work, y):
 
 
 @inlined
+def keep_samples_by_cubics(t, h, time, until, model, work):
+    """Keep the samples before a time in a step of length h from t, by the cubics of its ends' states and rates."""
+    loop, f1 = work.loop, work.w
+    if not (loop.sample < work.samples.size and work.samples[loop.sample] < time):
+        return
+    rhs(min(t + h, np.nextafter(until, -math.inf)), work.y1, work.s, model, f1)
+    loop.rhs_evaluations += 1
+    while loop.sample < work.samples.size and work.samples[loop.sample] < time:
+        theta, y = (work.samples[loop.sample] - t) / h, work.out_y[loop.sample]
+        for n in range(y.size):
+            y[n], _ = cubic(theta, h, work.y[n], work.y1[n], work.K[0, n], f1[n])
+        for k in range(model.bodies.size):
+            if model.bodies[k].motion == rigid.FREE:
+                rigid.normalise_quaternion(y, model.bodies[k].iq + 3)
+        for n in range(work.s.size):
+            work.out_s[loop.sample, n] = work.s[n]
+        loop.sample += 1
+
+
+@inlined
 def next_break(model, work, t):
     """Time of the next break after t, or infinity."""
     i = work.loop.next_break
@@ -294,7 +315,7 @@ def fixed_step(A, b, c, model, work, budget):
         return status
     watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
     corrected = is_corrected(model)
-    end = work.samples[work.samples.size - 1]
+    end, near = work.samples[work.samples.size - 1], 1e-9 * loop.step
     until = next_break(model, work, loop.time)
     for _ in range(budget):
         if loop.sample == work.samples.size:
@@ -303,11 +324,10 @@ def fixed_step(A, b, c, model, work, budget):
             return LOG_FULL
         t = loop.time
         target = loop.origin + (loop.grid + 1) * loop.step
-        sample = work.samples[loop.sample]
         on_grid = True
-        if sample <= target + 1e-6 * loop.step:
-            on_grid = target <= sample + 1e-6 * loop.step
-            target = sample
+        if end <= target + 1e-6 * loop.step:
+            on_grid = target <= end + 1e-6 * loop.step
+            target = end
         if until < target:
             on_grid = False
             target = until
@@ -349,7 +369,8 @@ def fixed_step(A, b, c, model, work, budget):
                 add_stages(b, b.size, y, high, work.K, y1)
                 if high < h:
                     on_grid = False
-                    target = t + high
+                    target, h = t + high, high
+        keep_samples_by_cubics(t, h, target - near, until, model, work)
         for n in range(y.size):
             y[n] = y1[n]
         loop.time = target
@@ -370,7 +391,7 @@ def fixed_step(A, b, c, model, work, budget):
             else:
                 for k in range(work.g.size):
                     work.g0[k] = work.g[k]
-        if target == sample:
+        while loop.sample < work.samples.size and work.samples[loop.sample] <= target + near:
             keep_sample(work, y)
         if target == until:
             until = next_break(model, work, target)

@@ -17,7 +17,7 @@ from evolvent.flow import needs
 from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha_loop, alpha_state, reactions
+from evolvent.solvers import alpha_loop, alpha_samples, alpha_state, reactions
 from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_messages import reason, redundant, stalled
@@ -86,7 +86,7 @@ def plan(
     Parameters
     ----------
     assembly : Assembly, which is left as it is
-    samples : (nt,) float, s, increasing; the first is the start, the last the end
+    samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
     step : float, s, fixed; None has it follow from `tolerance`
     tolerance : float, error of a step that is accepted, beside the size of the system (or 1 for slopes and turns)
     spectral_radius : float, 0 to 1, at infinite frequency: 1 damps nothing, 0 all that the step does not resolve
@@ -289,14 +289,14 @@ class Run:
         if self.releases is not None and not failure:  # what is due at the very end still happens
             if self.releases.resume(work) < 0:
                 failure = reason_of_outrun(self.reached)
-            alpha_loop.keep_sample(work.samples.size - 1, self.model, work)
+            alpha_samples.keep_sample(work.samples.size - 1, 1.0, self.reached, 0.0, self.model, work)
         return failure
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""
         work, s = self.work, self.model.flexible.switches
         t, h = self.reached, float(work.loop.step)
-        later = np.concatenate([work.samples, work.stops])
+        later = np.append(work.stops, work.samples[-1])
         ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
         return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
 
@@ -312,7 +312,7 @@ class Run:
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
         work, loop = self.work, self.work.loop
         n, steps = int(loop.sample), int(loop.steps)
-        balance = work.out_balance[:n].view(np.recarray)
+        balance = work.out_balance[:n].copy().view(eb.BALANCE).reshape(n).view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)
         if reactions.applies(self.model, adaptive=self.plan.step is None):
             reactions.evaluate(self.model, self.plan.matrix, work, n)
@@ -334,7 +334,7 @@ class Run:
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
                 "smallest_pivot": float(loop.quality),
-                "energy_gained": float(loop.net_gain),
+                "energy_gained": float(loop.gain),
             },
             event_times=event_times,
             event_kinds=event_kinds,

@@ -27,7 +27,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
     h = step if step is not None else float(work.loop.step)
     smaller = "take a smaller `step`, or None" if step is not None else "take a smaller `tolerance`"
     if code == alpha_state.NO_CONVERGENCE:
-        met = work.loop.contact_set != 0 or work.loop.touched != 0
+        met = work.loop.contact_set != 0
         touching = " with contact" if met else ""
         jumps = _jumping(assembly)
         why = law = ""
@@ -36,7 +36,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
                 f": under the law paper the force jumps by c delta' where {jumps} is touched, and no end of the step "
                 f"need fit: outside there is no force and it would lie inside, inside the whole force throws it out"
             )
-            law = "a law without jump (`law` hunt-crossley or conservative), or less `damping`"
+            law = "a law without jump (`law` hunt-crossley), or less `damping`"
         elif met:
             law = "a softer contact"
         if step is None:  # only of the smallest of steps is that final
@@ -55,7 +55,7 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
             f"constraints have become redundant, or the step leads too far; {smaller}, and look at the last samples"
         )
     scale = float(eb.scale(work.balance, work.loop.peak_energy)) + float(work.options.floor)
-    share = float(work.loop.largest_gain) / max(scale, 1e-300)
+    share = float(work.loop.gain - work.loop.lowest_gain) / max(scale, 1e-300)
     return (
         f"by t = {t:.6g} s the run has gained {share:.2g} of its energy and work from nothing, more than "
         f"{float(work.options.gain):.2g}: the step of {h:.3g} s does not resolve the motion or a contact"

@@ -10,15 +10,15 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_laws, joint, rigid
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.pointer import zeros_record
-from evolvent.solvers import alpha_state, graph, ordering
+from evolvent.solvers import alpha_state, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.releases import release_times
-from evolvent.solvers.sampled import empty
+from evolvent.solvers.sampled import N_CYLINDER, empty
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -131,9 +131,8 @@ def options_of(rho: float, **given: float) -> np.record:
     """Options of a run by the spectral radius at infinite frequency (see `evolvent.solvers.alpha`)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     beta, gamma = 1.0 / (1.0 + rho) ** 2, 2.0 / (1.0 + rho) - 0.5
-    share = (1.0 - alpha_m) / (2.0 * beta * (1.0 - alpha_f))
     found: np.record = zeros_record(
-        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, share=share, **given
+        alpha_state.OPTIONS, alpha_m=alpha_m, alpha_f=alpha_f, beta=beta, gamma=gamma, **given
     )
     return found
 
@@ -153,19 +152,22 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     stops = np.unique(np.concatenate(ends))
     stops = stops[(stops > times[0]) & (stops < times[-1])]
     clear_history(model)
-    cylinders = model.flexible.cylinders
-    cylinders["share"] = np.where(cylinders["law"] == contact_laws.CONSERVATIVE, options.share, 1.0)
-    step = options.span if options.tolerance == 0.0 else 0.1 * options.span
+    adaptive = options.tolerance > 0.0
+    step = 0.1 * options.span if adaptive else options.span
     loop = zeros_record(
         alpha_state.LOOP, time=times[0], step=step, last_step=step, quality=1.0, event_step=np.inf, stale=1
     )
     states = {name: assembly.y.copy() for name in ("y", "y0", "spare")}
-    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads", "w", "g") for end in "01"}
-    out = empty(model, times.size)
+    pairs = {name + end: np.zeros(n_v) for name in ("a", "dv", "loads") for end in "01"}
+    out, evaluated = empty(model, times.size), times.size if reactions.applies(model, adaptive=adaptive) else 0
+    balance = np.zeros(1, dtype=BALANCE)
+    fields = len(BALANCE.names or ())
     return alpha_state.Workspace(
         options=options,
         loop=loop,
-        balance=zeros_record(BALANCE),
+        balance=balance.view(np.recarray)[0],
+        row=balance.view(np.float64),
+        row0=np.zeros(fields),
         **states,
         **pairs,
         la=np.zeros(n_j),
@@ -178,6 +180,10 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         gaps=np.zeros(n_j),
         energies=np.zeros(3),
         impulse=np.zeros(n_c),
+        cylinders=np.zeros((2, n_c, N_CYLINDER)),
+        bodies=np.zeros((2, model.bodies.size, 6)),
+        ends=np.zeros((evaluated, 2, assembly.y.size)),
+        end_times=np.zeros((evaluated, 2)),
         kept=np.full(12, np.nan),
         samples=times.copy(),
         stops=stops,
@@ -187,7 +193,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_a=out.acceleration,
         out_la=out.la,
-        out_balance=out.balance.view(np.ndarray),
+        out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
         out_bodies=out.wrenches,
     )

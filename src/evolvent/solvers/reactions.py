@@ -1,8 +1,9 @@
-"""Accelerations and reactions at the samples of an implicit run, from the states alone.
+"""Accelerations and reactions at the samples of an implicit run, from the states of its steps alone.
 
 The multipliers that generalized-alpha carries along oscillate from step to step where it damps little (spectral radius
-near 1) and where steps change; the positions and velocities do not. At the samples accelerations and multipliers
-therefore follow from M v' + F + G^T la = 0 and g'' = 0.
+near 1) and where steps change; the positions and velocities do not. Accelerations and multipliers therefore follow from
+M v' + F + G^T la = 0 and g'' = 0: at the sample where nothing is stiff, else at both ends of its step, whose states are
+in balance with stiff forces as interpolated ones are not, and between them on straight lines.
 """
 
 from __future__ import annotations
@@ -27,6 +28,13 @@ def applies(model: mdl.Model, *, adaptive: bool) -> bool:
     return adaptive and is_held(model) and not model.flexible.cylinders.size and not model.threads.size
 
 
+def has_stiffness(model: mdl.Model) -> bool:
+    """Whether anything but constraints resists a change of shape."""
+    f = model.flexible
+    stiff = f.elements.size + f.hinges.size + f.custom_forces.size + model.springs.size
+    return bool(stiff) or bool(np.any(f.joints["stiffness"] > 0.0))
+
+
 def is_held(model: mdl.Model) -> bool:
     """Whether a model has constraints."""
     return bool(np.any(model.flexible.joints["stiffness"] == 0.0))
@@ -34,23 +42,41 @@ def is_held(model: mdl.Model) -> bool:
 
 def evaluate(model: mdl.Model, matrix: SparseBlocks, work: Any, count: int) -> None:
     """Write accelerations, multipliers and wrenches of the first `count` samples into the workspace's records."""
-    f, c_mass = model.flexible, SHORT / float(work.options.span) ** 2
-    A, la = np.zeros(work.dq.size), np.zeros(work.la.size)
     counted = int(work.loop.factorizations), float(work.loop.quality)
+    at, stiff = np.full(2, np.nan), has_stiffness(model)
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray] | None] = []
     for n in range(count):
-        t, y = float(work.samples[n]), work.out_y[n]
-        f.switches[:] = work.out_s[n]
-        A[:], la[:] = work.out_a[n], 0.0
-        residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-        if factor_at(t, y, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
-            continue  # singular there: what the method carries stays
-        try:
-            accelerations_at(t, y, model, matrix, work, A, la)
-        except Exception:  # noqa: BLE001  (of a user's law, which it evaluates beside the sample as well)
-            continue
-        if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
-            continue
-        residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
-        work.out_a[n], work.out_la[n] = A, la
-        work.out_bodies[n] = model.bodies["F"]
+        t, times = float(work.samples[n]), work.end_times[n]
+        h = float(times[1] - times[0])
+        theta = 1.0 if h <= 0.0 or not stiff else min(max((t - float(times[0])) / h, 0.0), 1.0)
+        if not stiff or not np.array_equal(at, times):  # of the next step
+            at = times
+            model.flexible.switches[:] = work.out_s[n]
+            states = [(t, work.out_y[n])]
+            if stiff:  # loads that begin or end with the step are those within it
+                states = [(at[0] + 1e-9 * h, work.ends[n, 0]), (at[1] - 1e-9 * h, work.ends[n, 1])]
+            found = [_evaluated(time, y, work.out_a[n], model, matrix, work) for time, y in states]
+        first, last = found[0], found[-1]
+        if first is None or last is None:
+            continue  # what the method carries stays
+        for kept, a, b in zip((work.out_a, work.out_la, work.out_bodies), first, last, strict=True):
+            kept[n] = a + theta * (b - a)
     work.loop.factorizations, work.loop.quality = counted  # those of the steps
+
+
+def _evaluated(
+    t: float, y: np.ndarray, a: np.ndarray, model: mdl.Model, matrix: SparseBlocks, work: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Accelerations, multipliers and wrenches of a state; None where they cannot be found."""
+    A, la, c_mass = a.copy(), np.zeros(work.la.size), SHORT / float(work.options.span) ** 2
+    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    if factor_at(t, y, la, c_mass, 0.0, c_mass * work.options.mass, model, matrix, work) != 0:
+        return None  # singular there
+    try:
+        accelerations_at(t, y, model, matrix, work, A, la)
+    except Exception:  # noqa: BLE001  (of a user's law, which it evaluates beside the state as well)
+        return None
+    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(la))):
+        return None
+    residual(t, y, A, la, 0.0, 1.0, model, work.r, work.powers[0])
+    return A, la, model.bodies["F"].copy()

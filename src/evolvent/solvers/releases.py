@@ -18,7 +18,7 @@ from evolvent.flow import needs
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
 from evolvent.kernels.drive import drive
-from evolvent.solvers import alpha_energy, alpha_state
+from evolvent.solvers import alpha_energy, alpha_samples, alpha_state
 from evolvent.solvers.balance import dissipated, energy
 
 #: Intervals in which changes of a drive's direction are looked for.
@@ -138,6 +138,7 @@ class Releases:
         work.balance.released += energy(work.balance) - had
         work.loop.peak_energy = max(work.loop.peak_energy, energy(work.balance))
         work.loop.stale = 1
+        alpha_samples.next_start(model, work)
         return count
 
 

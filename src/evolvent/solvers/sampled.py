@@ -15,8 +15,8 @@ from evolvent.kernels.flexible import beam_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Numbers of a cylinder at a sample (see `Sampled`).
-N_CYLINDER = 10
+#: Numbers of a cylinder at a sample (see `Sampled`), and the places of two of them.
+N_CYLINDER, IMPULSE, TOUCHING = 10, 7, 8
 
 
 class Sampled(NamedTuple):

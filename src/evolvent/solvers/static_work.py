@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, contact_laws, loads, rigid, sparse_lu
+from evolvent.kernels import contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.pointer import zeros_record
@@ -83,10 +83,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     for load in copy.loads[copy.loads["kind"] >= loads.AT_MARKER]:
         copy.parameters[load["first"] + loads.RAMP] = 0.0
     clear_history(copy)
-    # what tells these apart is work over a step in time
-    flexible.cylinders["law"][flexible.cylinders["law"] == contact_laws.CONSERVATIVE] = contact_laws.HUNT_CROSSLEY
     flexible.cylinders["stick_damping"] = 0.0
-    flexible.cylinders["share"] = 1.0
     return copy
 
 

@@ -1,0 +1,88 @@
+"""What a run by generalized-alpha keeps at its samples, between the ends of its steps."""
+
+from __future__ import annotations
+
+from numba import types, void
+
+from evolvent.jit import REAL, indirect, inlined
+from evolvent.model import MODEL
+from evolvent.solvers.alpha_state import WORKSPACE
+from evolvent.solvers.dense import interpolate
+from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHING
+
+_I = types.int64
+
+
+@inlined
+def _between(theta, a, b):
+    """Value at the part `theta` of the straight line from a to b."""
+    return a + theta * (b - a) if theta < 1.0 else b
+
+
+@indirect(void(MODEL, WORKSPACE))
+def fill_forces(model, work):
+    """Forces of the last residual on cylinders and bodies into the workspace, as those of the step's end."""
+    cylinders, bodies = model.flexible.cylinders, model.bodies
+    for k in range(cylinders.size):
+        row = work.cylinders[1, k]
+        for i in range(6):
+            row[i] = cylinders[k].F[i]
+        row[6], row[IMPULSE] = cylinders[k].normal, work.impulse[k]
+        row[TOUCHING], row[9] = cylinders[k].touching, cylinders[k].energy
+    for b in range(bodies.size):
+        for i in range(6):
+            work.bodies[1, b, i] = bodies[b].F[i]
+
+
+@indirect(void(MODEL, WORKSPACE))
+def next_start(model, work):
+    """Make forces and balance of now those of the start of the next step."""
+    fill_forces(model, work)
+    for i in range(work.row.size):
+        work.row0[i] = work.row[i]
+    for k in range(work.cylinders.shape[1]):
+        for i in range(N_CYLINDER):
+            work.cylinders[0, k, i] = work.cylinders[1, k, i]
+    for b in range(work.bodies.shape[1]):
+        for i in range(6):
+            work.bodies[0, b, i] = work.bodies[1, b, i]
+
+
+@indirect(void(_I, REAL, REAL, REAL, MODEL, WORKSPACE))
+def keep_sample(n, theta, t, h, model, work):
+    """Keep what is at the part `theta` of the step of length h from t on as sample n.
+
+    States are interpolated (`dense.interpolate`); accelerations, multipliers, forces and balance lie on straight lines.
+    """
+    switches = model.flexible.switches
+    interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
+    for i in range(switches.size):
+        work.out_s[n, i] = switches[i]
+    for i in range(work.dq.size):
+        work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
+    for i in range(work.la.size):
+        work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
+    for i in range(work.row.size):
+        work.out_balance[n, i] = _between(theta, work.row0[i], work.row[i])
+    for k in range(work.cylinders.shape[1]):
+        for i in range(N_CYLINDER):
+            work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
+        work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
+    for b in range(work.bodies.shape[1]):
+        for i in range(6):
+            work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])
+    if work.ends.shape[0] > 0:
+        work.end_times[n, 0], work.end_times[n, 1] = t, t + h
+        for i in range(work.y.size):
+            work.ends[n, 0, i], work.ends[n, 1, i] = work.y0[i], work.y[i]
+
+
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def keep_samples(t, h, model, work):
+    """Keep the samples in a step of length h that starts at t, and has just been accepted."""
+    loop, near = work.loop, 10.0 * work.options.smallest
+    fill_forces(model, work)
+    while loop.sample < work.samples.size and work.samples[loop.sample] <= t + h + near:
+        theta = (work.samples[loop.sample] - t) / h
+        keep_sample(loop.sample, 1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), t, h, model, work)
+        loop.sample += 1
