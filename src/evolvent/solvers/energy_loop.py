@@ -53,7 +53,7 @@ SIGNS = np.array([(1.0 if name in ENERGIES else -1.0 if name in WORK else 1.0) f
 SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
 #: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
 #: next in the contacts' stiffness, up to 1.
-PLAIN, STAGED = 12, 20
+PLAIN, STAGED = 20, 20
 SOFTEST, LEAST_RISE = -6.0, 0.5
 FIRST = 40
 
