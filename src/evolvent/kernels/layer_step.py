@@ -80,6 +80,8 @@ def _is_far(y, elements, c, half, xi, p, a):
 def measure_layer(y, end, model, k):
     """Places below the contact points of cylinder k's layer, gaps and normals: of a step's end (1), or its start (0).
 
+    Fills the energy of the layer too, but for bristles.
+
     Notes
     -----
     The search begins at the contact point's angle about the axis, counted along the beams from their roots on, less the
@@ -96,8 +98,7 @@ def measure_layer(y, end, model, k):
     _angles(y, flexible, over, sense, cx, cy, cz, ax, ay, az)
     if under != over:
         _angles(y, flexible, under, sense, cx, cy, cz, ax, ay, az)
-    own, half, a = flexible.beams[over].first_node - flexible.beams[over].first_element, NODE_VECTORS[low.kind], 0.0
-    j = 0
+    own, half, j = flexible.beams[over].first_node - flexible.beams[over].first_element, NODE_VECTORS[low.kind], 0
     for i in range(row.first, row.last):
         q, c, xi, gap, nx, ny, nz = contacts[i].iq[0], -1, 0.0, math.inf, 0.0, 0.0, 0.0
         p = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)

@@ -26,12 +26,12 @@ BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
 #: s, 0 at a start; start, peak: J, defect of the energy balance there, and the
-#: largest energy so far.
+#: largest energy so far; factored: length of the step whose matrix is factored, s, 0 of none; contact_set: of it.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
-                                   "divided", "latches")]
+                                   "divided", "latches", "contact_set")]
     + [(name, np.float64) for name in ("time", "wanted", "length", "event_step", "last", "quality", "start",
-                                       "peak")],
+                                       "peak", "factored")],
     align=True,
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
@@ -176,7 +176,9 @@ def iterate(most, searches, model, matrix, work):
     n_v, n_j = model.info.nv, step.la.size
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
     residual(model, step)
-    last, ratio, stale, touching = math.inf, 0.0, True, -1
+    soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
+    stale = soft or loop.factored != step.step.h
+    loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(step.r):
             return NOT_FINITE
@@ -217,6 +219,7 @@ def iterate(most, searches, model, matrix, work):
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
         if s == 1.0 and min(norm, left) <= options.newton and _count_touching(model) == touching:
+            loop.factored, loop.contact_set = 0.0 if soft else step.step.h, touching
             return iteration + 1
         last = norm
     return NO_CONVERGENCE

@@ -237,9 +237,10 @@ class Run(implicit.Run):
         return ""
 
     def _couple_layers(self) -> None:
-        """Order the tangent anew where turns have come to lie on one another."""
+        """Order the tangent again where turns have come to lie on one another."""
         self.plan = dataclasses.replace(self.plan, matrix=matrix_of(self.model, layers=True))
         self.inner = 0
+        self.work.loop.factored = 0.0
 
     def advance(self, budget: int) -> tuple[bool, str]:
         """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
