@@ -112,7 +112,7 @@ def test_the_hub_presses_on_the_rib(runs):
     assert found.lines[0].points[:, :: (found.lines[0].points.shape[1] - 1) // 20] == pytest.approx(nodes)
     (pushed,) = (force for force in found.forces if force.name == "contact-1 on rib-1")
     sizes = np.linalg.norm(pushed.vectors, axis=-1)
-    assert sizes.sum(axis=1) == pytest.approx(run["contact-1"]["normal_force"].values, rel=1e-6, abs=1e-9)
+    assert sizes.sum(axis=1) == pytest.approx(run["contact-1"]["point_force"].values.sum(axis=1), rel=1e-6, abs=1e-9)
     assert sizes[-1].max() > 0.0
     outward = np.sum(pushed.vectors * pushed.points, axis=-1)
     assert (outward >= 0.0).all()

@@ -190,3 +190,16 @@ def test_forces_between_steps_are_those_of_the_motion(solver: Callable[..., Solu
     assert found.balance.kinetic == pytest.approx(kinetic, abs=2e-3 * kinetic.max())
     assert np.abs(found.energy_defect).max() < 2e-3 * kinetic.max()
     assert np.hypot(found.y[:, 0], found.y[:, 1]) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("options", [{"step": 0.05}, {"tolerance": 1e-4}], ids=["fixed", "adaptive"])
+def test_a_thread_of_stiff_springs_is_not_stretched_between_steps(options: Any) -> None:
+    """Tension at the spool against steps that resolve the springs; its ringing aside, by the median."""
+    make = functools.partial(heliogyro, segments="springs", spool=3.5)
+    fine = solve(make(), samples=np.linspace(0.0, 6.0, 121), method="rk4")
+    found = solve_implicit(make(), samples=np.linspace(0.0, 6.0, 577), **options)
+    assert found.success, found.message
+    later, tension = found.t > 1.0, [np.nanmax(run.observations.tension, axis=1) for run in (found, fine)]
+    off = np.abs(tension[0] - np.interp(found.t, fine.t, tension[1]))[later]
+    assert np.median(off) < 0.1 * np.median(tension[1])
+    assert tension[0][later].max() < 1.5 * tension[1].max()

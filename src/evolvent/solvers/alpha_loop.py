@@ -14,7 +14,13 @@ from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import solve_step
 from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
-from evolvent.solvers.alpha_samples import fill_forces, keep_sample, keep_samples, next_start
+from evolvent.solvers.alpha_samples import (
+    fill_forces,
+    keep_lengths_at_spools,
+    keep_sample,
+    keep_samples,
+    next_start,
+)
 from evolvent.solvers.alpha_start import accelerations_at, start_accelerations, thread_accelerations
 from evolvent.solvers.alpha_state import (
     AT_STOP,
@@ -39,7 +45,7 @@ def functions(model: Any) -> list[Any]:
         fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
     if model.threads.size:
-        found += [thread_accelerations]
+        found += [thread_accelerations, keep_lengths_at_spools]
     return found
 
 

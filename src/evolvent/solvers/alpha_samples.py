@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from numba import types, void
 
-from evolvent.jit import REAL, indirect, inlined
+from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import rigid
+from evolvent.kernels.rotations import turn
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate
@@ -56,6 +60,8 @@ def keep_sample(n, theta, t, h, model, work):
     """
     switches = model.flexible.switches
     interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
+    if model.threads.size > 0 and theta < 1.0:
+        keep_lengths_at_spools(theta, t, h, work.out_y[n], model, work)
     for i in range(switches.size):
         work.out_s[n, i] = switches[i]
     for i in range(work.dq.size):
@@ -75,6 +81,42 @@ def keep_sample(n, theta, t, h, model, work):
         work.end_times[n, 0], work.end_times[n, 1] = t, t + h
         for i in range(work.y.size):
             work.ends[n, 0, i], work.ends[n, 1, i] = work.y0[i], work.y[i]
+
+
+@inlined
+def _from_spool(t, y, k, q, model):
+    """Vector to the node at q from where thread k leaves its spool."""
+    rigid.kinematics(t, y, model)
+    b, d = model.threads[k].body, model.threads[k].departure
+    R, x = model.bodies[b].R, model.bodies[b].x
+    dx, dy, dz = turn(R, d[0], d[1], d[2])
+    return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz
+
+
+@indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE))
+def keep_lengths_at_spools(theta, t, h, y, model, work):
+    """Move threads to where the lengths of their segments at the spools lie on straight lines (see `dense`)."""
+    for k in range(model.threads.size):
+        count = model.flexible.switches[k]
+        if count == 0 or model.flexible.switches[model.threads.size + k] != 0:  # wound, or gone
+            continue
+        q = model.threads[k].iq
+        at = q + 3 * (count - 1)
+        a, b, c = _from_spool(t, work.y0, k, at, model)
+        first = math.sqrt(a * a + b * b + c * c)
+        a, b, c = _from_spool(t + h, work.y, k, at, model)
+        last = math.sqrt(a * a + b * b + c * c)
+        a, b, c = _from_spool(t + theta * h, y, k, at, model)
+        size = math.sqrt(a * a + b * b + c * c)
+        more = (first + theta * (last - first)) / size - 1.0 if size > 0.0 else 0.0
+        for i in range(count):
+            y[q + 3 * i] += more * a
+            y[q + 3 * i + 1] += more * b
+            y[q + 3 * i + 2] += more * c
+    rigid.kinematics(t + h, work.y, model)
+    for b in range(model.bodies.size):
+        for i in range(6):
+            model.bodies[b].F[i] = work.bodies[1, b, i]
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))

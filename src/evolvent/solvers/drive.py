@@ -164,7 +164,7 @@ def plan(
     Parameters
     ----------
     assembly : Assembly, which is left as it is
-    samples : (nt,) float, s, increasing; the first is the start, the last the end
+    samples : (nt,) float, s, increasing; the first is the start, the last the end; they cut no step
     method : {"rk4", "heun", "dopri5"}
     step : float, s, of a fixed-step method; None chooses one from the model's highest frequency
     rtol, atol : float, of the adaptive method
