@@ -261,7 +261,7 @@ def residual(model, work):
 def add_elements(model, work):
     """Forces of all elements; returns powers that damping by mass and by stiffness takes, W."""
     f, n_q, h = model.flexible, model.info.nq, work.step.h
-    chi, ratio, F, elements = work.step.chi, work.step.ratio, f.F, f.elements
+    chi, chi_v, ratio, F, elements = work.step.chi, work.step.chi_v, work.step.ratio, f.F, f.elements
     by_mass = by_stiffness = 0.0
     for k in range(elements.size):
         iq, at, mass, form = elements[k].iq, elements[k].iv - n_q, elements[k].mass, elements[k].form
@@ -281,6 +281,9 @@ def add_elements(model, work):
             by_stiffness += lost / h
             if beta != 0.0:
                 by_stiffness += cable.add_bending_damping(work.ym[iq : iq + n], u, beta, f.B12[form], own)
+            if chi_v != 0.0:
+                bent, bends = work.strains_before[k, cable.PRODUCTS :], work.strains[k, cable.PRODUCTS :]
+                element_step.add_bending_filter(work.dq[at : at + n], chi_v, ratio, f.B12[form], bent, bends, own)
         else:
             by_mass += flexible._add_inertia(f.M24[mass], 8, alpha, x, u, own)
             by_stiffness += (
@@ -457,6 +460,8 @@ def add_element_tangents(c_mass, model, work, matrix):
                 element_step.step_tangent(e0, e1, h, chi, ratio, beta, H, hh, cable.N, before, change, f.work, K)
             if beta != 0.0:
                 cable.add_bending_damping_tangent(work.ym[iq : iq + n], u, beta, 2.0 / h, f.B12[form], K)
+            if work.step.chi_v != 0.0:
+                element_step.add_bending_filter_tangent(work.step.chi_v, f.B12[form], K)
         else:
             K, M = f.K24, f.M24[mass]
             element_step.step_tangent(

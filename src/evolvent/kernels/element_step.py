@@ -10,7 +10,7 @@ import math
 
 from evolvent.jit import inlined, matrix_view
 from evolvent.kernels.ancf import add_force, multiply, nodal_vectors, products, write_tangent
-from evolvent.kernels.cable import _add_stress, _derivative, _dot, add_stretch_tangent, fill_first_place
+from evolvent.kernels.cable import _add_stress, _curvature, _derivative, _dot, add_stretch_tangent, fill_first_place
 
 
 @inlined
@@ -132,3 +132,39 @@ def stretch_step_tangent(e0, e1, h, chi, ratio, b, H, hh, before, work, K):
         qm = (0.5 * (q0[0] + q1[0]), 0.5 * (q0[1] + q1[1]), 0.5 * (q0[2] + q1[2]))
         add_stretch_tangent(H, p, am, qm, N / mean, (factor * a1[0], factor * a1[1], factor * a1[2]), K)
     fill_first_place(K)
+
+
+@inlined
+def add_bending_filter(dq, chi, ratio, B, before, change, f):
+    """Add the filter's force on the bending of a cable element, whose energy contains none of its changes.
+
+    Parameters
+    ----------
+    dq : (12,) float, increments; chi, ratio : float, of the filter
+    B : (2, 4) float (`evolvent.elements.cable_bending`)
+    before, change : (6,) float, changes of the root of the energy times the curvature at two points, over the step
+        before, and output over this one
+
+    Notes
+    -----
+    The vectors of curvature do not turn with the element, so that this is for systems that something holds.
+    """
+    for p in range(2):
+        d = _curvature(B, p, dq)
+        a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
+        for c in range(3):
+            change[3 * p + c] = d[c]
+            force = 0.5 * chi * (d[c] - ratio * before[3 * p + c])
+            for i in range(4):
+                f[3 * i + c] += a[i] * force
+
+
+@inlined
+def add_bending_filter_tangent(chi, B, K):
+    """Add twice the derivative of `add_bending_filter`."""
+    for p in range(2):
+        a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
+        for i in range(4):
+            for j in range(4):
+                for c in range(3):
+                    K[3 * i + c, 3 * j + c] += chi * a[i] * a[j]
