@@ -110,13 +110,14 @@ RECORDS: dict[str, np.dtype] = {
     # of its end: those with 1, normal, force and its derivatives, part of the force that damps; drag: friction of the
     # start (body axes), drag1 of the end (inertial axes). Of layers: element and place below at the step's start and
     # end, how far off along the axis that was; `anchor` is what it moved by against what is below. n0, n1: normals of
-    # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`)
+    # layers at both ends of an energy-momentum step, rest: depth that a point keeps there (`kernels.layer_step`);
+    # sank: change of the gap over the step before, of `kernels.contact_step`'s filter
     "contact_points": _record(
         "element iq iv carrier carrier1", "S reach",
         "xi xi1 offset "
         "gap anchor stick damper gap1 stick1 n distance f force d_gap d_rate damper1 t along across by_normal "
         "drag drag1 "
-        "n0 n1 rest rest1",
+        "n0 n1 rest rest1 sank",
         n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),

@@ -130,7 +130,7 @@ def test_the_gap_changes_by_the_work_of_a_unit_force(rng: np.random.Generator) -
     slid = np.abs(points["xi1"] + points["carrier1"] - points["xi"] - points["carrier"])[pressed]
     assert slid.max() > 0.05
     F = np.zeros(int(model.info.nv))
-    lost, _ = layer_step.add_layer_step(step.y0, step.y1, 0.05, 1.0, model, 0, F)
+    lost, _ = layer_step.add_layer_step(step.y0, step.y1, 0.05, 1.0, 0.0, 0.0, model, 0, F)
     changes = points["gap1"][pressed] - points["gap"][pressed]
     expected = float(points["force"][pressed] @ changes)
     assert -F @ step.dq == pytest.approx(expected, rel=1e-9)

@@ -230,11 +230,13 @@ def residual(model, work):
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
         if f.cylinders.size > 0:
             work.contact[0], work.contact[1] = contact_step.add_contact_step(
-                work.y0, work.y1, h, work.step.soft, model, F
+                work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, F
             )
             for k in range(f.cylinders.size):
                 if f.cylinders[k].under >= 0:
-                    lost, rubbed = layer_step.add_layer_step(work.y0, work.y1, h, work.step.soft, model, k, F)
+                    lost, rubbed = layer_step.add_layer_step(
+                        work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, k, F
+                    )
                     work.contact[0] += lost
                     work.contact[1] += rubbed
     if model.springs.size > 0:

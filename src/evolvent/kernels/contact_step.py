@@ -68,8 +68,13 @@ def measure_gaps(y, end, model):
 
 
 @inlined
-def _pressed(cylinder, gap0, gap1, h, soft):
-    """Normal force over a step, and its derivative by the gap at the end."""
+def _pressed(cylinder, gap0, gap1, h, soft, chi, sank):
+    """Normal force over a step, its derivative by the gap at the end, and the filter's part of it.
+
+    Parameters
+    ----------
+    chi, sank : float, of the filter, and how far the point sank over the step before, of this step's length, m
+    """
     stiffness, exponent = soft * cylinder.stiffness, cylinder.exponent
     if gap0 < 0.0 or cylinder.law == contact_laws.CONSERVATIVE:
         elastic, slope, _ = contact_laws.normal_force(
@@ -77,12 +82,27 @@ def _pressed(cylinder, gap0, gap1, h, soft):
         )
     else:
         elastic, slope = contact_laws.elastic_force(gap1, stiffness, exponent)
-    if cylinder.damping == 0.0 or elastic == 0.0 or not math.isfinite(gap0):
-        return elastic, slope
-    factor = 1.0 + cylinder.damping * (gap0 - gap1) / h
-    if not factor > 0.0:
-        return 0.0, 0.0
-    return elastic * factor, slope * factor - elastic * cylinder.damping / h
+    if cylinder.damping != 0.0 and elastic != 0.0 and math.isfinite(gap0):
+        factor = 1.0 + cylinder.damping * (gap0 - gap1) / h
+        if not factor > 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic * factor, slope * factor - elastic * cylinder.damping / h
+    filtered = 0.0
+    if is_filtered(cylinder, gap0):
+        # the change of the depth, whose work is exact also where the point leaves
+        part = 1.0 if gap1 < 0.0 else gap0 / (gap0 - gap1)
+        k = 0.5 * chi * stiffness
+        filtered = k * part * (gap0 - min(gap1, 0.0) - sank)
+        if elastic + filtered <= 0.0:
+            return 0.0, 0.0, 0.0
+        elastic, slope = elastic + filtered, slope - (k if gap1 < 0.0 else filtered / (gap1 - gap0))
+    return elastic, slope, filtered
+
+
+@inlined
+def is_filtered(cylinder, gap0):
+    """Whether the filter acts on a point: one that is in contact, with a stiffness that is a constant."""
+    return cylinder.law == contact_laws.HUNT_CROSSLEY and cylinder.exponent == 1.0 and gap0 < 0.0
 
 
 @inlined
@@ -119,12 +139,12 @@ def _rub(point, cylinder, body, move, arm, normal, lam, h):
     return found[0], found[1], found[2], slip, after
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR))
-def add_contact_step(y0, y1, h, soft, model, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, REAL, REAL, MODEL, VECTOR))
+def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
     """Forces of all contacts over a step into F and the bodies' wrenches, at the mean place of the bodies.
 
     Returns the energies that normal forces and friction take, J. Gaps are those of `measure_gaps`; `soft` times the
-    stiffness is taken.
+    stiffness is taken; chi and ratio are those of the filter, whose loss is not a contact's.
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     n_q, lost, rubbed = model.info.nq, 0.0, 0.0
@@ -146,7 +166,8 @@ def add_contact_step(y0, y1, h, soft, model, F):
             q1[0] = q1[1] = q1[2] = 0.0
             before = contact_laws.contact_energy(gap0, cylinders[k].stiffness, cylinders[k].exponent)
             stored = contact_laws.contact_energy(gap1, cylinders[k].stiffness, cylinders[k].exponent)
-            lam, slope = _pressed(cylinders[k], gap0, gap1, h, soft)
+            lam, slope, filtered = _pressed(cylinders[k], gap0, gap1, h, soft, chi, ratio * contacts[i].sank)
+            lost -= filtered * (contacts[i].offset - contacts[i].distance)
             if lam == 0.0:
                 lost += before - stored
                 rubbed += held
@@ -257,11 +278,15 @@ def add_contact_step_tangents(y0, y1, model, matrix):
 
 @indirect(void(MODEL))
 def end_contacts(model):
-    """Make the bristles of a step's end those of the next one's start."""
-    contacts = model.flexible.contact_points
-    for i in range(contacts.size):
-        for c in range(3):
-            contacts[i].stick[c] = contacts[i].stick1[c]
+    """Make the bristles of a step's end those of the next one's start, and keep how far its points sank."""
+    cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
+    for k in range(cylinders.size):
+        for i in range(cylinders[k].first, cylinders[k].last):
+            gap0, gap1, rest = contacts[i].gap, contacts[i].gap1, contacts[i].rest
+            stays = is_filtered(cylinders[k], gap0 + rest) and gap1 + rest < 0.0
+            contacts[i].sank = gap0 - gap1 if stays else 0.0
+            for c in range(3):
+                contacts[i].stick[c] = contacts[i].stick1[c]
 
 
 def clear_gaps(model):
@@ -270,3 +295,4 @@ def clear_gaps(model):
     contacts["gap"], contacts["gap1"] = np.inf, np.inf
     contacts["force"] = 0.0
     contacts["stick"], contacts["stick1"], contacts["t"], contacts["rest"] = 0.0, 0.0, 0.0, 0.0
+    contacts["sank"] = 0.0

@@ -186,12 +186,12 @@ def _rub(point, row, u, n, axis, lam, h):
     return found[0], found[1], found[2], slip, after
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, MODEL, _I, VECTOR))
-def add_layer_step(y0, y1, h, soft, model, k, F):
+@indirect(types.UniTuple(REAL, 2)(VECTOR, VECTOR, REAL, REAL, REAL, REAL, MODEL, _I, VECTOR))
+def add_layer_step(y0, y1, h, soft, chi, ratio, model, k, F):
     """Forces of cylinder k's layer over a step into F, and their couple into the body's wrench, at its mean place.
 
     Returns the energies that normal forces and friction take, J. Gaps are those of `measure_layer`; `soft` times the
-    stiffness is taken.
+    stiffness is taken; chi and ratio are those of the filter, whose loss is not a contact's.
     """
     flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     cylinders, contacts, elements = flexible.cylinders, flexible.contact_points, flexible.elements
@@ -209,9 +209,11 @@ def add_layer_step(y0, y1, h, soft, model, k, F):
         before = contact_laws.contact_energy(gap0 + rest, stiffness, exponent)
         held = 0.5 * cylinders[k].stick_stiffness * (q[0] * q[0] + q[1] * q[1])
         stays = math.isfinite(gap0) and math.isfinite(gap1)
-        lam = slope = stored = 0.0
+        lam = slope = stored = filtered = 0.0
         if stays:
-            lam, slope = _pressed(cylinders[k], gap0 + rest, gap1 + rest, h, soft)
+            lam, slope, filtered = _pressed(
+                cylinders[k], gap0 + rest, gap1 + rest, h, soft, chi, ratio * contacts[i].sank
+            )
         if not stays or lam == 0.0:
             if stays:
                 stored = contact_laws.contact_energy(gap1 + rest, stiffness, exponent)
@@ -243,7 +245,7 @@ def add_layer_step(y0, y1, h, soft, model, k, F):
         contacts[i].force, contacts[i].d_gap = lam, slope
         m = contacts[i].n
         f[0], f[1], f[2] = lam * m[0], lam * m[1], lam * m[2]
-        lost -= f[0] * ux + f[1] * uy + f[2] * uz + stored - before
+        lost -= f[0] * ux + f[1] * uy + f[2] * uz + stored - before + filtered * (gap0 - gap1)
         if cylinders[k].friction > 0.0:
             found = _rub(contacts[i], cylinders[k], (ux, uy, uz), (nx, ny, nz), (ax, ay, az), lam, h)
             f[0], f[1], f[2] = f[0] + found[0], f[1] + found[1], f[2] + found[2]
