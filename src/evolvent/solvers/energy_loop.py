@@ -207,7 +207,7 @@ def iterate(most, searches, model, matrix, work):
         for k in range(n_j):
             step.la[k] += 0.5 * scale * work.x[n_v + k]
         s = 1.0
-        if searches != 0 and n_j == 0:
+        if searches != 0 and (n_j == 0 or iteration > 0):
             before = _along(work)
             if before < 0.0:
                 s = search(before, model, work)
