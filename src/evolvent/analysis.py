@@ -27,7 +27,7 @@ _IMPLICIT = {implicit.NAME: families.IMPLICIT, energy_momentum.NAME: families.EN
 #: Samples of a run where no interval is given.
 SAMPLES = 400
 #: Default tolerances of implicit methods, and spectral radius: vibrations that the steps resolve keep their energy.
-TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-5, energy_momentum.NAME: 1e-7}, 0.9
+TOLERANCES, SPECTRAL_RADIUS = {implicit.NAME: 1e-6, energy_momentum.NAME: 1e-7}, 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
 #: Largest number of steps of a given length: at a microsecond each they take a quarter of an hour.

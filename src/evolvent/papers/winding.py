@@ -23,8 +23,6 @@ Array = np.ndarray
 ALPHA, ENERGY, EXPLICIT = "generalized-alpha", "energy-momentum", ("rk4", "heun")
 #: Time between samples, s.
 EVERY = 0.01
-#: Methods whose samples cut steps: theirs are the ends of steps.
-SAMPLES_CUT = (ALPHA,)
 #: CPU time (s) of a step of 40 cable elements, about, and of a whole run beside it; for forecasts alone.
 COSTS = {ALPHA: (3e-5, 1.0), ENERGY: (9e-5, 1.5), "rk4": (3.5e-5, 0.1), "heun": (1.8e-5, 0.1)}
 #: Shortest run, in steps, that loads all that a method needs.
@@ -146,15 +144,11 @@ class Model:
         warm = step or 1e-4
         analysis.plan(assembly, np.array([0.0, WARM_STEPS * warm]), **settings)[0].run(None)  # loads what it calls
         end = self.end if trial.stop is None else trial.stop
-        prepared, _ = analysis.plan(assembly, self.samples(method, step, end), **settings)
+        samples = np.linspace(0.0, end, max(round(end / EVERY), 1) + 1)
+        prepared, _ = analysis.plan(assembly, samples, **settings)
         began = time.process_time()
         found = prepared.run(None).or_start(0.0)
         return self._winding(trial, step, found, (time.process_time() - began) * self.end / end)
-
-    def samples(self, method: str, step: float | None, end: float) -> Array:
-        """Times of the samples, s."""
-        every = max(EVERY, step or 0.0) if method in SAMPLES_CUT else EVERY
-        return np.linspace(0.0, end, max(round(end / every), 1) + 1)
 
     def _winding(self, trial: Trial, step: float | None, found: Solution, cpu: float) -> Winding:
         view = View.of(found)

@@ -51,6 +51,10 @@ BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
 #: Signs of the fields of a row in the defect: what there is and what was lost, less what came in.
 SIGNS = np.array([(1.0 if name in ENERGIES else -1.0 if name in WORK else 1.0) for name in ROW])
 SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
+#: Convergence slower than this takes a new tangent.
+SLOW = 0.15
+#: A correction below this that a new tangent does not reduce is round-off.
+ROUND_OFF = 1e-8
 #: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
 #: next in the contacts' stiffness, up to 1.
 PLAIN, STAGED = 20, 20
@@ -169,6 +173,18 @@ def search(before, model, work):
     return at
 
 
+@inlined
+def _predict(accelerated, model, work):
+    """Increments and multipliers from which Newton's method starts: the velocity changes as before, or stays."""
+    step = work.step
+    n_q, h = model.info.nq, step.step.h
+    part = 0.5 * h / work.loop.last if accelerated and work.loop.last > 0.0 else 0.0
+    for i in range(step.dq.size):
+        step.dq[i] = h * (step.y0[n_q + i] + min(part, 1.0) * step.before[i])
+    for k in range(step.la.size):
+        step.la[k] = work.la0[k]
+
+
 @indirect(_I(_I, _I, MODEL, SPARSE, ENERGY_LOOP))
 def iterate(most, searches, model, matrix, work):
     """Newton's method from the present increments: the number of iterations, or a status below zero."""
@@ -177,13 +193,16 @@ def iterate(most, searches, model, matrix, work):
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
-    stale = soft or loop.factored != step.step.h
+    # what keeps momenta or energy takes a tangent of its own, for it converges to round-off
+    stale = soft or step.step.chi_v == 0.0 or loop.factored != step.step.h
+    kept = not stale
     loop.factored = 0.0
     for iteration in range(most):
         if not is_finite(step.r):
             return NOT_FINITE
         now = _count_touching(model)
-        if stale or ratio > 0.15 or now != touching:
+        fresh = stale or ratio > SLOW or now != touching
+        if fresh:
             tangent(scale, model, step, matrix)
             found = sparse_lu.factor(matrix)
             loop.factorizations += 1
@@ -204,6 +223,11 @@ def iterate(most, searches, model, matrix, work):
         if not math.isfinite(norm):
             return NOT_FINITE
         loop.iterations += 1
+        if kept and iteration == 1 and norm > SLOW * last:  # the tangent of a step before does not serve here
+            kept, stale, ratio, touching = False, True, 0.0, -1
+            _predict(True, model, work)
+            residual(model, step)
+            continue
         for k in range(n_j):
             step.la[k] += 0.5 * scale * work.x[n_v + k]
         s = 1.0
@@ -218,38 +242,32 @@ def iterate(most, searches, model, matrix, work):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
-        if s == 1.0 and min(norm, left) <= options.newton and _count_touching(model) == touching:
+        rounded = fresh and ratio > 0.5 and norm <= ROUND_OFF  # a new tangent does not reduce it any more
+        if s == 1.0 and (min(norm, left) <= options.newton or rounded) and _count_touching(model) == touching:
             loop.factored, loop.contact_set = 0.0 if soft else step.step.h, touching
             return iteration + 1
         last = norm
     return NO_CONVERGENCE
 
 
-@inlined
-def _predict(accelerated, model, work):
-    """Increments and multipliers from which Newton's method starts: the velocity changes as before, or stays."""
-    step = work.step
-    n_q, h = model.info.nq, step.step.h
-    part = 0.5 * h / work.loop.last if accelerated and work.loop.last > 0.0 else 0.0
-    for i in range(step.dq.size):
-        step.dq[i] = h * (step.y0[n_q + i] + min(part, 1.0) * step.before[i])
-    for k in range(step.la.size):
-        step.la[k] = work.la0[k]
-
-
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
 def solve_step(model, matrix, work):
-    """Solve a step: plain, then with contacts that are stiffened in stages; iterations, or a status below zero."""
+    """Solve a step; returns the iterations of Newton's method, or a status below zero.
+
+    First from the velocities' last change, then from constant velocities, then with contacts that are stiffened.
+    """
     step = work.step.step
     step.soft = 1.0
     _predict(True, model, work)
     found = iterate(PLAIN if model.flexible.cylinders.size > 0 else STAGED, 0, model, matrix, work)
-    if found > 0 or model.flexible.cylinders.size == 0:
+    if found > 0:
         return found
     _predict(False, model, work)
     found = iterate(PLAIN, 1, model, matrix, work)
     if found > 0:
         return found + PLAIN
+    if model.flexible.cylinders.size == 0:
+        return found
     _predict(False, model, work)
     work.loop.stages += 1
     power, rise, total = SOFTEST, -0.5 * SOFTEST, 0
