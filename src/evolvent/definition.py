@@ -241,6 +241,8 @@ class SystemDefinition:
     def stepping(self, case: Any) -> dict[str, Any]:
         """Method, step, tolerance and spectral radius of `evolvent.Stepper`, by the names of its arguments.
 
+        Generalized-alpha takes the place of energy-momentum, which a stepper does not have.
+
         Raises
         ------
         InputError
@@ -249,10 +251,14 @@ class SystemDefinition:
         if not self.steps:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
         from evolvent import analysis
+        from evolvent.solvers import energy_momentum, implicit
 
         assembly = self.build(case).assemble()
         settings = self.prepared_settings(case, assembly, {})
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        if method == energy_momentum.NAME:
+            method, _ = analysis.choose_method(assembly, implicit.NAME)
+            settings.pop("spectral_radius", None)
         found = {"method": method, "step": settings.get("step")}
         for name in ("tolerance", "spectral_radius"):
             if settings.get(name) is not None:

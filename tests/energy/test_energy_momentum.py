@@ -185,7 +185,7 @@ def test_a_latch_is_an_event() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"spectral_radius": 0.2}, "spectral_radius is 0.2; it must be from 1/3 to 1"),
+        ({"spectral_radius": 0.2}, "spectral_radius is 0.2; under energy-momentum it must be from 1/3 to 1"),
         ({"step": 0.0}, "step is 0.0; it must be"),
         ({"samples": [0.0]}, "samples is"),
     ],

@@ -182,6 +182,11 @@ def conservative() -> Case:
     return on_drum(law="conservative")
 
 
+@of("a contact with the paper's law")
+def paper() -> Case:
+    return on_drum(law="paper", damping=0.0)
+
+
 @of("a layer on other turns")
 def layer() -> Case:
     """The tip on a short beam below it, as seen from an axis far below."""

@@ -51,8 +51,21 @@ ROUND_OFF = 1e-8
 def solve_step(t1, h, model, matrix, work):
     """Solve one step of length h that ends at t1; returns the number of iterations, or a status below zero.
 
-    Newton's method starts from the accelerations of the step's start.
+    Newton's method starts from the accelerations of the step's start; of a fixed step that this does not solve, from
+    constant velocities.
     """
+    found = iterate(t1, h, False, model, matrix, work)
+    if found > 0 or work.options.tolerance > 0.0:
+        return found
+    for i in range(work.la.size):
+        work.la[i] = work.la0[i]
+    work.loop.stale = 1
+    return iterate(t1, h, True, model, matrix, work)
+
+
+@indirect(_I(REAL, REAL, types.boolean, MODEL, SPARSE, WORKSPACE))
+def iterate(t1, h, coasts, model, matrix, work):
+    """Newton's method from constant velocities (`coasts`) or accelerations; returns as `solve_step` does."""
     n_q, n_v = model.info.nq, model.info.nv
     options, loop = work.options, work.loop
     y, y0, la, dq, r, x = work.y, work.y0, work.la, work.dq, work.r, work.x
@@ -64,8 +77,12 @@ def solve_step(t1, h, model, matrix, work):
     scale = c_mass * options.mass
     a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
     for i in range(n_v):
-        dv1[i] = dv0[i]
-        a1[i] = ((1.0 - af) * dv1[i] + af * dv0[i] - am * a0[i]) / (1.0 - am)
+        if coasts:
+            a1[i] = (beta - 0.5) / beta * a0[i]
+            dv1[i] = ((1.0 - am) * a1[i] + am * a0[i] - af * dv0[i]) / (1.0 - af)
+        else:
+            dv1[i] = dv0[i]
+            a1[i] = ((1.0 - af) * dv1[i] + af * dv0[i] - am * a0[i]) / (1.0 - am)
         dq[i] = h * y0[n_q + i] + h * h * ((0.5 - beta) * a0[i] + beta * a1[i])
         y[n_q + i] = y0[n_q + i] + h * ((1.0 - gamma) * a0[i] + gamma * a1[i])
     displace(y0, dq, model, y)

@@ -12,7 +12,7 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-from evolvent.solvers.alpha import solve_step
+from evolvent.solvers.alpha import iterate, solve_step
 from evolvent.solvers.alpha_energy import add_step_to_balance, fill_energies, has_gained, note_drives
 from evolvent.solvers.alpha_samples import (
     fill_forces,
@@ -40,7 +40,7 @@ _I = types.int64
 def functions(model: Any) -> list[Any]:
     """Functions of the time loop that a model needs."""
     found = [
-        advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step,
+        advance, begin, start_accelerations, accelerations_at, factor_at, displace, solve_step, iterate,
         add_step_to_balance, has_gained, note_drives, fill_energies, restart, restore_start,
         fill_forces, keep_sample, keep_samples, next_start,
     ]  # fmt: skip
