@@ -26,7 +26,7 @@ def observe_contact(view: View, name: str) -> Observed:
     found.scalar("energy_elastic", values[:, 9], "J", "elastic energy of the contact and of what sticks by friction")
     inside = slice(int(row["first"]), int(row["last"]))
     force, gap = view.contacts
-    text = "normal force of each contact point, of positions and velocities at the sample, positive where it pushes"
+    text = "normal force of each contact point, positive where it pushes: of the sample, or the mean over its step"
     found.along("point_force", "contact_point", force[:, inside], "N", text)
     text = "distance of each contact point, negative where it overlaps, NaN where it is too far away or beside"
     found.along("gap", "contact_point", gap[:, inside], "m", text)

@@ -200,7 +200,7 @@ class View:
     def contacts(self) -> tuple[Array, Array]:
         """Normal forces (N) and gaps (m, negative inside) of all contact points: (nt, n) each.
 
-        Those of the states alone; gaps are NaN beyond an obstacle's ends, and where a point is too far from it to have
+        Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a point is too far from it to have
         been looked at.
         """
         model = self.model.copy()
@@ -212,7 +212,8 @@ class View:
             contact.add_contacts(y, -1.0, model, F)
             force[k], gap[k] = points["force"], points["gap1"]
         gap[gap == math.inf] = math.nan
-        return force, gap
+        kept = self.solution.kept
+        return force if kept is None or kept.points is None else kept.points, gap
 
 
 def about(axis: Array, angle: Array) -> Array:

@@ -53,7 +53,7 @@ SIGNS = np.array([(1.0 if name in ENERGIES else -1.0 if name in WORK else 1.0) f
 SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
 #: Convergence slower than this takes a new tangent.
 SLOW = 0.15
-#: A correction below this that a new tangent does not reduce is round-off.
+#: A correction of beams below this that a new tangent does not reduce is round-off, for elements may be stiff.
 ROUND_OFF = 1e-8
 #: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
 #: next in the contacts' stiffness, up to 1.
@@ -106,6 +106,7 @@ class EnergyLoop(Struct):
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
+    out_points: np.ndarray = array(2)
     out_bodies: np.ndarray = array(3)
 
 
@@ -191,6 +192,7 @@ def iterate(most, searches, model, matrix, work):
     step, loop, options = work.step, work.loop, work.options
     n_v, n_j = model.info.nv, step.la.size
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
+    rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
     # what keeps momenta or energy takes a tangent of its own, for it converges to round-off
@@ -242,7 +244,7 @@ def iterate(most, searches, model, matrix, work):
         if iteration > 0:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm
-        rounded = fresh and ratio > 0.5 and norm <= ROUND_OFF  # a new tangent does not reduce it any more
+        rounded = fresh and ratio > 0.5 and norm <= rounding  # a new tangent does not reduce it any more
         if s == 1.0 and (min(norm, left) <= options.newton or rounded) and _count_touching(model) == touching:
             loop.factored, loop.contact_set = 0.0 if soft else step.step.h, touching
             return iteration + 1
@@ -387,13 +389,15 @@ def keep_samples(model, work):
 
 @inlined
 def _keep_wrenches(n, model, work):
-    """Keep the forces of the step on cylinders and bodies as those of sample n."""
+    """Keep the forces of the step on cylinders, contact points and bodies as those of sample n."""
     f = model.flexible
     for k in range(f.cylinders.size):
         row = work.out_cylinders[n, k]
         for i in range(6):
             row[i] = f.cylinders[k].F[i]
         row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
+    for i in range(f.contact_points.size):
+        work.out_points[n, i] = f.contact_points[i].force
     for b in range(model.bodies.size):
         for i in range(6):
             work.out_bodies[n, b, i] = work.wrenches[b, i]

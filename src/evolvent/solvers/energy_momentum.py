@@ -214,6 +214,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
+        out_points=np.zeros((times.size, f.contact_points.size)),
         out_bodies=out.wrenches,
     )
 
@@ -306,5 +307,12 @@ class Run(implicit.Run):
             event_kinds=first_latch(self.model) + work.log_k[:latches],
             wall_time=wall_time,
             compile_time=self.compile_time,
-            kept=Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n]),
+            kept=Sampled(
+                work.out_a[:n],
+                work.out_la[:n],
+                balance,
+                work.out_cylinders[:n],
+                work.out_bodies[:n],
+                work.out_points[:n],
+            ),
         )

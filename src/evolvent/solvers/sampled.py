@@ -31,6 +31,8 @@ class Sampled(NamedTuple):
         sum of normal forces (N), its impulse (N s), points that touch, energy (J)
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
         bodies less the gyroscopic w x J w
+    points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
+        states alone
     """
 
     acceleration: Array
@@ -38,6 +40,12 @@ class Sampled(NamedTuple):
     balance: Any
     cylinders: Array
     wrenches: Array
+    points: Array | None = None
+
+    def chosen(self, samples: Any) -> Sampled:
+        """At some of the samples: (nt,) bool, or indices."""
+        found: list[Any] = [None if values is None else values[samples] for values in self]
+        return Sampled(*found)
 
 
 class Momentum(NamedTuple):

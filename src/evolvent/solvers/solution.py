@@ -159,7 +159,7 @@ class Solution:
 
     def chosen(self, samples: Any) -> Solution:
         """The solution at some of its samples: (nt,) bool, or indices; `energy_defect` counts from the first one."""
-        kept = None if self.kept is None else Sampled(*(values[samples] for values in self.kept))
+        kept = None if self.kept is None else self.kept.chosen(samples)
         path = self.path
         if path is not None:
             path = path._replace(factor=path.factor[samples], loads=path.loads[samples])
