@@ -200,8 +200,8 @@ class View:
     def contacts(self) -> tuple[Array, Array]:
         """Normal forces (N) and gaps (m, negative inside) of all contact points: (nt, n) each.
 
-        Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a point is too far from it to have
-        been looked at.
+        Those of the states alone, or forces that the solver kept; gaps are NaN beyond an obstacle's ends, and where a
+        point is too far from it.
         """
         model = self.model.copy()
         points, F = model.flexible.contact_points, np.zeros(int(model.info.nv))

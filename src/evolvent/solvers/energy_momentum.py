@@ -26,9 +26,8 @@ from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
 from evolvent.solvers.laws import refusing_laws, try_laws
-from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, empty
-from evolvent.solvers.solution import Solution, first_latch
+from evolvent.solvers.solution import Solution
 
 #: Name of the method.
 NAME = "energy-momentum"
@@ -278,41 +277,14 @@ class Run(implicit.Run):
         """As of generalized-alpha, with the place that makes the steps so short."""
         return stalled(self.work, self.assembly, steps, time, rest)
 
-    def _solution(self, status: str, message: str, wall_time: float) -> Solution:
-        work, loop = self.work, self.work.loop
-        n, steps, latches = int(loop.sample), int(loop.steps), int(loop.latches)
-        balance = work.out_balance[:n].copy().view(BALANCE).reshape(n).view(np.recarray)
-        write_accounts(self.model, work.out_y[:n], balance)
-        return Solution(
-            assembly=self.assembly,
-            method=NAME,
-            t=self.plan.times[:n].copy(),
-            y=work.out_y[:n],
-            s=work.out_s[:n],
-            status=status,
-            message=message,
-            statistics={
-                "steps": steps,
-                "rejected_steps": int(loop.rejected),
-                "divided_steps": int(loop.divided),
-                "staged_steps": int(loop.stages),
-                "iterations": int(loop.iterations),
-                "factorizations": int(loop.factorizations),
-                "step": math.nan if self.plan.step is None else self.plan.step,
-                "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
-                "events": latches,
-                "smallest_pivot": float(loop.quality),
-            },
-            event_times=work.log_t[:latches],
-            event_kinds=first_latch(self.model) + work.log_k[:latches],
-            wall_time=wall_time,
-            compile_time=self.compile_time,
-            kept=Sampled(
-                work.out_a[:n],
-                work.out_la[:n],
-                balance,
-                work.out_cylinders[:n],
-                work.out_bodies[:n],
-                work.out_points[:n],
-            ),
-        )
+    def _kept(self, n: int, balance: Any) -> Sampled:
+        """What the loop has kept of the first n samples."""
+        work = self.work
+        unknowns = (work.out_a[:n], work.out_la[:n])
+        return Sampled(*unknowns, balance, work.out_cylinders[:n], work.out_bodies[:n], work.out_points[:n])
+
+    def counted(self, found: Solution) -> Solution:
+        """The solution with what this method alone counts."""
+        loop = self.work.loop
+        found.statistics |= {"divided_steps": int(loop.divided), "staged_steps": int(loop.stages)}
+        return found

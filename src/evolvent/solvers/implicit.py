@@ -183,8 +183,8 @@ def solve_implicit(
 class Run:
     """A plan that runs: its workspace, and the switches and events that the loop does not keep.
 
-    Runs of other implicit methods override what depends on their loop: `name`, `begin`, `advance`, `moments` and
-    `_solution`.
+    Runs of other implicit methods override what depends on their loop: `name`, `begin`, `advance`, `moments`,
+    `_kept` and `counted`.
 
     Attributes
     ----------
@@ -264,7 +264,7 @@ class Run:
             status, message = "failed", f"{failure}; what was computed is kept"
         wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.name)
-        return self._solution(status, message, wall_time)
+        return self.counted(self._solution(status, message, wall_time))
 
     def _loop(self, progress: Callable[[float], None] | None) -> str:
         """Call the compiled loop until it ends; returns why it failed, '' where it did not."""
@@ -310,16 +310,15 @@ class Run:
         return times[order], kinds[order]
 
     def _solution(self, status: str, message: str, wall_time: float) -> Solution:
+        """What the run has reached, with what the loop has counted."""
         work, loop = self.work, self.work.loop
         n, steps = int(loop.sample), int(loop.steps)
         balance = work.out_balance[:n].copy().view(eb.BALANCE).reshape(n).view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)
-        if reactions.applies(self.model, adaptive=self.plan.step is None):
-            reactions.evaluate(self.model, self.plan.matrix, work, n)
         event_times, event_kinds = self._events()
-        found = Solution(
+        return Solution(
             assembly=self.assembly,
-            method=NAME,
+            method=self.name,
             t=self.plan.times[:n].copy(),
             y=work.out_y[:n],
             s=work.out_s[:n],
@@ -334,17 +333,30 @@ class Run:
                 "step": math.nan if self.plan.step is None else self.plan.step,
                 "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
                 "smallest_pivot": float(loop.quality),
-                "energy_gained": float(loop.gain),
             },
             event_times=event_times,
             event_kinds=event_kinds,
             wall_time=wall_time,
             compile_time=self.compile_time,
-            kept=Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n]),
+            kept=self._kept(n, balance),
         )
+
+    def _kept(self, n: int, balance: Any) -> Sampled:
+        """What the loop has kept of the first n samples."""
+        work = self.work
+        if reactions.applies(self.model, adaptive=self.plan.step is None):
+            reactions.evaluate(self.model, self.plan.matrix, work, n)
+        return Sampled(work.out_a[:n], work.out_la[:n], balance, work.out_cylinders[:n], work.out_bodies[:n])
+
+    def counted(self, found: Solution) -> Solution:
+        """The solution with what generalized-alpha alone counts."""
+        work, loop = self.work, self.work.loop
         scale = eb.scale(work.balance, loop.peak_energy) + work.options.floor
         largest = float(np.abs(found.energy_defect).max(initial=0.0))
-        found.statistics["energy_defect"] = largest / max(float(scale), 1e-300)
+        found.statistics |= {
+            "energy_gained": float(loop.gain),
+            "energy_defect": largest / max(float(scale), 1e-300),
+        }
         return found
 
 
