@@ -258,7 +258,6 @@ class SystemDefinition:
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
         if method == energy_momentum.NAME:
             method, _ = analysis.choose_method(assembly, implicit.NAME)
-            settings.pop("spectral_radius", None)
         found = {"method": method, "step": settings.get("step")}
         for name in ("tolerance", "spectral_radius"):
             if settings.get(name) is not None:

@@ -42,8 +42,9 @@ def _frame(bodies, b, o, axis):
 def measure_gaps(y, end, model):
     """Gaps of all contact points by the state y and the bodies' present places: of a step's end (1), or its start (0).
 
-    Of points that cannot touch the gap is infinite. Of a step's end the contacts' energies and the numbers of points
-    that touch are summed up as well.
+    Of points beyond a cylinder's ends the gap is infinite; one that comes in from there below the surface keeps that
+    depth, `rest`, until it is lifted, for it would bring energy. Of a step's end the contacts' energies and the numbers
+    of points that touch are summed up as well.
     """
     cylinders, contacts, bodies = model.flexible.cylinders, model.flexible.contact_points, model.bodies
     for k in range(cylinders.size):
@@ -57,7 +58,9 @@ def measure_gaps(y, end, model):
             gap, _, _, _, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             if end == 1:
                 contacts[i].gap1, contacts[i].distance = gap, distance
-                energy += contact_laws.contact_energy(gap, cylinders[k].stiffness, cylinders[k].exponent)
+                if math.isfinite(contacts[i].gap):
+                    depth = gap + contacts[i].rest
+                    energy += contact_laws.contact_energy(depth, cylinders[k].stiffness, cylinders[k].exponent)
                 touching += 1.0 if gap < 0.0 else 0.0
                 contacts[i].xi1 = (x - cx) * ax + (yy - cy) * ay + (z - cz) * az
             else:
@@ -159,7 +162,12 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
         X = bodies[b].x
         normal = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
-            gap0, gap1 = contacts[i].gap, contacts[i].gap1
+            arrives = not math.isfinite(contacts[i].gap)
+            contacts[i].rest1 = max(-contacts[i].gap1, 0.0)
+            if not arrives:
+                contacts[i].rest1 = min(contacts[i].rest, contacts[i].rest1)
+            gap0 = contacts[i].gap + contacts[i].rest
+            gap1 = math.inf if arrives else contacts[i].gap1 + contacts[i].rest
             contacts[i].force, contacts[i].along, contacts[i].across, contacts[i].by_normal = 0.0, 0.0, 0.0, 0.0
             q, q1 = contacts[i].stick, contacts[i].stick1
             held = 0.5 * cylinders[k].stick_stiffness * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
@@ -278,13 +286,14 @@ def add_contact_step_tangents(y0, y1, model, matrix):
 
 @indirect(void(MODEL))
 def end_contacts(model):
-    """Make the bristles of a step's end those of the next one's start, and keep how far its points sank."""
+    """Make bristles and depths of a step's end those of the next one's start, and keep how far its points sank."""
     cylinders, contacts = model.flexible.cylinders, model.flexible.contact_points
     for k in range(cylinders.size):
         for i in range(cylinders[k].first, cylinders[k].last):
             gap0, gap1, rest = contacts[i].gap, contacts[i].gap1, contacts[i].rest
             stays = is_filtered(cylinders[k], gap0 + rest) and gap1 + rest < 0.0
             contacts[i].sank = gap0 - gap1 if stays else 0.0
+            contacts[i].rest = contacts[i].rest1
             for c in range(3):
                 contacts[i].stick[c] = contacts[i].stick1[c]
 

@@ -404,11 +404,3 @@ def _add_inner(model, k, i, c, xi, matrix):
                     add_inner(matrix, row + a, q + b, s * value / size, size * s if a == b else 0.0)
             else:
                 add_inner(matrix, row + a, q, s * n[a] * normal / size, size * s * n1[a])
-
-
-@indirect(void(MODEL, _I))
-def end_layer(model, k):
-    """Make bristles and depths of a step's end those of the next one's start."""
-    contacts = model.flexible.contact_points
-    for i in range(model.flexible.cylinders[k].first, model.flexible.cylinders[k].last):
-        contacts[i].rest = contacts[i].rest1

@@ -97,7 +97,7 @@ class Winding:
         ----------
         reference : Winding, with a sample wherever this run has one
         """
-        if self.t[-1] < until - 1e-6:
+        if min(self.t[-1], reference.t[-1]) < until - 1e-6:
             return math.nan
         t = self.t[self.t <= until + 1e-6]
         at = np.searchsorted(reference.t, t - 1e-6)

@@ -12,7 +12,7 @@ from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact_step, hinge, hinge_step, joint, layer_step, rigid, sparse_lu
+from evolvent.kernels import contact_step, hinge, hinge_step, joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -35,9 +35,9 @@ LOOP = np.dtype(
     align=True,
 )  # fmt: skip
 #: tolerance: 0 of fixed steps; newton: correction at which an iteration has converged; mass: a typical one, kg; all
-#: beside `weight`; floor: energy beside which a gain is round-off, J.
+#: beside `weight`; floor: energy beside which a gain is round-off, J; first: step at a start, s.
 OPTIONS = np.dtype(
-    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "floor")]
+    [(name, np.float64) for name in ("chi", "tolerance", "newton", "smallest", "longest", "mass", "floor", "first")]
 )
 #: Share of the largest energy or work that the balance may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
@@ -353,8 +353,6 @@ def accept(model, work):
         row[BY_FRICTION] += step.contact[1]
         contact_step.end_contacts(model)
     for k in range(f.cylinders.size):
-        if f.cylinders[k].under >= 0:
-            layer_step.end_layer(model, k)
         work.impulse[k] += h * f.cylinders[k].normal
     for b in range(model.bodies.size):
         for i in range(6):
@@ -422,7 +420,31 @@ def _acceleration(i, work):
 
 
 @inlined
-def _error(work):
+def _turning_error(model, step):
+    """Error of the angles of bodies over a step, rad: they turn by 2 atan(h w/2)."""
+    bodies, n_q, largest = model.bodies, model.info.nq, 0.0
+    for b in range(bodies.size):
+        at = bodies[b].iv - n_q
+        if bodies[b].motion == rigid.FREE:
+            x, y, z = step.dq[at + 3], step.dq[at + 4], step.dq[at + 5]
+            largest = max(largest, x * x + y * y + z * z)
+        elif bodies[b].motion == rigid.SPIN:
+            largest = max(largest, step.dq[at] * step.dq[at])
+    return largest * math.sqrt(largest) / 12.0
+
+
+@inlined
+def _longest_turn(bodies):
+    """Time in which the driven bodies turn by 1 rad at most, s: a longer step would not see how they move."""
+    fastest = 0.0
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.DRIVEN:
+            fastest = max(fastest, abs(bodies[b].rate))
+    return 1.0 / fastest if fastest > 0.0 else math.inf
+
+
+@inlined
+def _error(model, work):
     """Estimated error of the step beside the tolerance, (1/12 + chi/4) h^3 v'', by accelerations of the mean rates.
 
     The velocities at the ends may alternate about the mean rates where damping or a constraint is stiff.
@@ -433,7 +455,7 @@ def _error(work):
     c = step.step.h * step.step.h * (1.0 / 12.0 + 0.25 * work.options.chi)
     for i in range(step.dq.size):
         error = max(error, c * abs(_acceleration(i, work) - work.acceleration[i]) / work.weight[i])
-    return error / work.options.tolerance
+    return max(error, _turning_error(model, step)) / work.options.tolerance
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))
@@ -500,6 +522,18 @@ def _latch(t, model, work):
     return found
 
 
+@inlined
+def _book_released(model, work):
+    """Count the energy that a penalty or hinge loses where it is released as a loss of the joints."""
+    step, row = work.step.step, work.balance
+    before = row[KINETIC] + row[ELASTIC] + row[COUPLED]
+    step.h = 20.0 * work.options.smallest  # just after the stop
+    fill_energies(model, work)
+    row[BY_JOINTS] += before - (row[KINETIC] + row[ELASTIC] + row[COUPLED])
+    for i in range(row.size):
+        work.balance0[i] = row[i]
+
+
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP, _I))
 def advance(model, matrix, work, budget):
     """Go on for `budget` steps or to the last sample; returns a status."""
@@ -512,8 +546,11 @@ def advance(model, matrix, work, budget):
         if loop.stop < work.stops.size and work.stops[loop.stop] < end - near:
             target, stops = work.stops[loop.stop], True
         h, lands = min(loop.length, loop.event_step, hinge.longest_step(model.flexible.hinges)), False
+        h = min(h, _longest_turn(model.bodies))
         if h >= (target - loop.time) * (1.0 - 1e-9):
             h, lands = target - loop.time, True
+            if stops:  # what begins or ends there has not done so yet
+                h -= min(0.5 * h, max(1e-9 * h, 2.0 * near))
         step.step.t, step.step.h = loop.time, h
         step.step.ratio = min(1.0, h / loop.last) if loop.last > 0.0 else 0.0
         measure(0, model, step)
@@ -522,7 +559,7 @@ def advance(model, matrix, work, budget):
                 joint.joint_geometry(loop.time + h, step.y0, k, model)
                 work.paths[k] = model.flexible.joints[k].gap - step.gap0[k]
         iterations = solve_step(model, matrix, work)
-        error = _error(work) if adaptive and iterations > 0 else 0.0
+        error = _error(model, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             if h <= options.smallest:
                 return iterations if iterations <= 0 else NO_CONVERGENCE
@@ -562,7 +599,10 @@ def advance(model, matrix, work, budget):
         if lands and stops:
             loop.stop += 1
         if latched or (lands and stops):
-            loop.last = 0.0
+            _book_released(model, work)
+            loop.last = loop.factored = 0.0
+            if adaptive:
+                loop.length = min(loop.length, options.first)
             for i in range(step.before.size):
                 step.before[i] = 0.0
                 work.rate[i] = step.y0[model.info.nq + i]

@@ -36,7 +36,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     if code == energy_loop.GAINED:
         return (
             f"the energy balance has gained more than {100.0 * energy_loop.LARGEST_GAIN:g} % {when}, which no step of "
-            f"this method does: Newton's method leaves too much; take a smaller `newton`, or report it"
+            f"this method does: Newton's method leaves too much; take another `step` or `tolerance`, and report it"
         )
     size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
     where, softer = _where(work, assembly)

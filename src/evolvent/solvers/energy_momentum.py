@@ -110,6 +110,7 @@ def plan(
         longest=span,
         mass=mass,
         floor=energy_floor(own, mass, weight),
+        first=min(1e-5 * span, 1e-4),
     )
     return Plan(own, times, step, matrix_of(own.model), weight, options)
 
@@ -149,7 +150,7 @@ def needed(model: Any) -> list[Any]:
         found.append(contact_step.end_contacts)
     if np.any(model.flexible.cylinders["under"] >= 0):
         found += [layer_step.gap_below, layer_step.measure_layer, layer_step.add_layer_step]
-        found += [layer_step.add_layer_step_tangents, layer_step.end_layer]
+        found += [layer_step.add_layer_step_tangents]
     return found
 
 
@@ -181,7 +182,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         contact=np.zeros(2),
         stored=np.zeros(2),
     )
-    first = of.step if of.step is not None else min(1e-5 * (times[-1] - times[0]), 1e-4)
+    first = of.step if of.step is not None else float(of.options.first)
     out = empty(model, times.size)
     return energy_loop.EnergyLoop(
         step=step,
