@@ -131,7 +131,8 @@ class System:
             "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
         step : float, s, or a text, of a method with fixed steps; chosen if left out
         tolerance : float, of an adaptive method
-        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum
+        spectral_radius : float, at infinite frequency: 0 to 1 of generalized-alpha, 1/3 to 1 of energy-momentum; 0.9 if
+            left out
         progress : called with the time reached (s), a few times a second
 
         Returns
