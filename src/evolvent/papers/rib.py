@@ -123,7 +123,7 @@ def figure_10(options: Options) -> Made:
 
 
 def _speed(run: Winding, k: int) -> list[Line]:
-    """The tip's speed of the k-th run, the first being the reference; a cross where it failed."""
+    """The tip's speed of the k-th run, the first being the reference; a dot where it failed."""
     label = f"{described(run.trial)}{'' if k else ', reference'}"
     line = Line(x=run.t, y=run.speed, label=label, color=k, width=1.1 if k else 2.4)
     if run.status == "success":
