@@ -35,7 +35,7 @@ def craft() -> Assembly:
 
 
 def pendulum(**joint: Any) -> Assembly:
-    """A mass on a massless rod, let go at 60 degrees from below: its pull is m g (3 cos a - 1)."""
+    """A mass on a massless rod, released at 60 degrees from below: its pull is m g (3 cos a - 1)."""
     system = System(gravity=(0.0, -9.81, 0.0))
     place = (math.sin(math.pi / 3.0), -math.cos(math.pi / 3.0), 0.0)
     system.add(parts.Point(mass=2.0, position=place), "bob")

@@ -18,7 +18,7 @@ where nothing holds the system from outside.
 Every force acts along the mean shape: J(qm) dq = dg of strains that are quadratic in q; likewise of places and
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
-h. Springs and distances have the factor 2 |dm|/(l0 + l1) more, contacts and cords on drums the directions of
+h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
 `kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`. Forces by users' laws are those of the mean place;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 

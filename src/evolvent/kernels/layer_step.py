@@ -23,7 +23,7 @@ from evolvent.jit import REAL, VECTOR, indirect, inlined, matrix_view
 from evolvent.kernels import contact_laws
 from evolvent.kernels.contact_step import _pressed
 from evolvent.kernels.flexible import NODE_VECTORS
-from evolvent.kernels.layers import FAR, _angles, _between, _combined, _frame, _shape, nearest
+from evolvent.kernels.layers import FAR, _angles, _between, _combined, _frame, _shape, nearest, side_vector
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
@@ -391,10 +391,7 @@ def _add_inner(model, k, i, c, xi, matrix):
         return
     q = inner(matrix, 3 if rubs else 1)
     for j in range(8):
-        if j < 4:
-            row, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
-        else:
-            row, s = elements[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -L[j - 4]
+        row, s = side_vector(j, contacts[i], L, elements[c].iv, half, n_q)
         for a in range(3):
             if rubs:
                 for b in range(3):

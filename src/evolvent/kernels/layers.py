@@ -302,6 +302,20 @@ def end_layer_step(y, model, k):
             contacts[i].offset = (px - x) * ax + (py - yy) * ay + (pz - z) * az
 
 
+@inlined
+def side_vector(j, point, S, at, half, n_q):
+    """Row of the j-th of the 8 vectors on which the displacement of a contact point depends, and its factor.
+
+    Parameters
+    ----------
+    point : record of the contact point; S : factors of the 4 vectors of the lower element
+    at, half : place of that element's velocities, and vectors of its nodes
+    """
+    if j < 4:
+        return point.iv[j] - n_q, point.S[j]
+    return at + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -S[j - 4]
+
+
 @indirect(void(_I, REAL, MODEL, SPARSE))
 def add_layer_tangents(k, c_rate, model, matrix):
     """Tangents of cylinder k's layer, through inner unknowns: any part of a turn may lie on any part of the next.
@@ -335,10 +349,7 @@ def add_layer_tangents(k, c_rate, model, matrix):
             continue
         q = inner(matrix, 3 if rubs else 1)
         for j in range(8):
-            if j < 4:
-                row, s = contacts[i].iv[j] - n_q, contacts[i].S[j]
-            else:
-                row, s = elements[c].iv + 3 * (j % 2 + half * (j // 2 - 2)) - n_q, -S[j - 4]
+            row, s = side_vector(j, contacts[i], S, elements[c].iv, half, n_q)
             for a in range(3):
                 if rubs:
                     for b in range(3):

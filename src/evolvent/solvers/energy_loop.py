@@ -17,7 +17,7 @@ from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
-from evolvent.solvers.balance import BALANCE, ENERGIES, WORK
+from evolvent.solvers.balance import BALANCE, WORK
 from evolvent.solvers.dense import interpolate
 
 _I = types.int64
@@ -25,8 +25,8 @@ _I = types.int64
 BUDGET, DONE, NO_CONVERGENCE, NOT_FINITE, SINGULAR, GAINED, REDUNDANT = 0, 1, -1, -2, -3, -4, -5
 #: Counters and clock. sample, stop: the next ones; stages: solutions that needed softened contacts; divided: steps that
 #: were divided; wanted, length: of the next step, s, before and after it was divided; last: length of the step before,
-#: s, 0 at a start; start, peak: J, defect of the energy balance there, and the
-#: largest energy so far; factored: length of the step whose matrix is factored, s, 0 of none; contact_set: of it.
+#: s, 0 at a start; start, peak: J, defect of the balance at the start, and the largest energy so far; factored: length
+#: of the step whose matrix is factored, s, 0 of none; contact_set: points that pressed in it (`_count_touching`).
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "stages",
                                    "divided", "latches", "contact_set")]
@@ -49,17 +49,16 @@ BY_CONTACT, BY_FRICTION, BY_JOINTS, BY_SPRINGS = (
     ROW[n] for n in ("by_contact", "by_friction", "by_joints", "by_springs")
 )
 #: Signs of the fields of a row in the defect: what there is and what was lost, less what came in.
-SIGNS = np.array([(1.0 if name in ENERGIES else -1.0 if name in WORK else 1.0) for name in ROW])
+SIGNS = np.array([-1.0 if name in WORK else 1.0 for name in ROW])
 SIGNS[[BENDING, CONTACT]] = 0.0  # which the elastic energy contains
 #: Convergence slower than this takes a new tangent.
 SLOW = 0.15
 #: A correction of beams below this that a new tangent does not reduce is round-off, for elements may be stiff.
 ROUND_OFF = 1e-8
-#: Iterations with the contacts as they are, and those of a stage; number of stages, and powers of ten from one to the
-#: next in the contacts' stiffness, up to 1.
-PLAIN, STAGED = 20, 20
+#: Most iterations with the contacts as they are, of the softest stage, and of one of those after it.
+PLAIN, FIRST, STAGED = 20, 40, 20
+#: Power of ten of the contacts' stiffness in the softest stage, and its least rise from one stage to the next.
 SOFTEST, LEAST_RISE = -6.0, 0.5
-FIRST = 40
 
 
 class EnergyLoop(Struct):
