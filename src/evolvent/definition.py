@@ -165,7 +165,7 @@ class SystemDefinition:
         checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step
         if beams and checked[0].step is not None:
             steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
-            note = f"{method} takes {steps} over {times[-1]:.6g} s; generalized-alpha takes far fewer with beams"
+            note = f"{method} takes {steps} over {times[-1]:.6g} s; energy-momentum takes far fewer with beams"
         return method, lambda: checked, note
 
     def tree(

@@ -174,12 +174,12 @@ FAMILIES = (
         tangents=_JOINT_TANGENT,
     ),
     Family(
-        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take generalized-alpha",
+        "a joint driven along a path", "joints", _NOT_EXPLICIT, "take energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & _is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
         "a joint that is a constraint", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or take generalized-alpha",
+        "give it a `stiffness` above 0, which makes it a penalty, or take energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
@@ -203,7 +203,8 @@ FAMILIES = (
         forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
-        "a contact with friction", "cylinders", _NOT_EXPLICIT, "leave out `friction`, or take generalized-alpha",
+        "a contact with friction", "cylinders", _NOT_EXPLICIT,
+        "leave out `friction`, or take energy-momentum or generalized-alpha",
         which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0), forces=(contact.add_contacts,),
         tangents=_CONTACT,
     ),
@@ -217,7 +218,7 @@ FAMILIES = (
         which=_is("law", contact_laws.PAPER), forces=(contact.add_contacts,), tangents=_CONTACT,
     ),
     Family(
-        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take generalized-alpha",
+        "a layer on other turns", "cylinders", _NOT_EXPLICIT, "take energy-momentum or generalized-alpha",
         which=lambda found: found["under"] >= 0,
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),

@@ -50,7 +50,9 @@ LEAST_ENERGY = 1e-18
 CHATTER = 1e-6
 #: What a step may be, in messages.
 STEP_ALLOWED = "a finite time above 0, or None"
-_SLICE = 0.15  # s of wall time between two looks at a running loop
+_SLICE = 0.15  # s of wall time between two reports of a running loop
+#: Number of energy checks over a run with fixed steps; steps between two of them in a run with adaptive ones.
+CHECKS, CHECK_EVERY = 50, 2000
 
 
 def cache_name(assembly: Assembly, method: str) -> str:
@@ -73,7 +75,7 @@ def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode,
         raise InputError(
             f"{method} is stable with steps up to {limit:.2g} s here, {duration / limit:.2g} steps in all (highest "
             f"frequency {mode.frequency:.3g} rad/s, highest damping rate {mode.largest_damping_rate:.3g} 1/s, in "
-            f"{mode.where!r}); take less damping or stiffness, or generalized-alpha"
+            f"{mode.where!r}); take less damping or stiffness, or an implicit method"
         )
     return mode, limit
 
@@ -308,12 +310,19 @@ class _Run:
         )
 
     def _loop(self, progress: Callable[[float], None] | None) -> int:
-        """Call the compiled loop until it ends or the energy does not balance; returns its status code."""
+        """Call the compiled loop until it ends or the energy does not balance; returns its status code.
+
+        The balance is checked after numbers of steps that do not depend on the machine's speed, so that a run ends the
+        same way every time.
+        """
         budget, filled, adaptive = 500, -math.inf, self.plan.step is None
+        every = CHECK_EVERY if self.plan.step is None else max(100, math.ceil(self.span / self.plan.step / CHECKS))
+        check = every
         while True:
             slice_began = clock.perf_counter()
+            length = max(1, min(budget, check - int(self.work.loop.steps)))
             try:
-                code = self.advance(self.work, budget)
+                code = self.advance(self.work, length)
             except Exception:  # of a user's law: up to where it raises, the samples are kept
                 if adaptive and _shorter(self.model, self.work, 1e-6 * self.span):
                     continue
@@ -323,11 +332,14 @@ class _Run:
                 self.work, filled = _grow_log(self.work), self.reached
             elif code != ex.BUDGET:
                 return code
-            budget = max(100, min(int(budget * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
+            if length > budget // 2:
+                budget = max(100, min(int(length * min(_SLICE / max(spent, 1e-6), 4.0)), 10_000_000))
             if progress is not None:
                 progress(self.reached)
-            if not self.is_balanced():
-                return code
+            if self.work.loop.steps >= check:
+                check += every
+                if not self.is_balanced():
+                    return code
 
 
 def _workspace(assembly: Assembly, times: np.ndarray, tableau: ex.Method, step: float | None) -> ex.ExplicitWorkspace:
@@ -373,7 +385,7 @@ def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspa
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = "take a smaller `rtol`"
     if of.step is not None:
-        other = "generalized-alpha" if of.assembly.model.flexible.beams.size else "dopri5"
+        other = "energy-momentum" if of.assembly.model.flexible.beams.size else "dopri5"
         smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "
