@@ -288,7 +288,7 @@ class Builder:
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
-        s = self._switches(families["hinges"])
+        s = self._switches(families["hinges"], families["joints"])
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
@@ -330,10 +330,15 @@ class Builder:
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _switches(self, hinges: Array) -> Array:
-        """Switches at the start: threads with nothing released but what they say, turns and latches of the hinges."""
+    def _switches(self, hinges: Array, joints: Array) -> Array:
+        """Switches at the start: threads with nothing released but what they say, turns and latches of the hinges.
+
+        Those of joints that an event releases stand last, 0 until it has.
+        """
         n = len(self.rows["threads"])
-        s = np.zeros(2 * n + 2 * hinges.size, dtype=np.int64)
+        by_event = np.flatnonzero(joints["event"] >= 0)
+        s = np.zeros(2 * n + 2 * hinges.size + by_event.size, dtype=np.int64)
+        joints["switch"][by_event] = 2 * n + 2 * hinges.size + np.arange(by_event.size)
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)
@@ -369,7 +374,7 @@ class Builder:
             f=np.zeros(24),
             K24=np.zeros((24, 24)),
             K12=np.zeros((12, 12)),
-            J=np.zeros((2, 3, 6)),
+            J=np.zeros((3, 3, 9)),
             **families,
             **pools,
         )

@@ -43,7 +43,7 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties; step: a
     # bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step", gravity=_3),
+    "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step compliance", gravity=_3),
     "bodies": _record(
         "motion iq iv",
         "mass inertia axis R0 x0 rate spin_inertia",
@@ -78,12 +78,14 @@ RECORDS: dict[str, np.dtype] = {
     "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
-    # coordinates (on 1, at iq, iv), or `local` of a body (on 0); path: how a drive moves the row
+    # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
+    # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: the event that releases
+    # it and the switch that says so, or -1; slack: its part of `info.compliance`
     "joints": _record(
-        "kind on index iq iv path drive law first last",
-        "local along centre axis zero radius value stiffness damping until",
+        "kind on index iq iv path drive law first last event switch",
+        "local along centre axis zero radius value stiffness damping until slack",
         "u g gap rate",
-        on=(2,), index=(2,), iq=(2,), iv=(2,), local=(2, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(2, 3), g=(2, 3),
+        on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
     ),
     # spring, damper, stops and latch between a body's direction `zero` and a second direction, about the body's `axis`:
     # a beam's slope (on 1, at iq, iv), or `local` of the body `other` (on 0). switch: the first of two switches, the

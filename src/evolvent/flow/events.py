@@ -3,6 +3,7 @@
 import numpy as np
 from numba import types, void
 
+from evolvent.flow.explicit_flexible import release_by_event
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
@@ -78,6 +79,8 @@ def apply_event(t, y, s, model, k, g):
         s[model.flexible.hinges[k - 2 * n - model.events.size].switch + 1] = 1
         return 0
     if k >= 2 * n:
+        if model.info.penalties > 0:
+            release_by_event(t, y, s, model, k - 2 * n)
         return model.events[k - 2 * n].stops
     p = k // 2
     if (s[p] == 0 and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):

@@ -66,7 +66,7 @@ def add_flexible_forces(t, y, s, model, dy):
         info = model.info
         info.step = min(info.step, hinge.longest_step(f.hinges))
     for k in range(f.joints.size):
-        if joint.is_penalty(t, f.joints, k):
+        if joint.is_penalty(t, s, f.joints, k):
             by_joints += joint.add_penalty(t, y, k, model, F)
     if f.custom_forces.size > 0:
         _, by_laws, _ = custom.add_custom_forces(t, y, model, F)
@@ -105,9 +105,21 @@ def add_flexible_inventory(t, y, s, model, out):
     if f.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)
     for k in range(f.joints.size):
-        if joint.is_penalty(t, f.joints, k):
+        if joint.is_penalty(t, s, f.joints, k):
             joint.joint_geometry(t, y, k, model)
             out[ELASTIC] += joint.penalty_energy(f.joints, k)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64))
+def release_by_event(t, y, s, model, event):
+    """Release the penalties that wait for an event, and take their strain energy out of the energy balance."""
+    joints, account = model.flexible.joints, model.info.nq + model.info.nv + RELEASE
+    for k in range(joints.size):
+        if joints[k].event == event and joint.is_penalty(t, s, joints, k):
+            rigid.kinematics(t, y, model)
+            joint.joint_geometry(t, y, k, model)
+            y[account] -= joint.penalty_energy(joints, k)
+            s[joints[k].switch] = 1
 
 
 @indirect(void(REAL, VECTOR, MODEL))

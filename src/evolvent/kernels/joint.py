@@ -9,14 +9,23 @@ from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.drive import drive
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.kernels.sides import ON_BODY, add_product, add_turning, pull, side_columns, side_vector
+from evolvent.kernels.sides import (
+    ON_BODY,
+    ON_NODE,
+    add_product,
+    add_turning,
+    node_vector,
+    pull,
+    side_columns,
+    side_vector,
+)
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
-# a spinning body keeps to an angle; a cord winds onto a drum of side a
-PLACE, DIRECTION, DISTANCE, ANGLE, CORD = 0, 1, 2, 3, 4
+# a spinning body keeps to an angle; a cord winds onto a drum of side a; places coincide along a direction that turns
+PLACE, DIRECTION, DISTANCE, ANGLE, CORD, ALONG = 0, 1, 2, 3, 4, 5
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
 
@@ -28,15 +37,31 @@ def holds(t, joints, k):
     return t <= joints[k].until
 
 
+@inlined
+def side_count(kind):
+    """Number of the sides of a joint."""
+    return 3 if kind == ALONG else 2
+
+
+@inlined
+def _vector(y, joints, bodies, k, side, is_place):
+    """Vector of a side of joint k and its rate."""
+    iq, iv, local = joints[k].iq[side], joints[k].iv[side], joints[k].local[side]
+    if joints[k].on[side] == ON_NODE:
+        return node_vector(y, iq, iv, local)
+    return side_vector(y, bodies, joints[k].on[side], joints[k].index[side], iq, iv, local, is_place)
+
+
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
 def joint_geometry(t, y, k, model):
     """Fill the vectors u, gradients g, gap and rate of joint k at time t.
 
     Notes
     -----
-    PLACE: along . (u_b - u_a) - value - path; DIRECTION: u_a . u_b - value; DISTANCE: |u_b - u_a| - value; ANGLE: the
-    body's angle less value and path. The path is radius phi of a drive, or for an INVOLUTE the place of the end of a
-    taut thread of length `value` that has been wound by phi onto a circle, from the direction `zero` on.
+    PLACE: along . (u_b - u_a) - value - path; ALONG: u_d . (u_b - u_a) - value; DIRECTION: u_a . u_b - value;
+    DISTANCE: |u_b - u_a| - value; ANGLE: the body's angle less value and path. The path is radius phi of a drive, or
+    for an INVOLUTE the place of the end of a taut thread of length `value` that has been wound by phi onto a circle,
+    from the direction `zero` on.
     """
     joints, bodies, parameters = model.flexible.joints, model.bodies, model.parameters
     kind = joints[k].kind
@@ -54,12 +79,8 @@ def joint_geometry(t, y, k, model):
         _cord_geometry(y, k, model)
         return
     is_place = kind != DIRECTION
-    a = side_vector(
-        y, bodies, joints[k].on[0], joints[k].index[0], joints[k].iq[0], joints[k].iv[0], joints[k].local[0], is_place
-    )
-    b = side_vector(
-        y, bodies, joints[k].on[1], joints[k].index[1], joints[k].iq[1], joints[k].iv[1], joints[k].local[1], is_place
-    )
+    a = _vector(y, joints, bodies, k, 0, is_place)
+    b = _vector(y, joints, bodies, k, 1, is_place)
     for c in range(3):
         u[0, c], u[1, c] = a[c], b[c]
     if kind == DIRECTION:
@@ -70,7 +91,14 @@ def joint_geometry(t, y, k, model):
         return
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = b[3] - a[3], b[4] - a[4], b[5] - a[5]
-    if kind == DISTANCE:
+    if kind == ALONG:
+        d = _vector(y, joints, bodies, k, 2, False)
+        nx, ny, nz = d[0], d[1], d[2]
+        joints[k].gap = nx * dx + ny * dy + nz * dz - joints[k].value
+        joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
+        u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
+        g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
+    elif kind == DISTANCE:
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         nx, ny, nz = dx / distance, dy / distance, dz / distance
         joints[k].gap = distance - joints[k].value
@@ -146,9 +174,14 @@ def add_joint_force(k, la, model, F):
         n = bodies[index].axis
         nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
         return nx * la  # it acts on the body alone; what drives that is outside
-    is_place = joints[k].kind != DIRECTION
-    for side in range(2):
-        g = joints[k].g[side]
+    for side in range(side_count(joints[k].kind)):
+        g, is_place = joints[k].g[side], joints[k].kind != DIRECTION and side != 2
+        if joints[k].on[side] == ON_NODE:
+            at, local = joints[k].iv[side] - n_q, joints[k].local[side]
+            for i in range(3):
+                for c in range(3):
+                    F[at + 3 * i + c] += la * local[i] * g[c]
+            continue
         pull(
             F, bodies, n_q, joints[k].on[side], joints[k].index[side], joints[k].iv[side], joints[k].u[side], is_place,
             la * g[0], la * g[1], la * g[2],
@@ -157,11 +190,13 @@ def add_joint_force(k, la, model, F):
 
 
 @inlined
-def is_penalty(t, joints, k):
-    """Whether joint k is a penalty that acts under explicit methods.
+def is_penalty(t, s, joints, k):
+    """Whether joint k is a penalty that acts under explicit methods, s : (ns,) int, switches.
 
     A step that starts when it is released does without it.
     """
+    if joints[k].switch >= 0 and s[joints[k].switch] != 0:
+        return False
     return joints[k].stiffness > 0.0 and t < joints[k].until
 
 
@@ -189,13 +224,15 @@ def add_penalty(t, y, k, model, F):
     return penalty_loss(joints, k)
 
 
-def penalty_values(t, joints):
+def penalty_values(t, s, joints):
     """Multipliers (not a number of constraints) and the energy (J) of all penalties at a state, after `rhs`.
 
     Not compiled.
     """
     penalty = joints["stiffness"] > 0.0
     held = penalty & (t < joints["until"])
+    switched = joints["switch"] >= 0
+    held[switched] &= s[joints["switch"][switched]] == 0
     gap, rate = np.where(held, joints["gap"], 0.0), np.where(held, joints["rate"], 0.0)
     la = np.where(penalty, joints["stiffness"] * gap + joints["damping"] * rate, np.nan)
     return la, float(0.5 * joints["stiffness"] @ gap**2)
@@ -217,7 +254,7 @@ def add_joint_residual(t, y, la, k, row, model, F, r):
         r[row] = la
         return 0.0, 0.0
     add_joint_force(k, la, model, F)
-    r[row] = joints[k].gap
+    r[row] = joints[k].gap - joints[k].slack * model.info.compliance * la
     if joints[k].stiffness <= 0.0:
         return 0.0, 0.0
     r[row] = joints[k].gap + (joints[k].damping * joints[k].rate - la) / joints[k].stiffness
@@ -252,15 +289,21 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
         add_entry(matrix, at, row, scale)
         return
     is_place = kind != DIRECTION
-    Ja, Jb = flexible.J[0], flexible.J[1]
+    Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]
     a, n = side_columns(model, joints[k].on[0], joints[k].index[0], joints[k].iv[0], joints[k].local[0], is_place, Ja)
     b, m = side_columns(model, joints[k].on[1], joints[k].index[1], joints[k].iv[1], joints[k].local[1], is_place, Jb)
     ga, gb = joints[k].g[0], joints[k].g[1]
     _add_gradient(matrix, row, a, n, ga, Ja, scale, damped)
     _add_gradient(matrix, row, b, m, gb, Jb, scale, damped)
+    d, n_d = 0, 0
+    if kind == ALONG:
+        d, n_d = side_columns(
+            model, joints[k].on[2], joints[k].index[2], joints[k].iv[2], joints[k].local[2], False, Jd
+        )
+        _add_gradient(matrix, row, d, n_d, joints[k].g[2], Jd, scale, damped)
     if la == 0.0:
         return
-    for side in range(2):
+    for side in range(side_count(kind)):
         if joints[k].on[side] == ON_BODY:
             g = joints[k].g[side]
             add_turning(
@@ -270,6 +313,11 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
     if kind == DIRECTION:
         add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
         add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, la)
+    elif kind == ALONG:
+        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, b, m, Jb, la)
+        add_product(matrix, b, m, Jb, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, la)
+        add_product(matrix, d, n_d, Jd, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, a, n, Ja, -la)
+        add_product(matrix, a, n, Ja, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, d, n_d, Jd, -la)
     elif kind in (DISTANCE, CORD):
         x, y, z = gb[0], gb[1], gb[2]
         u = joints[k].u
@@ -292,4 +340,6 @@ def add_joint_tangent(t, la, k, row, scale, c_rate, model, matrix):
     if stiffness > 0.0:
         add_entry(matrix, row, row, -scale * scale / stiffness)
         damped = 1.0 + c_rate * joints[k].damping / stiffness
+    elif joints[k].slack > 0.0:
+        add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
     add_held_joint(k, la, row, scale, damped, model, matrix)

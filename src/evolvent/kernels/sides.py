@@ -1,8 +1,8 @@
 """Sides: vectors of coordinates, or fixed to a body, that joints, hinges and contacts couple.
 
-A side is a vector u: a place or a direction, of coordinates or fixed to a body. Its columns J : (3, n) are du over the
-side's unknowns: 3 coordinates; 6 of a free body (displacement, inertial axes, and rotation, body axes); 1 of a spinning
-body; none of a driven one.
+A side is a vector u: a place or a direction, of coordinates, fixed to a body, or a combination of the slopes of a node
+of 24-coordinate elements. Its columns J : (3, n) are du over the side's unknowns: 3 coordinates; 6 of a free body
+(displacement, inertial axes, and rotation, body axes); 1 of a spinning body; none of a driven one; 9 of slopes.
 """
 
 from numba import types, void
@@ -14,7 +14,7 @@ from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL
 
 _I = types.int64
-ON_BODY, ON_COORDINATES = 0, 1
+ON_BODY, ON_COORDINATES, ON_NODE, ON_NOTHING = 0, 1, 2, -1
 
 
 @inlined
@@ -31,10 +31,29 @@ def side_vector(y, bodies, on, index, iq, iv, local, is_place):
     return x[0] + dx, x[1] + dy, x[2] + dz, v[0] + vx, v[1] + vy, v[2] + vz
 
 
+@inlined
+def node_vector(y, iq, iv, local):
+    """Combination of the slopes of a node, at iq and iv, with the factors `local`, and its rate, as `side_vector`."""
+    a, b, c = local[0], local[1], local[2]
+    return (
+        a * y[iq] + b * y[iq + 3] + c * y[iq + 6],
+        a * y[iq + 1] + b * y[iq + 4] + c * y[iq + 7],
+        a * y[iq + 2] + b * y[iq + 5] + c * y[iq + 8],
+        a * y[iv] + b * y[iv + 3] + c * y[iv + 6],
+        a * y[iv + 1] + b * y[iv + 4] + c * y[iv + 7],
+        a * y[iv + 2] + b * y[iv + 5] + c * y[iv + 8],
+    )
+
+
 @indirect(types.UniTuple(types.int64, 2)(MODEL, types.int64, types.int64, types.int64, VECTOR, types.boolean, MATRIX))
 def side_columns(model, on, index, iv, local, is_place, J):
     """Write the columns J of a side; returns its first unknown and their number."""
     bodies, n_q = model.bodies, model.info.nq
+    if on == ON_NODE:
+        for r in range(3):
+            for c in range(9):
+                J[r, c] = local[c // 3] if r == c % 3 else 0.0
+        return iv - n_q, 9
     for r in range(3):
         for c in range(6):
             J[r, c] = 0.0

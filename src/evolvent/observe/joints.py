@@ -47,6 +47,8 @@ def rows_of(view: View, name: str) -> list[int]:
 def acts(view: View, row: Any) -> Array:
     """Whether a joint's row holds at each sample, (nt,): explicit methods release it at `until`, others just after."""
     found: Array = view.t < row["until"] if view.explicit else view.t <= row["until"]
+    if row["switch"] >= 0:
+        found = found & (view.s[:, int(row["switch"])] == 0)
     return found
 
 
@@ -64,8 +66,17 @@ def reactions(view: View, rows: list[int]) -> Reaction:
         is_place = bool(row["kind"] != kernels.DIRECTION)
         a, b = (view.side(row, which, is_place=is_place) for which in (0, 1))
         if not is_place:
-            moment -= la[:, None] * cross(b.u, a.u)
+            within = row["on"][0] == sides.ON_NODE and row["iq"][0] == row["iq"][1]  # a section keeps its shape
+            moment -= 0.0 if within else la[:, None] * cross(b.u, a.u)
             gap = dot(a.u, b.u)
+        elif row["kind"] == kernels.ALONG:
+            along = view.side(row, 2, is_place=False).u
+            gap = dot(along, b.u - a.u)
+            if row["on"][0] == sides.ON_NODE:  # of directions
+                moment -= la[:, None] * cross(b.u, along)
+            else:
+                force -= la[:, None] * along
+                place = b.u
         else:
             along = row["along"] if row["kind"] == kernels.PLACE else (b.u - a.u) / norm(b.u - a.u)[:, None]
             force -= la[:, None] * along
@@ -133,7 +144,7 @@ def _called(place: Any) -> str:
 def _is_turned_round(view: View, name: str) -> bool:
     """Whether a joint's rows have its ends the other way round: a body is always their first side."""
     part, row = view.part(name), view.model.flexible.joints[rows_of(view, name)[0]]
-    if tuple(row["on"]) != (sides.ON_BODY, sides.ON_COORDINATES) or getattr(part, "a", None) is None:
+    if tuple(row["on"][:2]) != (sides.ON_BODY, sides.ON_COORDINATES) or getattr(part, "a", None) is None:
         return False
     if not isinstance(part.a, str):
         return False
@@ -166,10 +177,13 @@ def _wound(view: View, row: Any) -> Array:
 def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
     """Angle (rad) and rate (rad/s) of the second side of a revolute joint against the first, (nt,) each.
 
-    None where the second side has no direction that shows it: a cable whose own axis is that of the joint.
+    None where the second side has no direction that shows it, a cable whose own axis is that of the joint, and between
+    beams.
     """
     joints = view.model.flexible.joints
     held = [joints[k] for k in rows if joints["kind"][k] == kernels.DIRECTION]
+    if any(row["on"][0] != sides.ON_BODY for row in held):
+        return None
     place = next(joints[k] for k in rows if joints["kind"][k] == kernels.PLACE)
     body, axis = int(held[-1]["index"][0]), held[-1]["local"][0]  # the last row always holds the axis itself
 

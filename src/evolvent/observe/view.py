@@ -178,6 +178,9 @@ class View:
     def _side(self, on: int, index: int, q: int, v: int, local: Array, is_place: bool) -> Side:
         if on == sides.ON_COORDINATES:
             return Side(self.coordinates(q), self.coordinates(v), -1)
+        if on == sides.ON_NODE:
+            u, rate = (sum(local[i] * self.coordinates(at + 3 * i) for i in range(3)) for at in (q, v))
+            return Side(u, rate, -1)
         if is_place:
             return Side(*self.on_body(index, local), index)
         pose = self.pose(index)

@@ -165,6 +165,7 @@ BeamName = Annotated[str, Reference(what="a beam")]
 BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]
 ThreadName = Annotated[str, Reference(what="a thread")]
 ReelName = Annotated[str, Reference(what="a reel")]
+EventName = Annotated[str, Reference(what="an event")]
 
 
 @dataclasses.dataclass(frozen=True)

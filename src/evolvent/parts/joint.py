@@ -3,57 +3,40 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import flexible, rigid, sides
 from evolvent.kernels import joint as kernels
-from evolvent.parts.base import BodyName, Part, Place, unit
+from evolvent.kernels import rigid, sides
+from evolvent.parts.base import BodyName, EventName, Part, Place, unit
 from evolvent.parts.drive import DriveKind, RampDrive
+from evolvent.parts.joint_sides import (
+    NOTHING,
+    Held,
+    Side,
+    across,
+    clamped,
+    clamped_bodies,
+    direction_side,
+    fixed_direction,
+    hinged,
+    place_side,
+    side_of,
+)
 from evolvent.parts.law import PathDrive
-from evolvent.references import Location
+
+__all__ = [
+    "Joint", "PrescribedMotion", "PrescribedRotation", "Side", "add_row", "direction_side", "place_side"
+]  # fmt: skip
 
 _LEAST_OFF = 1e-6
-
-
-class Side(NamedTuple):
-    """One side: fields of the family `joints`, its vector at the start, and, of a node, its kind and places."""
-
-    on: int
-    body: int
-    iq: int
-    iv: int
-    local: np.ndarray
-    u: np.ndarray
-    node: tuple[int, int] | None  # kind of beam, place of the node's first coordinate
-
-
-def place_side(builder: Builder, where: Any, key: str = "a place") -> Side:
-    """The side of a reference to a place (`Builder.place`)."""
-    return _side(builder.place(where, key))
-
-
-def _side(at: Location) -> Side:
-    if at.family == "bodies":
-        return Side(sides.ON_BODY, at.row, -1, -1, at.local, at.x, None)
-    node = (at.beam, at.iq) if at.family == "beams" else None
-    return Side(sides.ON_COORDINATES, -1, at.iq, at.iv, np.zeros(3), at.x, node)
-
-
-def direction_side(builder: Builder, index: int, direction: np.ndarray) -> Side:
-    """A direction (inertial axes at the start) that is fixed to a body."""
-    local = builder.poses[index].R.T @ direction
-    return Side(sides.ON_BODY, index, -1, -1, local, direction, None)
-
-
-def _slope(builder: Builder, node: Side, which: int) -> Side:
-    """A node's slope vector: 1 along the axis, 2 and 3 across."""
-    iq, iv = node.iq + 3 * which, node.iv + 3 * which
-    return Side(sides.ON_COORDINATES, -1, iq, iv, np.zeros(3), np.array(builder.q[iq : iq + 3]), None)
+#: Types whose places coincide at the start and later; b stays on a line or in a plane through a; the others.
+_ONE_PLACE = ("spherical", "revolute", "universal", "clamp", "fixed")
+_SLIDING = ("prismatic", "cylindrical", "point-on-line", "in-plane")
 
 
 class Joint(Part):
@@ -65,10 +48,16 @@ class Joint(Part):
         Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
         a point mass, or a position on the ground. A body named alone, "hub", means its point where the other end is at
         the start; in a joint of type "distance" its origin.
-    type : {"spherical", "revolute", "clamp", "distance"}
-        The places coincide; and turn about `axis` only; and do not turn; or they keep their distance.
+    type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
+"in-plane", "distance"}
+        The places coincide; and turn about `axis` only; and about `axis` on a and `axis_b` on b only; and do not turn
+        ("clamp" and "fixed" are the same). b slides along `axis`, without turning; and turns about it; turns as it
+        likes, on the line along `axis` through a; in the plane across `axis` through a. The places keep their distance.
     axis : (3,) float
-        Of a revolute joint, inertial axes at the start.
+        Of the types above, inertial axes at the start; fixed to a, where a joint slides.
+    axis_b : (3,) float, optional
+        Of a universal joint: the other axis of its cross, fixed to b, at a right angle to `axis`; inertial axes at the
+        start.
     position : (3,) float, m, optional
         Where the joint is at the start, inertial axes, where both ends are bodies named alone.
     stiffness : float, N/m and N m
@@ -79,32 +68,44 @@ class Joint(Part):
         Of the penalty.
     until : float, s, optional
         When the joint is released; never if left out.
+    released_by : str, optional
+        Event that releases the joint, which must be a penalty; under rk4, heun and dopri5.
 
     Notes
     -----
     Of a cable only the direction of its axis can be held; it has no twist. A clamp leaves the length of slopes free.
+    Nodes of two beams of 24-coordinate elements may be clamped at any angle; their sections pass the moment on.
+    Constraints may be redundant, as in closed loops of hinges: then multipliers are those of least norm (moments by the
+    size of the system), and the run's message and statistics give the rank.
     """
 
     kind: Literal["joint"] = "joint"
     a: Place
     b: Place
-    type: Literal["spherical", "revolute", "clamp", "distance"] = "spherical"
+    type: Literal[
+        "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", "in-plane",
+        "distance",
+    ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)
+    axis_b: units.Direction | None = None
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
     turn_stiffness: units.RotationalStiffnessOrZero | None = None
     damping: units.DampingOrZero = 0.0
     until: units.Duration | None = None
+    released_by: EventName | None = None
 
     def _ends(self, builder: Builder, name: str) -> tuple[Side, Side]:
         """Both ends; a body named alone takes the place of the other end, or `position`."""
         ends = [builder.place(self.a, f"{name}.a"), builder.place(self.b, f"{name}.b")]
         if ends[0].family == "bodies" and ends[1].family == "bodies" and ends[0].row == ends[1].row:
             raise InputError(f"{name}.a and {name}.b are on one body, {self.a!r}; a joint needs two parts")
+        if ends[0].iq >= 0 and ends[0].iq == ends[1].iq:
+            raise InputError(f"{name}.a and {name}.b are both {self.a!r}; a joint needs two places")
         if self.type == "distance":
             if self.position is not None:
                 raise InputError(f"{name}.position is given; a joint of type 'distance' has no position")
-            return _side(ends[0]), _side(ends[1])
+            return side_of(ends[0]), side_of(ends[1])
         alone = [end.alone for end in ends]
         if self.position is not None and not any(alone):
             raise InputError(f"{name}.position is given, but {name}.a and {name}.b already say where the joint is")
@@ -119,112 +120,106 @@ class Joint(Part):
                 x = other.x if self.position is None else np.array(self.position)
                 pose = builder.poses[end.row]
                 end = end._replace(x=x, local=pose.R.T @ (x - pose.x))
-            found.append(_side(end))
+            found.append(side_of(end))
         return found[0], found[1]
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the joint's scalar constraints into the family `joints`."""
         a, b = self._ends(builder, name)
-        if a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
+        swaps = self.type not in ("point-on-line", "in-plane", "universal")
+        if swaps and a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
-        common = {"stiffness": self.stiffness, "damping": self.damping, "until": _until(self.until)}
-        first = len(builder.rows["joints"])
-        builder.names[name] = ("joints", first)
+        common = {"stiffness": self.stiffness, "damping": self.damping, **self._release(builder, name)}
+        builder.names[name] = ("joints", len(builder.rows["joints"]))
+        if self.axis_b is not None and self.type != "universal":
+            raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
+        apart, axis = float(np.linalg.norm(b.u - a.u)), unit(self.axis)
         if self.type == "distance":
-            length = float(np.linalg.norm(b.u - a.u))
-            if length == 0.0:
+            if apart == 0.0:
                 raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")
-            add_row(builder, kernels.DISTANCE, a, b, value=length, **common)
-            return
-        apart = float(np.linalg.norm(b.u - a.u))
-        if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
-            raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
-        for along in np.eye(3):
-            add_row(builder, kernels.PLACE, a, b, along=along, **common)
-        if self.type == "spherical":
-            return
-        axis = unit(self.axis)
+            add_row(builder, kernels.DISTANCE, a, b, value=apart, **common)
+        elif self.type in _SLIDING:
+            self._write_slide(builder, name, a, b, axis, common)
+        else:
+            if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
+                raise InputError(f"{name}: its two places are {apart:.6g} m apart at the start; they must coincide")
+            for along in np.eye(3):
+                add_row(builder, kernels.PLACE, a, b, along=along, **common)
         if self.turn_stiffness is not None:
             common["stiffness"] = self.turn_stiffness
-            if (common["stiffness"] > 0.0) != (self.stiffness > 0.0):
+            if (self.turn_stiffness > 0.0) != (self.stiffness > 0.0):
                 raise InputError(
                     f"{name}.turn_stiffness is {self.turn_stiffness!r}, but {name}.stiffness is {self.stiffness!r}; "
                     f"both must be above 0 (a penalty), or both 0"
                 )
-        pairs = self._directions(builder, name, a, b, axis)
-        for one, other in pairs:
-            add_row(builder, kernels.DIRECTION, one, other, value=float(one.u @ other.u), **common)
+        for held in self._directions(builder, name, a, b, axis):
+            add_row(builder, held.kind, held.a, held.b, direction=held.along, value=held.value, **common)
 
-    def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[tuple[Side, Side]]:
-        """Pairs of directions whose products the joint keeps."""
-        if a.node is not None and b.node is not None:
+    def _release(self, builder: Builder, name: str) -> dict[str, Any]:
+        """Fields of a row that say when it is released."""
+        if self.released_by is None:
+            return {"until": _until(self.until)}
+        event = builder.find(self.released_by, "events")
+        if self.stiffness <= 0.0:
             raise InputError(
-                f"{name}.type is {self.type!r}, which two beams do not take yet; join each of them to a body, or take "
-                f"type 'spherical'"
+                f"{name}.released_by is {self.released_by!r}, but an event releases only a penalty; give "
+                f"{name}.stiffness above 0, or {name}.until in place of the event"
             )
-        if a.on == sides.ON_COORDINATES or (b.on == sides.ON_COORDINATES and b.node is None):
+        return {"until": _until(self.until), "event": event}
+
+    def _write_slide(
+        self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray, common: dict[str, Any]
+    ) -> None:
+        """Rows that keep b on a line or in a plane that is fixed to a."""
+        key, off = f"{name}.type is {self.type!r}", b.u - a.u
+        if self.type == "in-plane":
+            off, what = (off @ axis) * axis, "plane"
+        else:
+            off, what = off - (off @ axis) * axis, "line"
+        apart = float(np.linalg.norm(off))
+        if self.type != "prismatic" and apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
+            raise InputError(f"{name}: b is {apart:.6g} m off the {what} at the start; it must be on it")
+        for f in (axis,) if self.type == "in-plane" else across(axis):
+            direction = fixed_direction(builder, key, a, f)
+            add_row(builder, kernels.ALONG, a, b, direction=direction, value=float(direction.u @ (b.u - a.u)), **common)
+
+    def _directions(self, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
+        """Directions that the joint holds."""
+        key = f"{name}.type is {self.type!r}"
+        if self.type in ("revolute", "cylindrical"):
+            return hinged(builder, key, a, b, axis)
+        if self.type in ("clamp", "fixed", "prismatic"):
+            if a.on == sides.ON_BODY and b.on == sides.ON_BODY:
+                return clamped_bodies(builder, a, b, axis)
+            return clamped(builder, key, a, b)
+        if self.type != "universal":
+            return []
+        if self.axis_b is None:
+            raise InputError(f"{name}.axis_b is missing; a universal joint turns about two axes")
+        other = unit(self.axis_b)
+        if abs(float(axis @ other)) > 1e-6:
             raise InputError(
-                f"{name}.type is {self.type!r}, but a point mass has no directions; take type 'spherical', or a body "
-                f"in its place"
+                f"{name}.axis_b is {self.axis_b!r}, which is not at a right angle to {name}.axis, {self.axis!r}"
             )
-        body = a.body
-        if b.node is not None:
-            along = _slope(builder, b, 1)
-            e1 = along.u / np.linalg.norm(along.u)
-            if self.type == "revolute" and b.node[0] == flexible.CABLE:
-                return [(direction_side(builder, body, axis), along)]
-            if self.type == "revolute":  # of its section, as for a clamp below
-                across = [_slope(builder, b, i) for i in (2, 3)]
-                parallel = max(across, key=lambda s: abs(float(s.u @ axis)) / float(np.linalg.norm(s.u)))
-                if abs(float(parallel.u @ axis)) > 0.99 * float(np.linalg.norm(parallel.u)):
-                    held = [(direction_side(builder, body, f), parallel) for f in _across(axis)]
-                    return [*held, (direction_side(builder, body, axis), across[0 if parallel is across[1] else 1])]
-                # across an oblique axis both directions hold the same turn; the beam's axis holds the other one
-                return [(direction_side(builder, body, axis), s) for s in (*across, along)]
-            e2, e3 = _across(e1)
-            if b.node[0] == flexible.BEAM:
-                # its section: were the axis held, only the shear of half an element would pass moments on
-                y, z = _slope(builder, b, 2), _slope(builder, b, 3)
-                e3 = np.cross(e1, y.u) / np.linalg.norm(np.cross(e1, y.u))
-                e2 = np.cross(z.u, e1) / np.linalg.norm(np.cross(z.u, e1))
-                return [  # by both directions across: a torque on one alone would shear the section
-                    (direction_side(builder, body, e1), y),
-                    (direction_side(builder, body, e1), z),
-                    (direction_side(builder, body, e3), y),
-                    (direction_side(builder, body, e2), z),
-                ]
-            return [(direction_side(builder, body, e2), along), (direction_side(builder, body, e3), along)]
-        f2, f3 = _across(axis)
-        held = [(direction_side(builder, body, axis), direction_side(builder, b.body, f)) for f in (f2, f3)]
-        if self.type == "clamp":
-            held.append((direction_side(builder, body, f2), direction_side(builder, b.body, f3)))
-        return held
+        return [Held(fixed_direction(builder, key, a, axis), fixed_direction(builder, key, b, other))]
 
 
-def _across(e1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors across another; the second is z where that is possible."""
-    z = np.array([0.0, 0.0, 1.0])
-    e2 = np.cross(z, e1) if np.linalg.norm(np.cross(z, e1)) > 1e-6 else np.array([1.0, 0.0, 0.0])
-    e2 = e2 - (e2 @ e1) * e1
-    e2 /= np.linalg.norm(e2)
-    return e2, np.cross(e1, e2)
-
-
-def add_row(builder: Builder, kind: int, a: Side, b: Side, **fields: Any) -> int:
+def add_row(builder: Builder, kind: int, a: Side, b: Side, *, direction: Side = NOTHING, **fields: Any) -> int:
     """One scalar constraint."""
-    zero = np.zeros(3)
+    zero, found = np.zeros(3), (a, b, direction)
     whole = {
         "along": zero, "centre": zero, "axis": zero, "zero": zero, "radius": 0.0, "value": 0.0, "path": kernels.STILL,
         "drive": 0, "law": 0, "first": 0, "last": 0, "stiffness": 0.0, "damping": 0.0, "until": math.inf,
+        "event": -1, "switch": -1, "slack": 0.0,
     }  # fmt: skip
     return builder.add(
         "joints",
         kind=kind,
-        on=(a.on, b.on),
-        index=(a.body, b.body),
-        iq=(a.iq, b.iq),
-        iv=(a.iv, b.iv),
-        local=np.array([a.local, b.local]),
+        on=[side.on for side in found],
+        index=[side.body for side in found],
+        iq=[side.iq for side in found],
+        iv=[side.iv for side in found],
+        local=np.array([side.local for side in found]),
         **{**whole, **fields},
     )
 
@@ -339,5 +334,5 @@ class PrescribedMotion(Part):
         d = unit(self.direction)
         ground = Side(sides.ON_BODY, 0, -1, -1, b.u, b.u, None)
         add_row(builder, kernels.PLACE, ground, b, along=d, radius=1.0, path=kernels.LINEAR, **fields)
-        for across in _across(d):
-            add_row(builder, kernels.PLACE, ground, b, along=across, until=until)
+        for other in across(d):
+            add_row(builder, kernels.PLACE, ground, b, along=other, until=until)

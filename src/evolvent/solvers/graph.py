@@ -139,8 +139,8 @@ def _add_multipliers(graph: _Graph) -> None:
     groups: dict[tuple[int, ...], list[int]] = {}
     for k, row in enumerate(graph.model.flexible.joints):
         ends = []
-        for side in range(2):
-            if row["on"][side] == sides.ON_COORDINATES:
+        for side in range(3):
+            if row["on"][side] in (sides.ON_COORDINATES, sides.ON_NODE):
                 ends.append(graph.of(int(row["iv"][side])))
             elif row["on"][side] == sides.ON_BODY:
                 ends.append(int(graph.body[row["index"][side]]))

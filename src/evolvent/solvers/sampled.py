@@ -129,7 +129,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
         found.wrenches[k] = model.bodies["F"]
-        found.la[k], coupled = joint.penalty_values(t[k], f.joints)
+        found.la[k], coupled = joint.penalty_values(t[k], s[k], f.joints)
         found.la[k, columns] = signs * model.la[rows]
         if f.beams.size:
             own[:] = 0.0
