@@ -15,10 +15,10 @@ if TYPE_CHECKING:
         CFRP,
         KAPTON,
         STEEL,
+        Circle,
         General,
         Material,
         Rectangle,
-        Rod,
         Taper,
         Tube,
     )
@@ -35,12 +35,12 @@ __all__ = [
     "CFRP",
     "KAPTON",
     "STEEL",
+    "Circle",
     "EvolventError",
     "General",
     "InputError",
     "Material",
     "Rectangle",
-    "Rod",
     "RunFailed",
     "Stepper",
     "System",
@@ -62,7 +62,7 @@ __all__ = [
 #: Public names that are loaded when they are first asked for, so that importing the package stays quick.
 _LAZY = {
     **dict.fromkeys(
-        ("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "General", "Material", "Rectangle", "Rod", "Taper", "Tube"),
+        ("ALUMINIUM", "CFRP", "KAPTON", "STEEL", "Circle", "General", "Material", "Rectangle", "Taper", "Tube"),
         "evolvent.elements.sections",
     ),
     "Stepper": "evolvent.stepping",

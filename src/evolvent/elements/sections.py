@@ -148,7 +148,7 @@ class Tube(CrossSection):
         return Properties(area, I, I, 2.0 * I, shear, shear)
 
 
-class Rod(CrossSection):
+class Circle(CrossSection):
     """Solid circle.
 
     Parameters
@@ -193,7 +193,7 @@ class General(CrossSection):
         return Properties(self.area, self.Iy, self.Iz, self.J, self.shear_y, self.shear_z)
 
 
-UNIFORM: dict[str, type[CrossSection]] = {"rectangle": Rectangle, "tube": Tube, "rod": Rod, "general": General}
+UNIFORM: dict[str, type[CrossSection]] = {"rectangle": Rectangle, "tube": Tube, "circle": Circle, "general": General}
 UniformSection = Annotated[CrossSection, OneOf(UNIFORM)]
 
 

@@ -34,7 +34,7 @@ class Beam(Part):
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Rod, General or Taper
+    section : Rectangle, Tube, Circle, General or Taper
         Cross-section; y is the beam's normal, z the third direction.
     material : Material, or the name of a known one
         Isotropic and linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, cfrp, kapton, steel.
