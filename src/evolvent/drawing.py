@@ -32,6 +32,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from evolvent import variables
 from evolvent.elements import axis_shape
@@ -164,7 +165,7 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
     if "slope" in own:
         count = points.shape[1] - 1
         between = max(1, min(_BETWEEN, _MOST_POINTS // count))
-        points = smooth(points, group[own["slope"]].values, own["length"] / count, between)
+        points = smooth(points, group[own["slope"]].values, np.diff(_arc_of(group, own, count + 1)), between)
         values = {label: _linear(v, between) for label, v in values.items()}
         across = None if across is None else _linear(across, between)
     return Line(
@@ -187,8 +188,15 @@ def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:
     values, arc = found.values, found["arc"].values
     if arc.size == 2 * (count - 1):  # of beams the means of elements: what varies within one is mostly its cubic's
         values, arc = (0.5 * (x[..., ::2] + x[..., 1::2]) for x in (values, arc))
-    at = np.clip(np.linspace(0.0, own["length"], count), arc[0], arc[-1])
+    at = np.clip(_arc_of(found, own, count), arc[0], arc[-1])
     return between_places(values, arc, at)
+
+
+def _arc_of(found: Any, own: dict[str, Any], count: int) -> Array:
+    """Lengths (count,) from the root to the points of a line: its nodes', else evenly spaced."""
+    if "arc_node" in found.coords and found["arc_node"].size == count:
+        return np.asarray(found["arc_node"].values)
+    return np.linspace(0.0, own["length"], count)
 
 
 def between_places(values: Array, arc: Array, at: Array) -> Array:
@@ -210,7 +218,7 @@ def _pushes(run: xr.DataTree, part: str, group: xr.Dataset, own: dict[str, Any])
         arc = np.add.reduceat(group[own["arc"]].values[mine], first) / np.diff(np.append(first, mine.size))
         line = variables.group_of(run, beam)
         arcs = line["arc_node"].values
-        points = _on_beam(line["position"].values, line["slope"].values, arcs[1] - arcs[0], arc)
+        points = _on_beam(line["position"].values, line["slope"].values, arcs, arc)
         axis, centre = np.array(own["axis"]) / np.linalg.norm(own["axis"]), np.array(own["centre"])
         if body is not None:
             attitude = body["attitude"].values
@@ -223,17 +231,21 @@ def _pushes(run: xr.DataTree, part: str, group: xr.Dataset, own: dict[str, Any])
     return found
 
 
-def _on_beam(points: Array, slopes: Array, length: float, arc: Array) -> Array:
-    """Points (nt, k, 3) at the lengths `arc` (k,), on Hermite's cubics through nodes (nt, n, 3) `length` apart."""
-    cell = np.clip((arc / length).astype(int), 0, points.shape[1] - 2)
-    a, b, c, d = (np.asarray(f)[:, None] for f in axis_shape(length, arc / length - cell))
+def _on_beam(points: Array, slopes: Array, nodes: Array, arc: Array) -> Array:
+    """Points (nt, k, 3) at the lengths `arc` (k,), on Hermite's cubics through points (nt, n, 3) at `nodes` (n,)."""
+    cell = np.clip(np.searchsorted(nodes, arc, side="right") - 1, 0, nodes.size - 2)
+    length = np.diff(nodes)[cell]
+    a, b, c, d = (np.asarray(f)[:, None] for f in axis_shape(length, (arc - nodes[cell]) / length))
     found: Array = a * points[:, cell] + b * slopes[:, cell] + c * points[:, cell + 1] + d * slopes[:, cell + 1]
     return found
 
 
-def smooth(points: Array, slopes: Array, length: float, between: int) -> Array:
-    """Points of Hermite's cubics through nodes (nt, n, 3) with slopes, `between` a piece of the given length."""
-    return _on_beam(points, slopes, length, length * np.arange((points.shape[1] - 1) * between + 1) / between)
+def smooth(points: Array, slopes: Array, length: ArrayLike, between: int) -> Array:
+    """Points of Hermite's cubics through nodes (nt, n, 3) with slopes, `between` a piece of the given length(s)."""
+    lengths = np.broadcast_to(length, points.shape[1] - 1)
+    nodes = np.append(0.0, np.cumsum(lengths))
+    inner = nodes[:-1, None] + lengths[:, None] * np.arange(between) / between
+    return _on_beam(points, slopes, nodes, np.append(inner.ravel(), nodes[-1]))
 
 
 def _linear(values: Array, between: int) -> Array:

@@ -119,7 +119,7 @@ def parameters(doc: str) -> dict[str, str]:
 class OneOf:
     """A pydantic annotation: a section of one of several kinds, in a file under the name of its kind.
 
-    ``{tube: {radius: 1 cm, thickness: 0.3 mm}}``; of a kind with a single key, the value alone: ``{rod: 1 cm}``.
+    ``{tube: {radius: 1 cm, thickness: 0.3 mm}}``; of a kind with a single key, the value alone: ``{circle: 1 cm}``.
 
     Parameters
     ----------

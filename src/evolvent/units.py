@@ -36,6 +36,8 @@ COMMON: dict[str, dict[str, float]] = {
     "N m/rad": {"N m/rad": 1.0, "N m": 1.0},
     "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
     "1/s": {"1/s": 1.0},
+    "1/K": {"1/K": 1.0},
+    "1/m": {"1/m": 1.0},
 }
 #: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
 OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
@@ -540,6 +542,18 @@ Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa
 PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
 Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
 Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]
+ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", example="-4 mm^4")]
+ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
+LineInertia = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m", above=0.0)]
+LineProduct = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m")]
+Gradings = Annotated[
+    float | tuple[float, ...],
+    OneOrMore(
+        quantity=Quantity(what="a plain number", unit="", example="3", above=0.0), each="the length of each element"
+    ),
+]
+Pair = Annotated[tuple[float, float], Vector(quantity=Quantity(**_LENGTH), size=2)]
+Curvature = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.5 1/m"))]
 SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
 InertiaTensor = Annotated[
     float | Triple | tuple[Triple, Triple, Triple],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.elements import Material, Rectangle, Rod, Taper
+from evolvent.elements import Circle, Material, Rectangle, Taper
 from evolvent.kernels import ancf
 from observe.seeing import Array, Seen, at_rest, close, run
 
@@ -173,7 +173,7 @@ def hermite(xi: Array, h: float) -> Array:
 @pytest.mark.parametrize("method", ["generalized-alpha", "rk4"])
 def test_energies_and_momenta_are_integrals(formulation: str, method: str, rng: np.random.Generator) -> None:
     """Of a beam that flies and wobbles: sums over points of its axis and sections, from the raw nodes."""
-    section = Rod(radius=0.02)
+    section = Circle(radius=0.02)
     plain = parts.Beam(length=LENGTH, section=section, material=SOFT, elements=3, formulation=formulation)
     k = plain.vectors
     rates = np.cross([0.3, -0.4, 1.0], plain.start()) + 0.02 * rng.normal(size=(4, k, 3))

@@ -19,7 +19,7 @@ from evolvent.studio.state import NEW, Draft, Studio, View, view_of
 
 STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}
-BOOM = {"kind": "beam", "length": "3 m", "section": {"rod": "1 cm"}, "material": "aluminium", "elements": 4}
+BOOM = {"kind": "beam", "length": "3 m", "section": {"circle": "1 cm"}, "material": "aluminium", "elements": 4}
 
 
 @pytest.fixture
@@ -80,21 +80,21 @@ def test_a_choice_of_numbers_is_a_number():
 def test_what_is_wrong_stands_beside_its_key():
     content = {
         "hub": HUB | {"mass": "20 m"},
-        "boom": BOOM | {"lenght": 3, "section": {"rod": "1 kg"}},
+        "boom": BOOM | {"lenght": 3, "section": {"circle": "1 kg"}},
         "clamp": {"kind": "joynt"},
         "thing": {"mass": 1},
         "1st": HUB,
     }
     found = parts.problems(content)
     assert set(found) == {
-        "parts.hub.mass", "parts.boom.lenght", "parts.boom.section.rod.radius", "parts.clamp", "parts.thing",
+        "parts.hub.mass", "parts.boom.lenght", "parts.boom.section.circle.radius", "parts.clamp", "parts.thing",
         "parts.1st",
     }  # fmt: skip
     assert "did you mean 'length'" in found["parts.boom.lenght"]
     assert "did you mean 'joint'" in found["parts.clamp"]
     assert "kind is missing" in found["parts.thing"]
     shown = form.describe(kinds()["beam"], skip=("kind",), flat=True)
-    assert form.nearest_field(shown, "section.rod.radius") == "section"
+    assert form.nearest_field(shown, "section.circle.radius") == "section"
     assert form.nearest_field(shown, "lenght") == ""
     shown = form.describe(cases.system("heliogyro").Case)
     assert form.nearest_field(shown, "blade") == "blade"

@@ -123,7 +123,7 @@ def test_a_structure_is_built_up_renamed_and_taken_apart(page, shots):
     page.wait_for_function(f"{DRAWN} && {TIP} === null")
     add(page, "beam")
     page.locator(f"{part('error-parts.beam.length')} >> text=length above 0").wait_for()
-    fill(page, "beam", length="3 m", section="{rod: 1 cm}", material="aluminium", elements="4")
+    fill(page, "beam", length="3 m", section="{circle: 1 cm}", material="aluminium", elements="4")
     reaches(page, 3.0)
     add(page, "joint", "clamp")
     fill(page, "clamp", a="body", b="beem.root")

@@ -42,7 +42,7 @@ EVERY: dict[str, Part] = {
     ),
     "beam that starts bent": parts.Beam(
         length=1.0,
-        section=ev.Rod(radius=0.01),
+        section=ev.Circle(radius=0.01),
         material="kapton",
         elements=2,
         nodes=NODES,
@@ -137,7 +137,7 @@ def test_a_body_written_by_hand() -> None:
     assert assembly.model.flexible.joints["local"][0, 0].tolist() == pytest.approx([0.2, 0.0, 0.0])
 
 
-BEAM = {"kind": "beam", "length": 1, "section": {"rod": "1 cm"}, "material": "steel", "elements": 2}
+BEAM = {"kind": "beam", "length": 1, "section": {"circle": "1 cm"}, "material": "steel", "elements": 2}
 BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no mapping": ([1], (), r"parts is \[1\]; it must be a mapping of names to parts"),
     "a part that is none": ({"hub": 3}, ("hub",), "parts.hub is 3; it must be a mapping"),
@@ -303,7 +303,7 @@ def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytes
 def test_a_tube_is_a_hole_in_a_rod() -> None:
     outer, inner, tube = (
         section.properties(0.3)
-        for section in (ev.Rod(radius=0.02), ev.Rod(radius=0.015), ev.Tube(radius=0.02, thickness=0.005))
+        for section in (ev.Circle(radius=0.02), ev.Circle(radius=0.015), ev.Tube(radius=0.02, thickness=0.005))
     )
     for key in ("area", "Iy", "Iz", "J"):
         assert getattr(tube, key) == pytest.approx(getattr(outer, key) - getattr(inner, key), rel=1e-14)
@@ -320,7 +320,7 @@ def test_shear_factors_of_a_tube_are_cowpers(nu: float) -> None:
     assert thin.area == pytest.approx(2.0 * math.pi * 1e-7, rel=1e-6)
     assert thin.Iy == pytest.approx(math.pi * 1e-7, rel=1e-6)
     full = ev.Tube(radius=1.0, thickness=1.0).properties(nu)
-    assert full == pytest.approx(ev.Rod(radius=1.0).properties(nu), rel=1e-14)
+    assert full == pytest.approx(ev.Circle(radius=1.0).properties(nu), rel=1e-14)
     assert full.shear_y == pytest.approx(6.0 * (1.0 + nu) / (7.0 + 6.0 * nu), rel=1e-14)
 
 

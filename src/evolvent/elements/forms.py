@@ -196,17 +196,23 @@ def _line_parts(
     def part(kind: str, term: Callable[[dict[str, Array], Properties], Array]) -> Array:
         return _integrate(rules[kind], length, lambda xi: term(line_rows(length, xi), section.at(xi).properties(nu)))
 
-    shear = part(
-        "shear",
-        lambda w, s: _stiff(G * s.area * s.shear_y, w["shear_y"]) + _stiff(G * s.area * s.shear_z, w["shear_z"]),
-    )
+    def shear_of(w: dict[str, Array], s: Properties) -> Array:
+        """Of the shear strains at the shear centre, which a twist about the axis moves sideways."""
+        y, z = w["shear_y"] - s.centre_z * w["twist"], w["shear_z"] + s.centre_y * w["twist"]
+        return _stiff(G * s.area * s.shear_y, y) + _stiff(G * s.area * s.shear_z, z)
+
+    def bending_of(w: dict[str, Array], s: Properties) -> Array:
+        y, z = w["bend_y"], w["bend_z"]
+        return _stiff(E * s.Iz, y) + _stiff(E * s.Iy, z) + E * s.Iyz * (np.outer(y, z) + np.outer(z, y))
+
+    shear = part("shear", shear_of)
     thickness = part(
         "thickness",
         lambda w, s: _stiff(E * s.area, w["thick_y"], w["thick_z"]) + _stiff(G * s.area, w["shear_yz"]),
     )
     return {
         "membrane": part("membrane", lambda w, s: _stiff(E * s.area, w["axial"])),
-        "bending": part("bending", lambda w, s: _stiff(E * s.Iz, w["bend_y"]) + _stiff(E * s.Iy, w["bend_z"])),
+        "bending": part("bending", bending_of),
         "torsion": part("torsion", lambda w, s: _stiff(G * (s.J if warping else s.Iy + s.Iz), w["twist"])),
         "section": shear + thickness,
     }
@@ -225,7 +231,9 @@ def beam_parts(
         ``nu_split``: D0 over the volume, D_nu = D - D0 on the axis (Gerstmayr, Matikainen & Mikkola 2008); locks too.
         ``elastic_line``: strains of the axis and the section's moments, integrated exactly; locks too.
         ``assumed_strain``: the same strains, thickness from the nodes, shear at 0, 1/2, 1, membrane at 3 points,
-        bending and torsion at 2.
+        bending and torsion at 2. Of these two the torsion is that of the section's own J (St Venant): sections turn and
+        shear as a whole, and nothing resists their warping. Products Iyz couple both bendings, and the place of the
+        shear centre couples shear and torsion.
     length : float, m, without stress
     section : CrossSection; ``full`` and ``nu_split`` need rectangles, which twist without warping (J = Iy + Iz)
     material : Material
@@ -246,6 +254,10 @@ def beam_parts(
     if formulation not in FORMULATIONS:
         raise InputError(f"formulation of a beam is {formulation!r}; it must be one of {', '.join(FORMULATIONS)}")
     if formulation in ("full", "nu_split"):
+        if material.shear is not None:
+            raise InputError(
+                f"formulation of a beam is {formulation!r}, which needs a material without the key `shear`"
+            )
         D = elasticity(material)
         if formulation == "full":
             H = _volume(length, section, lambda s: D, nu)
@@ -278,10 +290,21 @@ def beam_form(
 
 
 def line_stiffness(xi: float, section: CrossSection, material: Material) -> Array:
-    """Stiffness of the section against each of `kernels.ancf.STRAINS`; (9,), N and N m2."""
+    """Stiffness of the section against each of `kernels.ancf.STRAINS`, without coupling; (9,), N and N m2."""
     s, E, G = section.at(xi).properties(material.nu), material.E, material.shear_modulus
     A = s.area
     return np.array([E * A, G * A * s.shear_y, G * A * s.shear_z, G * s.J, E * s.Iz, E * s.Iy, E * A, E * A, G * A])
+
+
+def section_stiffness(xi: float, section: CrossSection, material: Material) -> Array:
+    """Stiffness of the section between `kernels.ancf.STRAINS` and their forces; (9, 9), N, N m and N m2."""
+    s = section.at(xi).properties(material.nu)
+    S = np.diag(line_stiffness(xi, section, material))
+    S[4, 5] = S[5, 4] = material.E * s.Iyz
+    at_centre = np.eye(9)  # strains at the shear centre from those of the axis
+    at_centre[1, 3], at_centre[2, 3] = -s.centre_z, s.centre_y
+    found: Array = at_centre.T @ S @ at_centre
+    return found
 
 
 # ---------------------------------------------------------------------------------------------- the cable

@@ -7,16 +7,62 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import units
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.sections import CrossSection, Material
+from evolvent.errors import InputError
+from evolvent.schema import Section
 
 
-def axis_shape(length: float, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any, Any]:
+class SectionInertia(Section):
+    """Inertia of a beam per length, apart from its stiffness; what is left out follows from material and section.
+
+    Parameters
+    ----------
+    mass_per_length : float, kg/m, optional
+        Density times area if left out.
+    inertia_y, inertia_z : float, kg m, optional
+        Moments of inertia per length about axes through the mass centre along y and z of the section, int z^2 dm and
+        int y^2 dm; density times second moments if left out. About the beam's axis the section has their sum.
+    inertia_yz : float, kg m, optional
+        Product int y z dm; 0 if left out beside one of the moments.
+    offset : (2,) float, m
+        Place (y, z) of the mass centre from the centroid, in the section.
+    """
+
+    mass_per_length: units.LineDensity | None = None
+    inertia_y: units.LineInertia | None = None
+    inertia_z: units.LineInertia | None = None
+    inertia_yz: units.LineProduct | None = None
+    offset: units.Pair = (0.0, 0.0)
+
+    def values(self, section: CrossSection, material: Material) -> tuple[float, float, float, float]:
+        """Mass per length, and moments int z^2 dm, int y^2 dm and int y z dm about the mass centre."""
+        s, rho = section.properties(material.nu), material.density
+        mass = rho * s.area if self.mass_per_length is None else self.mass_per_length
+        about_y = rho * s.Iy if self.inertia_y is None else self.inertia_y
+        about_z = rho * s.Iz if self.inertia_z is None else self.inertia_z
+        product = self.inertia_yz
+        if product is None:
+            product = rho * s.Iyz if self.inertia_y is None and self.inertia_z is None else 0.0
+        if not product**2 < about_y * about_z:
+            raise InputError(
+                f"inertia_yz is {product:.6g} kg m; its square must be below that of inertia_y times inertia_z, "
+                f"{about_y:.6g} and {about_z:.6g} kg m"
+            )
+        return mass, about_y, about_z, product
+
+
+#: That of the section's own material.
+OWN_INERTIA = SectionInertia()
+
+
+def axis_shape(length: Any, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any, Any]:
     """Shape functions of r_p, r_p,x, r_q, r_q,x on the axis (Hermite's), or their derivatives by x = length xi.
 
     Parameters
     ----------
-    length : float, m
+    length : float, m, or an array
     xi : float or array of any shape
     order : {0, 1, 2}, of the derivative
     """
@@ -42,26 +88,34 @@ def axis_shape(length: float, xi: Any, *, order: int = 0) -> tuple[Any, Any, Any
     )
 
 
-def beam_mass(length: float, section: CrossSection, material: Material) -> Array:
-    """M : (8, 8), kg and kg m2: int rho S^T S dV of the beam; section about its centroid and principal axes."""
+def beam_mass(length: float, section: CrossSection, material: Material, inertia: SectionInertia = OWN_INERTIA) -> Array:
+    """M : (8, 8), kg and kg m2: int rho S^T S dV of the beam; section about its centroid.
+
+    Notes
+    -----
+    A section with the mass m per length, moments J about its mass centre and the mass centre at (b, c) moves with the
+    velocity r' + y b' + z c' of its points (primes are rates): m (r' + ..)^2/2 there, and J_zz b'^2 + J_yy c'^2 + ..
+    """
     M = np.zeros((8, 8))
     for xi, weight in gauss(7):
-        s = section.at(xi).properties(material.nu)
+        mass, about_y, about_z, product = inertia.values(section.at(xi), material)
         p, px, q, qx = axis_shape(length, xi)
-        axis = np.array([p, px, 0, 0, q, qx, 0, 0])
         y = np.array([0, 0, 1 - xi, 0, 0, 0, xi, 0])
         z = np.array([0, 0, 0, 1 - xi, 0, 0, 0, xi])
-        here = s.area * np.outer(axis, axis) + s.Iz * np.outer(y, y) + s.Iy * np.outer(z, z)
-        M += weight * length * material.density * here
+        centre = np.array([p, px, 0, 0, q, qx, 0, 0]) + inertia.offset[0] * y + inertia.offset[1] * z
+        here = mass * np.outer(centre, centre) + about_z * np.outer(y, y) + about_y * np.outer(z, z)
+        M += weight * length * (here + product * (np.outer(y, z) + np.outer(z, y)))
     return M
 
 
-def cable_mass(length: float, section: CrossSection, material: Material) -> Array:
+def cable_mass(
+    length: float, section: CrossSection, material: Material, inertia: SectionInertia = OWN_INERTIA
+) -> Array:
     """M : (4, 4), kg and kg m2: int rho A S^T S dx of the cable."""
     M = np.zeros((4, 4))
     for xi, weight in gauss(6):
         S = np.array(axis_shape(length, xi))
-        M += weight * length * material.density * section.at(xi).properties(material.nu).area * np.outer(S, S)
+        M += weight * length * inertia.values(section.at(xi), material)[0] * np.outer(S, S)
     return M
 
 

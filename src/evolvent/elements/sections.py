@@ -14,21 +14,27 @@ from evolvent.schema import OneOf, Section
 
 
 class Material(Section):
-    """Isotropic and linearly elastic.
+    """Linearly elastic; isotropic, unless a shear modulus of its own is given.
 
     Parameters
     ----------
     young_modulus : float, Pa
-        Young's modulus.
+        Young's modulus, along the beam.
     poisson_ratio : float
         Poisson's ratio, above -1 and below 0.5.
     density : float, kg/m^3
         Mass per volume.
+    shear : float, Pa, optional
+        Shear modulus of a material that is not isotropic, such as a laminate; E/(2 (1 + nu)) if left out.
+    thermal_expansion : float, 1/K, optional
+        Coefficient of linear thermal expansion along the beam.
     """
 
     young_modulus: units.Modulus
     poisson_ratio: units.PoissonRatio = 0.3
     density: units.Density
+    shear: units.Modulus | None = None
+    thermal_expansion: units.ThermalExpansion | None = None
 
     @property
     def E(self) -> float:  # noqa: N802  (the letter of the formulas)
@@ -42,14 +48,15 @@ class Material(Section):
 
     @property
     def shear_modulus(self) -> float:
-        """G = E/(2 (1 + nu)), Pa."""
-        return self.E / (2.0 * (1.0 + self.nu))
+        """The key `shear`, else G = E/(2 (1 + nu)), Pa."""
+        return self.E / (2.0 * (1.0 + self.nu)) if self.shear is None else self.shear
 
 
 class Properties(NamedTuple):
-    """What a section adds to a beam's axis; m2 and m4.
+    """What a section adds to a beam's axis, about its centroid; m2, m4 and m.
 
-    Iy = int z^2 dA (bending about y), Iz = int y^2 dA (bending about z), J of torsion, shear correction factors.
+    Iy = int z^2 dA (bending about y), Iz = int y^2 dA (bending about z), J of torsion, shear correction factors,
+    Iyz = int y z dA, and the place (y, z) of the shear centre.
     """
 
     area: float
@@ -58,6 +65,19 @@ class Properties(NamedTuple):
     J: float
     shear_y: float
     shear_z: float
+    Iyz: float = 0.0
+    centre_y: float = 0.0
+    centre_z: float = 0.0
+
+    def principal(self) -> tuple[float, float, float]:
+        """Principal second moments, m4, the larger one first, and the angle of the principal axes, rad.
+
+        The angle turns y and z about the beam's axis x, y towards z; the larger moment is that of bending about the
+        turned z.
+        """
+        mean, half = 0.5 * (self.Iz + self.Iy), 0.5 * (self.Iz - self.Iy)
+        size = math.hypot(half, self.Iyz)
+        return mean + size, mean - size, 0.5 * math.atan2(2.0 * self.Iyz, 2.0 * half) if size > 0.0 else 0.0
 
 
 class CrossSection(Section):
@@ -71,14 +91,24 @@ class CrossSection(Section):
         """The piece of a beam's section from x = first to last, in parts of its length: one element of it."""
         return self
 
+    @property
+    def sides(self) -> tuple[float, float] | None:
+        """Largest extents along y and z, m, by which a beam is drawn; None where they are not known."""
+        return None
+
     def properties(self, nu: float) -> Properties:
         """Area, moments and shear factors, which depend on Poisson's ratio."""
         raise NotImplementedError(f"{type(self).__name__} has no properties()")
 
     def towards(self, other: Self, xi: float) -> Self:
         """Between itself (xi = 0) and another one of its kind (xi = 1)."""
-        keys = type(self).model_fields
-        return type(self)(**{key: (1.0 - xi) * getattr(self, key) + xi * getattr(other, key) for key in keys})
+
+        def mean(one: Any, last: Any) -> Any:
+            if isinstance(one, tuple):
+                return tuple(map(mean, one, last))
+            return (1.0 - xi) * one + xi * last
+
+        return type(self)(**{key: mean(getattr(self, key), getattr(other, key)) for key in type(self).model_fields})
 
 
 class Rectangle(CrossSection):
@@ -94,6 +124,11 @@ class Rectangle(CrossSection):
 
     thickness: units.Length
     width: units.Length
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Extents along y and z, m."""
+        return self.thickness, self.width
 
     def properties(self, nu: float) -> Properties:
         """Area, moments and factors.
@@ -148,7 +183,7 @@ class Tube(CrossSection):
         return Properties(area, I, I, 2.0 * I, shear, shear)
 
 
-class Rod(CrossSection):
+class Circle(CrossSection):
     """Solid circle.
 
     Parameters
@@ -166,8 +201,171 @@ class Rod(CrossSection):
         return Properties(math.pi * self.radius**2, I, I, 2.0 * I, shear, shear)
 
 
+class Angle(CrossSection):
+    """Angle of two legs of one thickness: from the outer corner one along y, one along z.
+
+    Parameters
+    ----------
+    height : float, m
+        Of the leg along y, from the outer corner.
+    width : float, m
+        Of the leg along z, from the outer corner.
+    thickness : float, m
+        Of both legs.
+    """
+
+    height: units.Length
+    width: units.Length
+    thickness: units.Length
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.thickness >= min(self.height, self.width):
+            raise PydanticCustomError("section", "the legs' thickness must be below height and width")
+        return self
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Extents along y and z, m."""
+        return self.height, self.width
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors about the centroid, in axes along the legs: Iyz is below 0.
+
+        Notes
+        -----
+        Moments of two rectangles. J = sum b t^3/3 of the legs' centre lines (St Venant's, of thin walls); shear centre
+        where the centre lines cross; shear factor of a direction 5/6 of the area of the leg along it.
+        """
+        h, w, t = self.height, self.width, self.thickness
+        legs = ((h, t, 0.5 * h, 0.5 * t), (t, w - t, 0.5 * t, 0.5 * (w + t)))  # sizes along y and z, centre
+        area = sum(a * b for a, b, _, _ in legs)
+        y, z = (sum(leg[0] * leg[1] * leg[i] for leg in legs) / area for i in (2, 3))
+        Iz = sum(a * b * (a * a / 12.0 + (p - y) ** 2) for a, b, p, _ in legs)
+        Iy = sum(a * b * (b * b / 12.0 + (q - z) ** 2) for a, b, _, q in legs)
+        Iyz = sum(a * b * (p - y) * (q - z) for a, b, p, q in legs)
+        shear_y, shear_z = (5.0 / 6.0 * b * t / area for b in (h, w))
+        return Properties(area, Iy, Iz, area * t * t / 3.0, shear_y, shear_z, Iyz, 0.5 * t - y, 0.5 * t - z)
+
+
+class IBeam(CrossSection):
+    """I of a web along y between two flanges along z.
+
+    Parameters
+    ----------
+    height : float, m
+        Along y, over both flanges.
+    width : float, m
+        Of the flanges, along z.
+    web, flange : float, m
+        Thickness of the web, and of each flange.
+    """
+
+    height: units.Length
+    width: units.Length
+    web: units.Length
+    flange: units.Length
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if 2.0 * self.flange >= self.height:
+            raise PydanticCustomError("section", "both flanges together must be thinner than the height")
+        if self.web > self.width:
+            raise PydanticCustomError("section", "the web must not be thicker than the flanges are wide")
+        return self
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Extents along y and z, m."""
+        return self.height, self.width
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors.
+
+        Notes
+        -----
+        J = (2 b t_f^3 + d t_w^3)/3, d between the flanges' centre lines (St Venant's, of thin walls). Shear along y
+        (Cowper 1966, thin-walled I-section), with d in place of the height, m = 2 b t_f/(d t_w) and n = b/d; along z
+        5/6 of the flanges' area.
+        """
+        h, b, web, flange = self.height, self.width, self.web, self.flange
+        inner, d = h - 2.0 * flange, h - flange
+        area = 2.0 * b * flange + inner * web
+        Iz = (b * h**3 - (b - web) * inner**3) / 12.0
+        Iy = (2.0 * flange * b**3 + inner * web**3) / 12.0
+        m, n = 2.0 * b * flange / (d * web), b / d
+        below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
+        below += 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
+        shear_y = 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
+        J = (2.0 * b * flange**3 + d * web**3) / 3.0
+        return Properties(area, Iy, Iz, J, shear_y, 5.0 / 6.0 * 2.0 * b * flange / area)
+
+
+#: Least angle, rad, of an Arc: the moments of flatter ones are those of a Rectangle.
+FLATTEST = 0.1
+
+
+class Arc(CrossSection):
+    """Thin strip curved across the beam, such as a tape spring; of 360 degrees a tube slit along its length.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the strip's middle line.
+    angle : float, rad
+        That the strip spans, from 0.1 rad to a whole turn; its middle is farthest along y.
+    thickness : float, m
+        Of the strip, below the radius.
+
+    Notes
+    -----
+    The section keeps its shape: that a tape spring flattens where it folds is not modelled.
+    """
+
+    radius: units.Length
+    angle: units.Angle
+    thickness: units.Length
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not FLATTEST <= self.angle <= 2.0 * math.pi * (1.0 + 1e-12):
+            message = f"angle is {self.angle:.6g} rad; it must be from {FLATTEST} to 2 pi rad"
+            raise PydanticCustomError("section", "{message}", {"message": message})
+        if self.thickness >= self.radius:
+            raise PydanticCustomError("section", "the strip's thickness must be below its radius")
+        return self
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Extents along y and z, m."""
+        return self.thickness, 2.0 * self.radius * math.sin(min(0.5 * self.angle, 0.5 * math.pi))
+
+    def properties(self, nu: float) -> Properties:
+        """Area, moments and factors.
+
+        Notes
+        -----
+        With the half angle p, s = sin p, c = cos p: A = 2 p R t and the moments of a sector of a ring, exactly.
+        J = 2 p R t^3/3 (St Venant's, of thin walls); shear centre at 2 R (s - p c)/(p - s c) from the arc's centre; the
+        shear factors make int Q^2/t ds A/I^2 the flexibility of a thin wall, Q the static moment (Jourawski).
+        """
+        R, t, p = self.radius, self.thickness, min(0.5 * self.angle, math.pi)
+        s, c = math.sin(p), math.cos(p)
+        area, thick = 2.0 * p * R * t, (t / R) ** 2
+        y = R * (1.0 + thick / 12.0) * s / p
+        ring = R**3 * t * (1.0 + 0.25 * thick)  # of (b^4 - a^4)/4, a and b its radii
+        Iz = ring * (p + s * c) - area * y * y
+        Iy = ring * (p - s * c)
+        along_y = 2.0 * s * s * (p / 3.0 - 2.0 / p) + 3.0 * s * c + p
+        along_z = p * (1.0 + 2.0 * c * c) - 3.0 * s * c
+        shear_y = (p + s * c - 2.0 * s * s / p) ** 2 / (2.0 * p * along_y)
+        shear_z = (p - s * c) ** 2 / (2.0 * p * along_z)
+        centre = 2.0 * R * (s - p * c) / (p - s * c)
+        return Properties(area, Iy, Iz, area * t * t / 3.0, shear_y, shear_z, 0.0, centre - y, 0.0)
+
+
 class General(CrossSection):
-    """Any section, by its properties about its principal axes y and z.
+    """Any section, by its properties about axes y and z through its centroid.
 
     Parameters
     ----------
@@ -179,6 +377,10 @@ class General(CrossSection):
         Torsion constant.
     shear_y, shear_z : float
         Shear correction factors.
+    Iyz : float, m^4
+        Product int y z dA; 0 about principal axes.
+    shear_centre : (2,) float, m
+        Place (y, z) of the shear centre from the centroid: a force through it does not twist the beam.
     """
 
     area: units.Area
@@ -187,13 +389,30 @@ class General(CrossSection):
     J: units.SecondMoment
     shear_y: units.PositiveNumber = 5.0 / 6.0
     shear_z: units.PositiveNumber = 5.0 / 6.0
+    Iyz: units.ProductOfArea = 0.0
+    shear_centre: units.Pair = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.Iyz**2 < self.Iy * self.Iz:
+            raise PydanticCustomError("section", "Iyz^2 must be below Iy Iz: no section has such moments")
+        return self
 
     def properties(self, nu: float) -> Properties:
         """Its own properties, whatever nu."""
-        return Properties(self.area, self.Iy, self.Iz, self.J, self.shear_y, self.shear_z)
+        own = Properties(self.area, self.Iy, self.Iz, self.J, self.shear_y, self.shear_z, self.Iyz)
+        return own._replace(centre_y=self.shear_centre[0], centre_z=self.shear_centre[1])
 
 
-UNIFORM: dict[str, type[CrossSection]] = {"rectangle": Rectangle, "tube": Tube, "rod": Rod, "general": General}
+UNIFORM: dict[str, type[CrossSection]] = {
+    "rectangle": Rectangle,
+    "tube": Tube,
+    "circle": Circle,
+    "angle": Angle,
+    "i-beam": IBeam,
+    "arc": Arc,
+    "general": General,
+}
 UniformSection = Annotated[CrossSection, OneOf(UNIFORM)]
 
 
@@ -232,18 +451,53 @@ AnySection = Annotated[CrossSection, OneOf({**UNIFORM, "taper": Taper})]
 
 # ---------------------------------------------------------------------------------------------- materials
 
-#: Carbon fibre in epoxy, quasi-isotropic laminate of T300/5208: E = 69.7 GPa, nu = 0.296 by laminate theory from the
-#: ply's 181, 10.3 and 7.17 GPa and nu = 0.28, density 1600 kg/m^3 (Tsai & Hahn 1980, Introduction to Composite
-#: Materials). Of a laminate with most fibres along the beam E is higher and the shear modulus lower.
-CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0)
-#: Aluminium 6061-T6: 9.9e3 ksi, 0.33, 0.098 lb/in^3 (MIL-HDBK-5J 2003).
-ALUMINIUM = Material(young_modulus=68.3e9, poisson_ratio=0.33, density=2710.0)
-#: Structural steel (EN 1993-1-1; density EN 1991-1-1).
-STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0)
-#: Polyimide film Kapton HN at 23 C (DuPont, Kapton HN data sheet).
-KAPTON = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0)
+#: Carbon fibre in epoxy, quasi-isotropic laminate of T300/5208: E = 69.7 GPa, nu = 0.296, 1.5e-6 1/K by laminate theory
+#: from the ply's 181, 10.3 and 7.17 GPa, nu = 0.28, 0.02e-6 and 22.5e-6 1/K; density 1600 kg/m^3 (Tsai & Hahn 1980,
+#: Introduction to Composite Materials). Of a laminate with most fibres along the beam E is higher and G lower.
+CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0, thermal_expansion=1.5e-6)
+#: The ply of the same along its fibres.
+CFRP_UD = Material(young_modulus=181e9, poisson_ratio=0.28, density=1600.0, shear=7.17e9, thermal_expansion=0.02e-6)
+#: Carbon fabric in epoxy along warp or weft.
+CFRP_WOVEN = Material(young_modulus=65e9, poisson_ratio=0.05, density=1580.0, shear=5e9, thermal_expansion=2.5e-6)
+ALUMINIUM = Material(young_modulus=68.3e9, poisson_ratio=0.33, density=2710.0, thermal_expansion=23.6e-6)
+STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0, thermal_expansion=12e-6)
+TITANIUM = Material(young_modulus=110.3e9, poisson_ratio=0.31, density=4430.0, thermal_expansion=8.6e-6)
+BERYLLIUM_COPPER = Material(young_modulus=128e9, poisson_ratio=0.3, density=8250.0, thermal_expansion=17e-6)
+ELGILOY = Material(young_modulus=190e9, poisson_ratio=0.3, density=8300.0, shear=77e9, thermal_expansion=12.7e-6)
+INVAR = Material(young_modulus=141e9, poisson_ratio=0.29, density=8050.0, thermal_expansion=1.3e-6)
+KAPTON = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0, thermal_expansion=20e-6)
+MYLAR = Material(young_modulus=4e9, poisson_ratio=0.38, density=1390.0, thermal_expansion=17e-6)
+KEVLAR = Material(young_modulus=112e9, poisson_ratio=0.36, density=1440.0, shear=2e9, thermal_expansion=-4.9e-6)
 #: Materials by name in case files.
-MATERIALS = {"cfrp": CFRP, "aluminium": ALUMINIUM, "steel": STEEL, "kapton": KAPTON}
+MATERIALS = {
+    "cfrp": CFRP,
+    "cfrp-ud": CFRP_UD,
+    "cfrp-woven": CFRP_WOVEN,
+    "aluminium": ALUMINIUM,
+    "steel": STEEL,
+    "titanium": TITANIUM,
+    "beryllium-copper": BERYLLIUM_COPPER,
+    "elgiloy": ELGILOY,
+    "invar": INVAR,
+    "kapton": KAPTON,
+    "mylar": MYLAR,
+    "kevlar": KEVLAR,
+}
+#: Where the values of each material come from; "typical": of no one source, with the range that is found.
+SOURCES = {
+    "cfrp": "quasi-isotropic T300/5208, laminate theory from the ply's values (Tsai & Hahn 1980)",
+    "cfrp-ud": "T300/5208 along the fibres (Tsai & Hahn 1980)",
+    "cfrp-woven": "typical, carbon fabric in epoxy along warp or weft: E 55 to 75 GPa, G 4 to 6 GPa, 1 to 4e-6 1/K",
+    "aluminium": "6061-T6: MIL-HDBK-5J (2003); expansion Aluminum Association, 20 to 100 C",
+    "steel": "structural steel: EN 1993-1-1; density EN 1991-1-1",
+    "titanium": "Ti-6Al-4V, annealed: MIL-HDBK-5J (2003); expansion typical, 8.5 to 9.0e-6 1/K",
+    "beryllium-copper": "typical, C17200 hardened: E 125 to 131 GPa, 8250 to 8360 kg/m^3, 16.7 to 17.8e-6 1/K",
+    "elgiloy": "typical, cold worked and aged: E 186 to 200 GPa, G 75 to 79 GPa, 12 to 13e-6 1/K",
+    "invar": "typical, Invar 36: E 137 to 148 GPa, 8050 to 8150 kg/m^3, 0.8 to 1.6e-6 1/K",
+    "kapton": "Kapton HN film at 23 C: DuPont, Kapton HN data sheet",
+    "mylar": "typical, biaxially drawn polyester film: E 3.5 to 5.2 GPa, 1380 to 1400 kg/m^3, 15 to 20e-6 1/K",
+    "kevlar": "typical, Kevlar 49 yarn along it: E 105 to 130 GPa, G 1.5 to 3 GPa, -2 to -5e-6 1/K",
+}
 
 
 class _Named:

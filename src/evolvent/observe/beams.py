@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.elements.sections import Arc, Circle, Tube
 from evolvent.observe.variables import Observed, cross, norm
 from evolvent.observe.view import View, root_axes
 
@@ -31,7 +32,7 @@ def observe_beam(view: View, name: str) -> Observed:
     else:
         _observe_cable(part, nodes, found)
     length, count = float(part.length), int(part.elements)
-    found.along("curvature", "node", curvature(nodes, length), "m-1", "curvature of the axis at the nodes")
+    found.along("curvature", "node", curvature(nodes, part.lengths), "m-1", "curvature of the axis at the nodes")
     sums = view.beam_sums(index)
     found.scalar("energy_kinetic", sums.kinetic, "J", "kinetic energy")
     found.scalar("energy_elastic", sums.elastic, "J", "strain energy")
@@ -39,7 +40,7 @@ def observe_beam(view: View, name: str) -> Observed:
     found.vector("momentum", sums.linear, "kg m s-1", "linear momentum, inertial axes")
     found.vector("angular_momentum", sums.angular, "kg m2 s-1", "angular momentum about the inertial origin")
     found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
-    found.coordinate("arc_node", "node", np.linspace(0.0, length, count + 1), "m", "length from the root to the node")
+    found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
     line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
     bends = float(np.nanmax(found.variables["curvature"].values, initial=0.0)) * length > _BENT
     line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
@@ -53,8 +54,8 @@ def observe_beam(view: View, name: str) -> Observed:
 def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array, found: Observed) -> None:
     """Positions, velocities and deflections of the nodes."""
     unloaded = part.start(name)
-    if part.rest == "straight":
-        shape = np.linspace(0.0, float(part.length), len(unloaded))[:, None] * np.array([1.0, 0.0, 0.0])
+    if not part.rests_at_start:
+        shape = part.arc[:, None] * np.array([1.0, 0.0, 0.0])
     else:
         shape = (unloaded[:, 0] - unloaded[0, 0]) @ root_axes(unloaded[None])[0].T
     position = nodes[:, :, 0]
@@ -121,12 +122,13 @@ def _observe_cable(part: Any, nodes: Array, found: Observed) -> None:
 
 def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> dict[str, Any]:
     """How wide a beam is drawn: round ones by their diameter, flat ones as strips along their width."""
-    section = getattr(section, "start", section)  # of a taper
-    if hasattr(section, "radius"):
+    section = getattr(section, "root", section)  # of a taper
+    if isinstance(section, Circle | Tube) or (isinstance(section, Arc) and section.angle >= np.pi):
         return {"kind": "rod", "width": 2.0 * float(section.radius)}
-    if not hasattr(section, "width"):
+    sides = section.sides
+    if sides is None:
         return {}
-    y, z = float(section.thickness), float(section.width)
+    y, z = sides
     which = 2 if z >= y else 1
     if nodes.shape[2] == 4:
         across = nodes[:, :, 1 + which]
@@ -136,10 +138,15 @@ def _section_drawn(section: Any, nodes: Array, axes: Array, found: Observed) -> 
     return {"kind": "line", "width": max(y, z), "across": "width_direction"}
 
 
-def curvature(nodes: Array, length: float) -> Array:
-    """|r' x r''| / |r'|^3 at the nodes (nt, n), of the cubic elements; the mean of both elements that meet there."""
+def curvature(nodes: Array, lengths: Array) -> Array:
+    """|r' x r''| / |r'|^3 at the nodes (nt, n), of the cubic elements; the mean of both elements that meet there.
+
+    Parameters
+    ----------
+    nodes : (nt, n, vectors, 3) float; lengths : (n - 1,) float, m, of the elements
+    """
     r, s = nodes[:, :, 0], nodes[:, :, 1]
-    h = length / (nodes.shape[1] - 1)
+    h = lengths[:, None]
     step = np.diff(r, axis=1)
     at_start = (6.0 * step - h * (4.0 * s[:, :-1] + 2.0 * s[:, 1:])) / h**2
     at_end = (-6.0 * step + h * (2.0 * s[:, :-1] + 4.0 * s[:, 1:])) / h**2

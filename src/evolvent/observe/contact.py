@@ -33,7 +33,8 @@ def observe_contact(view: View, name: str) -> Observed:
     points, beams, elements = flexible.contact_points[inside], flexible.beams, flexible.elements
     owner = elements["beam"][points["element"]]
     length, S = elements["length"][points["element"]], points["S"]
-    arc = (points["element"] - beams["first_element"][owner] + S[:, 2]) * length + S[:, 1] + S[:, 3]
+    before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams
+    arc = before[points["element"]] - before[beams["first_element"][owner]] + S[:, 2] * length + S[:, 1] + S[:, 3]
     found.coordinate("arc", "contact_point", arc, "m", "length along the beam from its root")
     names = {found_index: key for key, (family, found_index) in view.assembly.names.items() if family == "beams"}
     found.coordinate(

@@ -95,7 +95,9 @@ def observe_beam_load(view: View, name: str) -> Observed:
         power = view.coordinates(int(row["iv"])) @ row["axis"]
     elif row["kind"] == beam_loads.LINE:
         length = float(view.model.flexible.beams["length"][row["beam"]])
-        middle, moves = (mean_of(values, length) for values in (nodes, rates))
+        beam, elements = view.model.flexible.beams[row["beam"]], view.model.flexible.elements
+        own = slice(int(beam["first_element"]), int(beam["first_element"] + beam["elements"]))
+        middle, moves = (mean_of(values, elements["length"][own]) for values in (nodes, rates))
         _add_vector(found, length * after[:, None] * row["axis"], middle, "force")
         power = length * moves @ row["axis"]
     else:
@@ -106,12 +108,16 @@ def observe_beam_load(view: View, name: str) -> Observed:
     return found
 
 
-def mean_of(nodes: Array, length: float) -> Array:
-    """Mean over a beam's length (nt, 3) of the position (or velocity) of its axis, of nodes (nt, n + 1, vectors, 3)."""
-    step = length / (nodes.shape[1] - 1)
+def mean_of(nodes: Array, lengths: Array) -> Array:
+    """Mean over a beam's length (nt, 3) of the position (or velocity) of its axis.
+
+    Parameters
+    ----------
+    nodes : (nt, n + 1, vectors, 3) float; lengths : (n,) float, m, of the elements
+    """
     x, slope = nodes[:, :, 0], nodes[:, :, 1]
-    of_elements = 0.5 * (x[:, 1:] + x[:, :-1]) + step / 12.0 * (slope[:, :-1] - slope[:, 1:])
-    found: Array = of_elements.mean(axis=1)
+    of_elements = 0.5 * (x[:, 1:] + x[:, :-1]) + lengths[:, None] / 12.0 * (slope[:, :-1] - slope[:, 1:])
+    found: Array = np.einsum("e,tec->tc", lengths / lengths.sum(), of_elements)
     return found
 
 

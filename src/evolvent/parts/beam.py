@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from evolvent import elements, jit, units
 from evolvent.builder import Builder
+from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
 from evolvent.errors import InputError
 from evolvent.kernels import element_calls
@@ -28,18 +30,24 @@ Nodal = Annotated[
 
 
 class Beam(Part):
-    """A beam, straight without stress; places on it are "boom.root", "boom.tip" and its nodes, from "boom[0]".
+    """A beam, straight or curved without stress; places on it: "boom.root", "boom.tip", its nodes from "boom[0]" on.
 
     Parameters
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Rod, General or Taper
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General or Taper
         Cross-section; y is the beam's normal, z the third direction.
     material : Material, or the name of a known one
-        Isotropic and linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, cfrp, kapton, steel.
+        Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
+        cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
+    inertia : SectionInertia, optional
+        Mass and moments of inertia per length, and the place of the mass centre in the section, apart from stiffness.
     elements : int
         Number of elements.
+    grading : float or list of float
+        Length of the last element to that of the first, each as many times as long as the one before; or the lengths
+        of all elements in a ratio to one another, from the root.
     formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}
         A beam with bending, shear and torsion: assumed_strain does not lock, the other three are for comparison. A
         cable bends and stretches, but has no torsion; the two cables differ where they stretch by more than a per cent:
@@ -47,9 +55,12 @@ class Beam(Part):
     position : (3,) float, m
         Root of a beam that starts straight, inertial axes.
     direction : (3,) float
-        Of its axis, inertial axes.
+        Of its axis (of a curved one at the root), inertial axes.
     normal : (3,) float, optional
         Of its thickness (y of the section), inertial axes, across the axis; left out, as near to y as it can be.
+    curvature : (3,) float, 1/m
+        Of the shape without stress, in which it also starts: twist per length about the axis, and curvatures about y
+        and z of the section; the same all along. With the last one alone an arc that bends towards y.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
         Nodal vectors at the start in place of a straight beam: of a cable position r and slope r,x, of a beam r, r,x,
         r,y and r,z, by arc length without stress.
@@ -75,13 +86,16 @@ class Beam(Part):
     length: units.Length
     section: AnySection
     material: MaterialOrName
+    inertia: SectionInertia | None = None
     elements: Annotated[int, units.Whole(least=1, most=100_000)]
+    grading: units.Gradings = 1.0
     formulation: Literal["assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"] = (
         "assumed_strain"
     )
     position: units.Position = (0.0, 0.0, 0.0)
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
+    curvature: units.Curvature = (0.0, 0.0, 0.0)
     nodes: Nodal | None = None
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
@@ -97,14 +111,62 @@ class Beam(Part):
         """Vectors of a node: 2 of a cable, 4 of a beam."""
         return 2 if self.formulation in CABLES else 4
 
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths of the elements, (n,), m, from the root."""
+        n = self.elements
+        if isinstance(self.grading, tuple):
+            ratios = np.array(self.grading)
+        else:
+            ratios = self.grading ** (np.arange(n) / max(n - 1, 1))
+        return self.length * ratios / ratios.sum()
+
+    @property
+    def arc(self) -> np.ndarray:
+        """Length of the axis from the root to each node, (n + 1,), m."""
+        if self.grading == 1.0:
+            return np.linspace(0.0, self.length, self.elements + 1)
+        found = np.append(0.0, np.cumsum(self.lengths))
+        found[-1] = self.length
+        return found
+
+    @property
+    def rests_at_start(self) -> bool:
+        """Whether the shape without stress is the one at the start: `rest` 'start', or a curvature."""
+        return self.rest == "start" or any(self.curvature)
+
+    def _check(self, name: str) -> None:
+        """Refuse keys that contradict one another."""
+        n, cable = self.elements, self.vectors == 2
+        if isinstance(self.grading, tuple) and len(self.grading) != n:
+            raise InputError(
+                f"{name}.grading has {len(self.grading)} values; it must be one value, or {n}, one for each element"
+            )
+        if any(self.curvature) and (cable or self.nodes is not None):
+            why = "a cable is straight at rest" if cable else "leave one of them out, with `rest` 'start' for nodes"
+            other = f"{name}.formulation is {self.formulation!r}" if cable else f"{name}.nodes as well"
+            raise InputError(f"{name}.curvature is given and {other}; {why}")
+        if self.inertia is None:
+            return
+        if cable and (given := sorted(self.inertia.model_fields_set - {"mass_per_length"})):
+            raise InputError(
+                f"{name}.inertia.{given[0]} is given, but {name}.formulation is {self.formulation!r}; a cable has a "
+                f"mass per length alone"
+            )
+        for xi in (0.0, 1.0):
+            try:
+                self.inertia.values(self.section.at(xi), self.material)
+            except InputError as error:
+                raise InputError(f"{name}.inertia.{error}") from None
+
     def start(self, name: str = "beam") -> np.ndarray:
         """Coordinates at the start, (n + 1, vectors, 3)."""
-        n = self.elements
+        self._check(name)
         if self.nodes is not None:
             return self._nodal(name, "nodes")
         e1 = unit(self.direction)
-        found = np.empty((n + 1, self.vectors, 3))
-        found[:, 0] = np.array(self.position) + np.outer(np.linspace(0.0, self.length, n + 1), e1)
+        found = np.empty((self.elements + 1, self.vectors, 3))
+        found[:, 0] = np.array(self.position) + np.outer(self.arc, e1)
         found[:, 1] = e1
         if self.vectors == 4:
             e2 = _across(e1) if self.normal is None else unit(self.normal)
@@ -114,7 +176,27 @@ class Beam(Part):
                     f"{self.direction!r}"
                 )
             found[:, 2], found[:, 3] = e2, np.cross(e1, e2)
+            if any(self.curvature):
+                self._bend(found, np.array([e1, e2, np.cross(e1, e2)]).T)
         return found
+
+    def _bend(self, nodes: np.ndarray, R: np.ndarray) -> None:
+        """Nodes of the beam's curvature, with the axes R (3, 3) of the root.
+
+        Notes
+        -----
+        Axes R exp(s [k]) along the arc s (Rodrigues), k the curvature in the section's axes; positions their integral.
+        """
+        size = float(np.linalg.norm(self.curvature))
+        x, y, z = np.array(self.curvature) / size
+        N = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        for node, s in zip(nodes, self.arc, strict=True):
+            a = size * s
+            node[0] = (
+                np.array(self.position)
+                + R @ (s * np.eye(3) + (1.0 - math.cos(a)) / size * N + (s - math.sin(a) / size) * N @ N)[:, 0]
+            )
+            node[1:] = (R @ (np.eye(3) + math.sin(a) * N + (1.0 - math.cos(a)) * N @ N)).T
 
     def start_rates(self, name: str = "beam") -> np.ndarray:
         """Rates of the coordinates at the start, (n + 1, vectors, 3)."""
@@ -169,18 +251,19 @@ class Beam(Part):
         xi, n = np.asarray(at, dtype=float), self.elements
         strains = self._cable_strains if self.vectors == 2 else self._beam_strains
         found = strains(x, xi)
-        if self.rest == "start":
+        if self.rests_at_start:
             rest = strains(self.start(), xi)
             if self.vectors == 2:  # whose curvature is never without stress
                 rest[..., 1] = 0.0
             found = found - rest
         values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, x, xi)
-        arc = (self.length / n * (np.arange(n)[:, None] + xi)).ravel()
+        arc = (self.arc[:-1, None] + self.lengths[:, None] * xi).ravel()
         return {"arc": arc, **{key: value.reshape(*x.shape[:-3], n * xi.size) for key, value in values.items()}}
 
     def _of_beam(self, off: np.ndarray, x: np.ndarray, xi: np.ndarray) -> dict[str, np.ndarray]:
         """What `along` gives, of strains (..., n, k, 9) off those without stress."""
-        forces = off * self._stiffness(xi, lambda section, at: elements.line_stiffness(at, section, self.material))
+        stiff = self._stiffness(xi, lambda section, at: elements.section_stiffness(at, section, self.material))
+        forces = np.einsum("...ij,...j->...i", stiff, off)
         a, b, c, db, dc = self._beam_vectors(x, xi)
         force = sum(forces[..., i, None] * v for i, v in ((0, a), (1, b), (2, c), (4, db), (5, dc)))
         pull, shear_y, shear_z = (np.einsum("...i,...i->...", force, v) for v in (a, b, c))
@@ -204,7 +287,7 @@ class Beam(Part):
         forces = off * stiff
         pull, zero = forces[..., 0], np.zeros(off.shape[:-1])
         if self.formulation == "cable":  # Green's strain and its stress: |r'| turns them into a force
-            a, bend = (_slopes(x, self.length / self.elements, xi, order=order) for order in (1, 2))
+            a, bend = (_slopes(x, self.lengths, xi, order=order) for order in (1, 2))
             size = np.sqrt(np.einsum("...i,...i->...", a, a))
             pull = pull * size + stiff[..., 1] * np.einsum("...i,...i->...", bend, bend) / size
         energy = 0.5 * np.einsum("...i,...i->...", forces, off)
@@ -213,20 +296,19 @@ class Beam(Part):
 
     def _stiffness(self, xi: np.ndarray, of: Callable[[CrossSection, float], np.ndarray]) -> np.ndarray:
         """A function of section and place in each element, at the points `xi` of all of them: (n or 1, k, ...)."""
-        n = self.elements
-        if self.section.between(0.0, 1.0 / n) is self.section:  # the same in every element
+        if self.section.between(0.0, 1.0) is self.section:  # the same in every element
             return np.array([[of(self.section, at) for at in xi]])
-        pieces = [self.section.between(i / n, (i + 1) / n) for i in range(n)]
+        pieces = [self.section.between(*ends) for ends in itertools.pairwise(self.arc / self.length)]
         return np.array([[of(piece, at) for at in xi] for piece in pieces])
 
     def _beam_vectors(self, x: np.ndarray, xi: np.ndarray) -> tuple[np.ndarray, ...]:
         """Slopes a, b, c of nodes (..., n + 1, 4, 3), b' and c', at `xi` of all elements: (..., n, k, 3) each."""
-        length, at = self.length / self.elements, xi[:, None]
-        a = _slopes(x, length, xi, order=1)
+        at = xi[:, None]
+        a = _slopes(x, self.lengths, xi, order=1)
         across, steps = x[..., 2:, :], np.diff(x[..., 2:, :], axis=-3)
         first, last = across[..., :-1, :, :], across[..., 1:, :, :]
         b, c = (first[..., None, i, :] * (1.0 - at) + last[..., None, i, :] * at for i in (0, 1))
-        db, dc = (steps[..., None, i, :] / length for i in (0, 1))
+        db, dc = (steps[..., None, i, :] / self.lengths[:, None, None] for i in (0, 1))
         return a, b, c, db, dc
 
     def _beam_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
@@ -242,8 +324,7 @@ class Beam(Part):
 
     def _cable_strains(self, x: np.ndarray, xi: np.ndarray) -> np.ndarray:
         """Strain and curvature of nodes (..., n + 1, 2, 3), at the points `xi` of all elements: (..., n, k, 2)."""
-        length = self.length / self.elements
-        slope, bend = (_slopes(x, length, xi, order=order) for order in (1, 2))
+        slope, bend = (_slopes(x, self.lengths, xi, order=order) for order in (1, 2))
         square = np.einsum("...i,...i->...", slope, slope)
         strain = np.sqrt(square) - 1.0 if self.formulation == "cable_stretch" else 0.5 * (square - 1.0)
         turn = np.cross(slope, bend)
@@ -283,11 +364,12 @@ class Beam(Part):
             kinds = element_calls.STRETCH_CABLES
             if beta > 0.0 and self.damping == element_calls.PAPER:
                 raise InputError(f"{name}.damping is 'paper'; a cable_stretch has the objective one only")
+        lengths, ends = self.lengths, self.arc / self.length
         for i in range(n):
-            if i == 0 or tapered or self.rest == "start":
-                section = self.section.between(i / n, (i + 1) / n)
-                rest = nodes[i : i + 2].ravel() if self.rest == "start" else None
-                form, bending, mass = self._constants(builder, self.length / n, section, rest)
+            if i == 0 or tapered or self.rests_at_start or self.grading != 1.0:
+                section = self.section.between(ends[i], ends[i + 1])
+                rest = nodes[i : i + 2].ravel() if self.rests_at_start else None
+                form, bending, mass = self._constants(builder, float(lengths[i]), section, rest)
             functions = kinds[self.damping if beta > 0.0 and i in damped else element_calls.ELASTIC]
             builder.add(
                 "elements",
@@ -301,7 +383,7 @@ class Beam(Part):
                 tangent=jit.slot(functions.tangent),
                 energy=jit.slot(functions.energy),
                 stretch=int(self.formulation == "cable_stretch"),
-                length=self.length / n,
+                length=float(lengths[i]),
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
             )
@@ -310,26 +392,27 @@ class Beam(Part):
         self, builder: Builder, length: float, section: CrossSection, rest: np.ndarray | None
     ) -> tuple[int, int, int]:
         """Places in the pools of an element's form, of its bending alone, and of its mass."""
+        inertia = elements.OWN_INERTIA if self.inertia is None else self.inertia
         if self.formulation in CABLES:
             stretch = self.formulation == "cable_stretch"
             split = elements.cable_stretch_parts if stretch else elements.cable_parts
             make = elements.cable_stretch_form if stretch else elements.cable_form
             bent = split(length, section, self.material, rest=rest)["bending"]
             whole = make(length, section, self.material, rest=rest)
-            mass = builder.pooled(M12=elements.cable_mass(length, section, self.material))
+            mass = builder.pooled(M12=elements.cable_mass(length, section, self.material, inertia))
             B = elements.cable_bending(length, section, self.material)
             form, bending = (builder.pooled(H12=of.H, h12=of.h, U12=of.U0, B12=B) for of in (whole, bent))
             return form, bending, mass
         parts = elements.beam_parts(self.formulation, length, section, self.material, rest=rest)
         whole = parts["membrane"] + parts["bending"] + parts["torsion"] + parts["section"]
-        mass = builder.pooled(M24=elements.beam_mass(length, section, self.material))
+        mass = builder.pooled(M24=elements.beam_mass(length, section, self.material, inertia))
         form, bending = (builder.pooled(H24=of.H, h24=of.h, U24=of.U0) for of in (whole, parts["bending"]))
         return form, bending, mass
 
 
-def _slopes(x: np.ndarray, length: float, xi: np.ndarray, *, order: int) -> np.ndarray:
+def _slopes(x: np.ndarray, lengths: np.ndarray, xi: np.ndarray, *, order: int) -> np.ndarray:
     """First or second derivative of the axis, of nodes (..., n + 1, vectors, 3) at `xi`: (..., n, k, 3)."""
-    _, p, step, q = (np.asarray(f)[:, None] for f in elements.axis_shape(length, xi, order=order))
+    _, p, step, q = (np.asarray(f)[..., None] for f in elements.axis_shape(lengths[:, None], xi, order=order))
     slopes, steps = x[..., 1, :], np.diff(x[..., 0, :], axis=-2)
     found: np.ndarray = step * steps[..., None, :] + p * slopes[..., :-1, None, :] + q * slopes[..., 1:, None, :]
     return found
