@@ -17,6 +17,8 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     `points` (list of variables).
 ``forces``
     `points`, `vectors` (variables), `unit` ("N" or "N m"), `name`.
+``surface``
+    `body` (a part, or 'ground'), `solids` as of a frame, in the axes of the body.
 ``spool``
     `body` (a part), `centre`, `axis` (body axes), `radius`, `width` (m), and `angle` (a variable).
 
@@ -63,6 +65,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     forces: list[Forces] = []
     marks: list[Marks] = []
     spools: list[tuple[str, Any]] = []
+    surfaces: list[tuple[str, Any]] = []
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         for entry in json.loads(group.attrs.get("drawn", "[]")):
@@ -82,19 +85,24 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
                     marks.append(Marks(name=part, points=points))
                 elif kind == "forces":
-                    at, vectors = group[own["points"]].values, group[own["vectors"]].values
-                    points = np.concatenate(_copies(run, own, at[:, None]), axis=1)
-                    vectors = np.concatenate(_copies(run, own, vectors[:, None], places=False), axis=1)
+                    at, vectors = (_several(group[own[key]].values) for key in ("points", "vectors"))
+                    points = np.concatenate(_copies(run, own, at), axis=1)
+                    vectors = np.concatenate(_copies(run, own, vectors, places=False), axis=1)
                     name = own.get("name", part)
                     forces.append(Forces(name=name, points=points, vectors=vectors, unit=own.get("unit", "N")))
                 elif kind == "pushes":
                     forces += _pushes(run, part, group, own)
                 elif kind == "spool":
                     spools.append((part, own))
+                elif kind == "surface":
+                    surfaces.append((part, own))
     if not (frames or lines or marks):
         return None
     for part, own in spools:
         _add_spool(frames, run, part, own)
+    main = next(iter(frames), None)
+    for part, own in surfaces:
+        _add_surface(frames, run, part, own)
     label = unfinished(run)
     return Motion(
         title=title or label,
@@ -104,11 +112,32 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
         forces=forces,
         marks=marks,
         numbers=_numbers(run),
-        main=next(iter(frames), None),
+        main=main,
     )
 
 
+def _several(values: Array) -> Array:
+    """Places or vectors (nt, 3) or (nt, n, 3) as (nt, n, 3)."""
+    return values[:, None] if values.ndim == 2 else values
+
+
+def _add_surface(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[str, Any]) -> None:
+    """Solids of a part on a body; on the ground, which is not drawn, a frame of the part's own."""
+    frame = frames.get(own["body"])
+    if frame is None:
+        count = run.to_dataset()["time"].size
+        attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        frame = Frame(name=part, origin=np.zeros((count, 3)), attitude=attitude, solids=[])
+    solids = [*frame.solids, *_solids(own)]
+    frames[frame.name] = dataclasses.replace(frame, solids=solids)
+
+
 def _frame(part: str, group: xr.Dataset, own: dict[str, Any]) -> Frame:
+    origin, attitude = group[own["origin"]].values, group[own["attitude"]].values
+    return Frame(name=part, origin=origin, attitude=attitude, solids=_solids(own))
+
+
+def _solids(own: dict[str, Any]) -> list[Solid]:
     solids = []
     for solid in own.get("solids", []):
         if "box" in solid:
@@ -116,7 +145,7 @@ def _frame(part: str, group: xr.Dataset, own: dict[str, Any]) -> Frame:
         else:
             found = solid["revolution"]
             solids.append(Solid.revolution(found["profile"], centre=found["centre"], axis=found["axis"]))
-    return Frame(name=part, origin=group[own["origin"]].values, attitude=group[own["attitude"]].values, solids=solids)
+    return solids
 
 
 def _add_spool(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[str, Any]) -> None:

@@ -6,8 +6,9 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `custom`
-(users' laws between places), `flexible` (beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`,
-and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
+(users' laws between places), `flexible` (beams), `beam_loads`, `contact` (with `contact_laws` and `layers`),
+`body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them, family by
+family.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from evolvent import model as mdl
 from evolvent.errors import InputError
 from evolvent.kernels import (
     beam_loads,
+    body_contact,
     contact,
     contact_laws,
     custom,
@@ -112,6 +114,13 @@ _THREAD_TANGENT = (
     *_MATRIX,
 )
 _HINGE_TANGENT = (hinge.add_hinge_tangents, hinge._add_turns, *_ON_BODIES)
+_BODY_CONTACT = (
+    body_contact.add_body_contact_tangents,
+    body_contact.end_body_contacts,
+    body_contact.add_pair,
+    sides.side_columns,
+    sides.add_turning,
+)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
@@ -223,6 +232,26 @@ FAMILIES = (
         forces=(contact.add_contacts, layers.add_layers, layers.end_layer_step, layers.nearest),
         tangents=(*_CONTACT, layers.add_layer_tangents),
     ),
+    Family(
+        "a contact between bodies without friction", "body_contacts", EVERY,
+        which=lambda found: (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY),
+        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
+    ),
+    Family(
+        "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
+        "leave out `friction`, or take generalized-alpha", which=lambda found: found["friction"] > 0.0,
+        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
+    ),
+    Family(
+        "a contact between bodies with the law conservative", "body_contacts", EVERY - {IMPLICIT},
+        "take energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
+        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
+    ),
+    Family(
+        "a contact between two capsules", "body_contacts", EVERY - {MODES}, "lay spheres along one of them",
+        which=lambda found: (found["half_a"] > 0.0) & (found["half_b"] > 0.0),
+        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
+    ),
 )  # fmt: skip
 
 
@@ -280,6 +309,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
         return assembly.joint_parts[index]
+    if family == "body_contacts":
+        index = int(assembly.model.flexible.body_contacts["first"][index])
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
 
 

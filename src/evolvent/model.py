@@ -100,10 +100,10 @@ RECORDS: dict[str, np.dtype] = {
     # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
     "custom_forces": _record("law first last place places", "", "balanced symmetric"),
     "custom_places": _record("on index iq iv", "local", "", local=_3),
-    # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
-    # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
+    # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
+    # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
-        "body law first last under",
+        "body law first last under surface",
         "sense shift centre axis radius half_length stiffness exponent damping friction stick_stiffness stick_damping",
         "F normal energy power touching",
         centre=_3, axis=_3, F=_6,
@@ -123,6 +123,21 @@ RECORDS: dict[str, np.dtype] = {
         n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
+    # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
+    # one, or a plane with the normal axis_b; radius: sum of both; first: the first of its part. Of the step's start:
+    # place X and rotation Q of a in the axes of b, and what ends in 0; of its end: what ends in 1. f: force on a,
+    # rubbing: friction on a, c: place of contact, inertial axes; moment_a, moment_b: about the bodies' origins
+    "body_contacts": _record(
+        "a b first law surface",
+        "place_a axis_a place_b axis_b half_a half_b radius_a radius stiffness exponent damping friction "
+        "stick_stiffness stick_damping",
+        "X Q gap stick damper drag gap1 stick1 damper1 drag1 slide "
+        "distance0 distance u0 v0 w0 s0 t0 u1 v1 w1 s1 t1 n n1 t "
+        "f rubbing c moment_a moment_b force d_gap d_rate along across by_normal energy power sank",
+        place_a=_3, axis_a=_3, place_b=_3, axis_b=_3,
+        X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, f=_3, rubbing=_3, c=_3,
+        moment_a=_3, moment_b=_3,
+    ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector; first, last:
     # places of a profile among the parameters
     "beam_loads": _record("kind beam iq iv first last", "value centre axis start end ramp", centre=_3, axis=_3),
@@ -130,7 +145,7 @@ RECORDS: dict[str, np.dtype] = {
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places",
+    "custom_places", "body_contacts",
 )  # fmt: skip
 
 
@@ -150,8 +165,8 @@ class Flexible(Struct):
 
     Attributes
     ----------
-    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places : families of
-        records (see `RECORDS`)
+    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places,
+    body_contacts : families of records (see `RECORDS`)
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -177,6 +192,7 @@ class Flexible(Struct):
     beam_loads: Array = array(1, RECORDS["beam_loads"])
     custom_forces: Array = array(1, RECORDS["custom_forces"])
     custom_places: Array = array(1, RECORDS["custom_places"])
+    body_contacts: Array = array(1, RECORDS["body_contacts"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

@@ -37,6 +37,7 @@ from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_P
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
     beam_loads,
+    body_contact_step,
     cable,
     contact_step,
     cord_step,
@@ -135,6 +136,8 @@ def measure(end, model, work):
         work.stored[end] = custom.custom_energies(t, y, model)
     if model.flexible.hinges.size > 0:
         hinge_step.measure_hinges(y, model.flexible.switches, model, work.hinge1 if end == 1 else work.hinge0)
+    if model.flexible.body_contacts.size > 0:
+        body_contact_step.measure_body_gaps(end, model)
     if model.flexible.cylinders.size > 0:
         contact_step.measure_gaps(y, end, model)
         for k in range(model.flexible.cylinders.size):
@@ -224,6 +227,7 @@ def residual(model, work):
         for i in range(6):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
+    work.contact[0] = work.contact[1] = 0.0
     if f.elements.size > 0:
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = add_elements(model, work)
         if f.beam_loads.size > 0:
@@ -239,6 +243,10 @@ def residual(model, work):
                     )
                     work.contact[0] += lost
                     work.contact[1] += rubbed
+    if f.body_contacts.size > 0:
+        lost, rubbed = body_contact_step.add_body_contact_step(h, work.step.soft, work.step.chi, work.step.ratio, model)
+        work.contact[0] += lost
+        work.contact[1] += rubbed
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost
@@ -431,6 +439,8 @@ def tangent(scale, model, work, matrix):
             for k in range(f.cylinders.size):
                 if f.cylinders[k].under >= 0:
                     layer_step.add_layer_step_tangents(work.y1, model, k, matrix)
+    if f.body_contacts.size > 0:
+        body_contact_step.add_body_contact_step_tangents(model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
     if f.hinges.size > 0:

@@ -6,7 +6,7 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, points, rigid
+from evolvent.kernels import beam_loads, body_contact, contact, custom, flexible, hinge, joint, points, rigid
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -27,6 +27,8 @@ from evolvent.model import (
 def has_flexible(model):
     """Whether a model has any of these; `needs.is_flexible` for compiled code."""
     f = model.flexible
+    if f.body_contacts.size > 0:
+        return True
     return f.beams.size > 0 or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
 
 
@@ -61,6 +63,10 @@ def add_flexible_forces(t, y, s, model, dy):
         for k in range(f.cylinders.size):
             by_contact += f.cylinders[k].power
             dy[account + IMPULSE + k] = f.cylinders[k].normal
+    if f.body_contacts.size > 0:
+        body_contact.add_body_contacts(-1.0, model)
+        for k in range(f.body_contacts.size):
+            by_contact += f.body_contacts[k].power
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(y, s, model, F)
         info = model.info
@@ -99,6 +105,10 @@ def add_flexible_inventory(t, y, s, model, out):
             contact.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
+    if f.body_contacts.size > 0:
+        body_contact.add_body_contacts(-1.0, model)
+        for k in range(f.body_contacts.size):
+            out[ELASTIC] += f.body_contacts[k].energy
     if f.hinges.size > 0:
         energy, _ = hinge.add_hinges(y, s, model, F)
         out[ELASTIC] += energy

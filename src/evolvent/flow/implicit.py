@@ -22,6 +22,7 @@ from evolvent.flow.powers import (
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import (
     beam_loads,
+    body_contact,
     contact,
     custom,
     flexible,
@@ -67,6 +68,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.cylinders.size > 0:
             contact.add_contacts(y, step, model, F)
+    if f.body_contacts.size > 0:
+        body_contact.add_body_contacts(step, model)
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost
@@ -120,6 +123,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
         if f.cylinders.size > 0:
             contact.add_contact_tangents(y, c_rate, model, matrix)
+    if f.body_contacts.size > 0:
+        body_contact.add_body_contact_tangents(c_rate, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
@@ -153,6 +158,8 @@ def energies(t, y, model, out):
         out[1] += custom.custom_energies(t, y, model)
     for k in range(f.cylinders.size):
         out[1] += f.cylinders[k].energy
+    for k in range(f.body_contacts.size):
+        out[1] += f.body_contacts[k].energy
     if model.threads.size > 0:
         thread.add_thread_energies(y, model, out)
 
@@ -202,6 +209,10 @@ def is_isolated(t, model):
             return False
     for k in range(f.cylinders.size):
         if f.cylinders[k].touching > 0.0 and bodies[f.cylinders[k].body].motion != rigid.FREE:
+            return False
+    for k in range(f.body_contacts.size):
+        a, b = bodies[f.body_contacts[k].a], bodies[f.body_contacts[k].b]
+        if f.body_contacts[k].gap1 < 0.0 and (a.motion != rigid.FREE or b.motion != rigid.FREE):
             return False
     for k in range(model.springs.size):
         for side in range(2):

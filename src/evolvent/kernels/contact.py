@@ -1,4 +1,4 @@
-"""Beams against cylinders: all contact points of a model, their forces, tangents and what a step leaves behind."""
+"""Beams against surfaces: all contact points of a model, their forces, tangents and what a step leaves behind."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import contact_laws, layers, rigid
+from evolvent.kernels import contact_laws, layers, rigid, surfaces
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
 from evolvent.kernels.sparse import SPARSE, add_block
@@ -44,6 +44,7 @@ def add_contacts(y, step, model, F):
         cx, cy, cz = cx + X[0], cy + X[1], cz + X[2]
         ax, ay, az = turn(R, axis[0], axis[1], axis[2])
         radius, half, law = cylinders[k].radius, cylinders[k].half_length, cylinders[k].law
+        surface = cylinders[k].surface
         stiffness, exponent, damping = cylinders[k].stiffness, cylinders[k].exponent, cylinders[k].damping
         mu = cylinders[k].friction
         if law == contact_laws.CONSERVATIVE:
@@ -56,16 +57,17 @@ def add_contacts(y, step, model, F):
             iq = contacts[i].iq
             if contacts[i].element != element:
                 element = contacts[i].element
-                near = contact_laws.may_touch(
-                    y[iq[0]], y[iq[0] + 1], y[iq[0] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
-                ) or contact_laws.may_touch(
-                    y[iq[2]], y[iq[2] + 1], y[iq[2] + 2], contacts[i].reach, cx, cy, cz, ax, ay, az, radius, half
-                )
+                near = False
+                for j in (0, 2):
+                    at, reach = iq[j], contacts[i].reach
+                    near = near or surfaces.may_touch(
+                        surface, y[at], y[at + 1], y[at + 2], reach, cx, cy, cz, ax, ay, az, radius, half
+                    )
             contact_laws.clear_point(contacts[i])
             if not near:
                 continue
             x, yy, z = contact_laws.point_position(y, iq, contacts[i].S)
-            gap, nx, ny, nz, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
+            gap, nx, ny, nz, distance = surfaces.gap_to(surface, x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             contacts[i].gap1 = gap
             if gap >= 0.0:
                 continue
@@ -152,16 +154,19 @@ def add_contact_tangents(y, c_rate, model, matrix):
         moves = bodies[body].motion != rigid.DRIVEN
         R, X, V, w, axis = bodies[body].R, bodies[body].x, bodies[body].v, bodies[body].w, cylinders[k].axis
         ax, ay, az = turn(R, axis[0], axis[1], axis[2])
+        o, surface, half = cylinders[k].centre, cylinders[k].surface, cylinders[k].half_length
+        cx, cy, cz = turn(R, o[0], o[1], o[2])
         last = -1  # contact point whose element's sum is in W
         for i in range(cylinders[k].first, cylinders[k].last):
             force = contacts[i].force
             if force == 0.0 or contacts[i].gap1 == math.inf:
                 continue
             n, t = contacts[i].n, contacts[i].t
-            H = contact_laws.cylinder_curvature(n[0], n[1], n[2], ax, ay, az, contacts[i].distance)
             x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
             vx, vy, vz = contact_laws.point_position(y, contacts[i].iv, contacts[i].S)
             dx, dy, dz = x - X[0], yy - X[1], z - X[2]
+            u = (dx - cx) * ax + (dy - cy) * ay + (dz - cz) * az
+            H = surfaces.curvature(surface, u, half, n[0], n[1], n[2], ax, ay, az, contacts[i].distance)
             bx, by, bz = cross(w[0], w[1], w[2], dx, dy, dz)
             vx, vy, vz = vx - V[0] - bx, vy - V[1] - by, vz - V[2] - bz
             turned = (

@@ -1,10 +1,10 @@
-"""Contact points of beams on cylinders over a step that conserves energy; turns on one another: `layer_step`.
+"""Contact points of beams on surfaces over a step that conserves energy; turns on one another: `layer_step`.
 
 The distance p of a point from a cylinder's axis obeys p^2 = d.d - (d.a)^2, d from a point of the axis a. Its change
 over a step is (p1 + p0) (p1 - p0) = 2 (dm - sm am) . dd - 2 sm dm . da with means m of both ends, s = d.a: so the force
 lam 2 (dm - sm am)/(p0 + p1) on the point, and its reaction on the body, do the work of the gap's change exactly
-and keep both momenta. With V = K <delta>^(n + 1)/(n + 1), the contact's energy, its damping d, and the rate
-(delta1 - delta0)/h
+and keep both momenta; other surfaces: `surfaces.step_place`. With V = K <delta>^(n + 1)/(n + 1), the contact's energy,
+its damping d, and the rate (delta1 - delta0)/h
 
     lam = (V1 - V0)/(delta1 - delta0) (1 + d rate)+     does the work of V's change, less what the damping takes;
     lam = K <delta1>^n (1 + d rate)+                    the force of the step's end, never gives back more than V.
@@ -20,7 +20,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact_laws, rigid
+from evolvent.kernels import contact_laws, rigid, surfaces
 from evolvent.kernels.contact import add_share, add_sum
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_relative, add_relative_body, body_columns
@@ -51,11 +51,11 @@ def measure_gaps(y, end, model):
         if cylinders[k].under >= 0:
             continue
         cx, cy, cz, ax, ay, az = _frame(bodies, cylinders[k].body, cylinders[k].centre, cylinders[k].axis)
-        radius, half = cylinders[k].radius, cylinders[k].half_length
+        radius, half, surface = cylinders[k].radius, cylinders[k].half_length, cylinders[k].surface
         energy = touching = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
             x, yy, z = contact_laws.point_position(y, contacts[i].iq, contacts[i].S)
-            gap, _, _, _, distance = contact_laws.cylinder_gap(x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
+            gap, _, _, _, distance = surfaces.gap_to(surface, x, yy, z, cx, cy, cz, ax, ay, az, radius, half)
             if end == 1:
                 contacts[i].gap1, contacts[i].distance = gap, distance
                 if math.isfinite(contacts[i].gap):
@@ -159,7 +159,7 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
         G = cylinders[k].F
         for c in range(6):
             G[c] = 0.0
-        X = bodies[b].x
+        X, surface = bodies[b].x, cylinders[k].surface
         normal = 0.0
         for i in range(cylinders[k].first, cylinders[k].last):
             arrives = not math.isfinite(contacts[i].gap)
@@ -186,9 +186,13 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
             x1, y11, z1 = contact_laws.point_position(y1, iq, S)
             mx, my, mz = 0.5 * (x0 + x1), 0.5 * (y00 + y11), 0.5 * (z0 + z1)
             dx, dy, dz = mx - cx, my - cy, mz - cz
-            s = 0.5 * (contacts[i].xi + contacts[i].xi1)  # of a body that turns it is not dm . am
             total = contacts[i].distance + contacts[i].offset
-            nx, ny, nz = 2.0 * (dx - s * ax) / total, 2.0 * (dy - s * ay) / total, 2.0 * (dz - s * az) / total
+            if surface == surfaces.PLANE:
+                nx, ny, nz, turning = ax, ay, az, -lam
+            else:  # of a body that turns s is not dm . am
+                s, _ = surfaces.step_place(surface, contacts[i].xi, contacts[i].xi1, cylinders[k].half_length)
+                nx, ny, nz = 2.0 * (dx - s * ax) / total, 2.0 * (dy - s * ay) / total, 2.0 * (dz - s * az) / total
+                turning = 2.0 * lam * s / total
             n, f = contacts[i].n, contacts[i].f
             n[0], n[1], n[2] = nx, ny, nz
             f[0], f[1], f[2] = lam * nx, lam * ny, lam * nz
@@ -211,7 +215,6 @@ def add_contact_step(y0, y1, h, soft, chi, ratio, model, F):
                 F[at + 1] -= share * f[1]
                 F[at + 2] -= share * f[2]
             rigid.add_wrench(G, cx - X[0], cy - X[1], cz - X[2], -lam * nx, -lam * ny, -lam * nz)
-            turning = 2.0 * lam * s / total
             tx, ty, tz = cross(ax, ay, az, turning * dx, turning * dy, turning * dz)
             G[3] -= tx
             G[4] -= ty
@@ -239,6 +242,7 @@ def add_contact_step_tangents(y0, y1, model, matrix):
         R, X = bodies[b].R, bodies[b].x
         _, _, _, ax, ay, az = _frame(bodies, b, cylinders[k].centre, cylinders[k].axis)
         a, last = (ax, ay, az), -1  # contact point whose element's sum is in W
+        surface, half = cylinders[k].surface, cylinders[k].half_length
         for i in range(cylinders[k].first, cylinders[k].last):
             lam, slope = contacts[i].force, contacts[i].d_gap
             if lam == 0.0:
@@ -252,17 +256,24 @@ def add_contact_step_tangents(y0, y1, model, matrix):
             # direction at the end: 2 n - what the start has of it
             px, py, pz = 0.5 * (x0 + x1) - X[0], 0.5 * (y00 + y11) - X[1], 0.5 * (z0 + z1) - X[2]
             e = (x1 - x0, y11 - y00, z1 - z0)
-            along = e[0] * ax + e[1] * ay + e[2] * az
+            share = 0.0  # of the axis, along which the distance does not change
+            if surface != surfaces.PLANE:
+                _, share = surfaces.step_place(surface, contacts[i].xi, contacts[i].xi1, half)
+            along = share * (e[0] * ax + e[1] * ay + e[2] * az)
             d1 = contacts[i].distance
             n1 = (
                 (0.5 * total * n[0] + 0.5 * (e[0] - along * ax)) / d1,
                 (0.5 * total * n[1] + 0.5 * (e[1] - along * ay)) / d1,
                 (0.5 * total * n[2] + 0.5 * (e[2] - along * az)) / d1,
             )
+            if surface == surfaces.PLANE:
+                n1 = a
             for p in range(3):
                 for q in range(3):
                     same = 1.0 if p == q else 0.0
-                    turning = (same - a[p] * a[q] - n[p] * n1[q]) / total
+                    turning = (same - share * a[p] * a[q] - n[p] * n1[q]) / total
+                    if surface == surfaces.PLANE:
+                        turning = 0.0
                     tt = t[p] * t[q]
                     drag = contacts[i].along * tt + contacts[i].across * (same - unit[p] * unit[q] - tt)
                     pressed = slope * (n[p] - contacts[i].by_normal * t[p]) * n1[q]

@@ -53,7 +53,25 @@ def _of_shape(shape: Any) -> list[dict[str, Any]]:
             angles = np.linspace(0.0, np.pi, 17)
             profile = [[-shape.radius * float(np.cos(a)), shape.radius * float(np.sin(a))] for a in angles]
             return [{"revolution": {"profile": profile, "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0]}}]
+        case "Capsule":
+            return [capsule(shape.radius, shape.length, [0.0, 0.0, 0.0], list(shape.axis))]
     return []
+
+
+def capsule(radius: float, length: float, centre: list[float], axis: list[float]) -> dict[str, Any]:
+    """A capsule, or a sphere of length 0, as `evolvent.drawing` takes it."""
+    profile = []
+    for end in (-1.0, 1.0):
+        for angle in np.linspace(0.0, 0.5 * np.pi, 9)[:: int(end)]:
+            along = end * (0.5 * length + radius * float(np.cos(angle)))
+            profile.append([along, radius * float(np.sin(angle))])
+    return {"revolution": {"profile": profile, "centre": centre, "axis": axis}}
+
+
+def disc(size: float, centre: list[float], axis: list[float]) -> dict[str, Any]:
+    """A thin disc below a plane through its middle, as `evolvent.drawing` takes it."""
+    ends = [[-0.01 * size, 0.5 * size], [0.0, 0.5 * size]]
+    return {"revolution": {"profile": ends, "centre": centre, "axis": axis}}
 
 
 def _cylinder(radius: float, length: float, centre: list[float], axis: list[float]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
+from evolvent.parts.body_contact import BodyContact
 from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
@@ -16,13 +17,17 @@ from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.rotational_spring import RotationalSpring
 from evolvent.parts.self_contact import SelfContact
-from evolvent.parts.shapes import Box, Cylinder, Sphere
+from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
 from evolvent.parts.spring import Spring
+from evolvent.parts.surface_contact import CapsuleContact, PlaneContact, SphereContact
 from evolvent.parts.thread import Thread
 
 __all__ = [
     "Beam",
+    "BodyContact",
     "Box",
+    "Capsule",
+    "CapsuleContact",
     "ConstantDrive",
     "CustomForce",
     "Cylinder",
@@ -38,6 +43,8 @@ __all__ = [
     "LawLoad",
     "LineLoad",
     "Link",
+    "Plane",
+    "PlaneContact",
     "Point",
     "PrescribedMotion",
     "PrescribedRotation",
@@ -50,6 +57,7 @@ __all__ = [
     "SelfContact",
     "SlopeLoad",
     "Sphere",
+    "SphereContact",
     "Spring",
     "TableDrive",
     "Thread",

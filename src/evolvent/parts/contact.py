@@ -22,8 +22,8 @@ LAWS = {
 }
 
 
-class Contact(Part):
-    """The law of a contact, and the contact points of a beam at which it acts.
+class ContactLaw(Part):
+    """The law of a contact.
 
     Parameters
     ----------
@@ -37,8 +37,6 @@ class Contact(Part):
         Power n of the depth.
     damping : float, s/m (N s/m of the law paper)
         Of the normal force.
-    points : int
-        Contact points of an element, evenly spaced, its second node included.
     friction : float
         Coefficient of friction.
     stick_stiffness, stick_damping : float, N/m and N s/m
@@ -50,7 +48,6 @@ class Contact(Part):
     stiffness: units.ContactStiffness = 1e4
     exponent: units.Exponent = 1.0
     damping: units.ContactDampingOrZero = 0.0
-    points: Annotated[int, units.Whole(least=1, most=1000)] = 2
     friction: units.NumberOrZero = 0.0
     stick_stiffness: units.StiffnessOrZero = 1e3
     stick_damping: units.DampingOrZero = 0.0
@@ -87,6 +84,18 @@ class Contact(Part):
         """Fields of the law in the model."""
         keys = ("stiffness", "exponent", "damping", "friction", "stick_stiffness", "stick_damping")
         return {"law": LAWS[self.law], **{key: getattr(self, key) for key in keys}}
+
+
+class Contact(ContactLaw):
+    """The law of a contact, and the contact points of a beam at which it acts.
+
+    Parameters
+    ----------
+    points : int
+        Contact points of an element, evenly spaced, its second node included.
+    """
+
+    points: Annotated[int, units.Whole(least=1, most=1000)] = 2
 
     def contact_points(self, builder: Builder, beam: int) -> list[dict[str, Any]]:
         """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""

@@ -99,4 +99,55 @@ class Sphere(Shape):
         return 0.4 * self.radius**2 * np.eye(3)
 
 
-AnyShape = Annotated[Shape, OneOf({"box": Box, "cylinder": Cylinder, "sphere": Sphere})]
+class Capsule(Shape):
+    """A cylinder with two half spheres on its ends.
+
+    Parameters
+    ----------
+    radius : float, m
+        Of the cylinder and the half spheres.
+    length : float, m
+        Of the cylinder: from the centre of one half sphere to that of the other.
+    axis : (3,) float
+        Body axes.
+    """
+
+    radius: units.Length
+    length: units.Length
+    axis: units.Direction = (0.0, 0.0, 1.0)
+
+    @property
+    def volume(self) -> float:
+        """m3."""
+        return math.pi * self.radius**2 * (self.length + 4.0 / 3.0 * self.radius)
+
+    def inertia_per_mass(self) -> np.ndarray:
+        """(3, 3) float, m2: of the cylinder and of the half spheres, whose centres of mass lie 3 r/8 from its ends."""
+        e, r, length = unit(self.axis), self.radius, self.length
+        middle = length / (length + 4.0 / 3.0 * r)
+        ends = 1.0 - middle
+        along = r**2 * (0.5 * middle + 0.4 * ends)
+        across = middle * (3.0 * r**2 + length**2) / 12.0
+        across += ends * (0.4 * r**2 + 0.25 * length**2 + 0.375 * r * length)
+        found: np.ndarray = across * np.eye(3) + (along - across) * np.outer(e, e)
+        return found
+
+
+class Plane(Section):
+    """A plane of a contact, through a place of a body; nothing passes to the side that its normal points away from.
+
+    Parameters
+    ----------
+    normal : (3,) float
+        Out of the plane, body axes.
+    size : float, m
+        Diameter of the disc by which it is drawn; the plane itself has no end.
+    """
+
+    normal: units.Direction
+    size: units.Length = 1.0
+
+
+AnyShape = Annotated[Shape, OneOf({"box": Box, "cylinder": Cylinder, "sphere": Sphere, "capsule": Capsule})]
+RoundShape = Annotated[Shape, OneOf({"sphere": Sphere, "capsule": Capsule})]
+ContactShape = Annotated[Section, OneOf({"sphere": Sphere, "capsule": Capsule, "plane": Plane})]

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, joint
+from evolvent.kernels import body_contact, contact, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.balance import defect_of, energy_of, scale_of
@@ -47,6 +47,12 @@ def add_step_to_balance(t, h, model, work):
         balance.by_contact += damped
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
+    if f.body_contacts.size > 0:
+        slip, damped = body_contact.end_body_contacts(model)
+        balance.by_friction += slip
+        balance.by_contact += damped
+    for k in range(f.body_contacts.size):
+        work.touched[k] += h * f.body_contacts[k].force
 
 
 @indirect(_B(REAL, _B, MODEL, WORKSPACE))
@@ -98,4 +104,6 @@ def fill_energies(t, model, work):
     balance.contact = 0.0
     for k in range(f.cylinders.size):
         balance.contact += f.cylinders[k].energy
+    for k in range(f.body_contacts.size):
+        balance.contact += f.body_contacts[k].energy
     balance.coupled = work.powers[0, eq.COUPLED_ENERGY]

@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, hinge, rigid
+from evolvent.kernels import body_contact, contact, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import iterate, solve_step
@@ -58,6 +58,8 @@ def begin(model, matrix, work):
     t = work.loop.time
     if model.flexible.cylinders.size > 0:
         contact.end_contact_step(work.y, model)
+    if model.flexible.body_contacts.size > 0:
+        body_contact.end_body_contacts(model)
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)

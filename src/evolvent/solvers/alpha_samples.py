@@ -7,12 +7,12 @@ import math
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import rigid
+from evolvent.kernels import body_contact, rigid
 from evolvent.kernels.rotations import turn
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate
-from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHING
+from evolvent.solvers.sampled import IMPULSE, N_CYLINDER, TOUCHED, TOUCHING
 
 _I = types.int64
 
@@ -33,6 +33,9 @@ def fill_forces(model, work):
             row[i] = cylinders[k].F[i]
         row[6], row[IMPULSE] = cylinders[k].normal, work.impulse[k]
         row[TOUCHING], row[9] = cylinders[k].touching, cylinders[k].energy
+    for k in range(work.touches.shape[1]):
+        body_contact.write_contact(model.flexible.body_contacts[k], work.touches[1, k])
+        work.touches[1, k, TOUCHED] = work.touched[k]
     for b in range(bodies.size):
         for i in range(6):
             work.bodies[1, b, i] = bodies[b].F[i]
@@ -47,6 +50,9 @@ def next_start(model, work):
     for k in range(work.cylinders.shape[1]):
         for i in range(N_CYLINDER):
             work.cylinders[0, k, i] = work.cylinders[1, k, i]
+    for k in range(work.touches.shape[1]):
+        for i in range(work.touches.shape[2]):
+            work.touches[0, k, i] = work.touches[1, k, i]
     for b in range(work.bodies.shape[1]):
         for i in range(6):
             work.bodies[0, b, i] = work.bodies[1, b, i]
@@ -74,6 +80,9 @@ def keep_sample(n, theta, t, h, model, work):
         for i in range(N_CYLINDER):
             work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
         work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
+    for k in range(work.touches.shape[1]):
+        for i in range(work.touches.shape[2]):
+            work.out_touches[n, k, i] = _between(theta, work.touches[0, k, i], work.touches[1, k, i])
     for b in range(work.bodies.shape[1]):
         for i in range(6):
             work.out_bodies[n, b, i] = _between(theta, work.bodies[0, b, i], work.bodies[1, b, i])

@@ -12,13 +12,14 @@ from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import contact_step, hinge, hinge_step, joint, rigid, sparse_lu
+from evolvent.kernels import body_contact, body_contact_step, contact_step, hinge, hinge_step, joint, rigid, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record, struct
 from evolvent.solvers.balance import BALANCE, WORK
 from evolvent.solvers.dense import interpolate
+from evolvent.solvers.sampled import TOUCHED
 
 _I = types.int64
 # status codes
@@ -72,7 +73,8 @@ class EnergyLoop(Struct):
     rate, acceleration : (nv,) float, mean of the step before, and by it and the one before that
     la0, paths : (nj,) float, multipliers of the step before; what drives change in the joints' gaps
     balance0, balance : (number of fields,) float, J, at the start and the end of the step; energies : (3,) float
-    impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder
+    impulse0, impulse : (nc,) float, N s, of the normal forces of each cylinder; touched0, touched : (nbc,) float,
+        likewise of each contact between bodies
     wrenches : (nb, 6) float, of the step on the bodies
     samples, stops : float, s; out_* : what is kept at the samples
     log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
@@ -94,6 +96,8 @@ class EnergyLoop(Struct):
     energies: np.ndarray = array(1)
     impulse0: np.ndarray = array(1)
     impulse: np.ndarray = array(1)
+    touched0: np.ndarray = array(1)
+    touched: np.ndarray = array(1)
     wrenches: np.ndarray = array(2)
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
@@ -105,6 +109,7 @@ class EnergyLoop(Struct):
     out_la: np.ndarray = array(2)
     out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
+    out_touches: np.ndarray = array(3)
     out_points: np.ndarray = array(2)
     out_bodies: np.ndarray = array(3)
 
@@ -124,6 +129,10 @@ def _count_touching(model):
     for i in range(contacts.size):
         if contacts[i].force > 0.0:
             found += i * i + 1
+    rows = model.flexible.body_contacts
+    for i in range(rows.size):
+        if rows[i].force > 0.0:
+            found += 104729 * (i * i + 1)
     return found
 
 
@@ -260,14 +269,15 @@ def solve_step(model, matrix, work):
     step = work.step.step
     step.soft = 1.0
     _predict(True, model, work)
-    found = iterate(PLAIN if model.flexible.cylinders.size > 0 else STAGED, 0, model, matrix, work)
+    contacts = model.flexible.cylinders.size + model.flexible.body_contacts.size
+    found = iterate(PLAIN if contacts > 0 else STAGED, 0, model, matrix, work)
     if found > 0:
         return found
     _predict(False, model, work)
     found = iterate(PLAIN, 1, model, matrix, work)
     if found > 0:
         return found + PLAIN
-    if model.flexible.cylinders.size == 0:
+    if contacts == 0:
         return found
     _predict(False, model, work)
     work.loop.stages += 1
@@ -308,6 +318,8 @@ def fill_energies(model, work):
             coupled += 0.5 * joints[k].stiffness * work.step.gap1[k] * work.step.gap1[k]
     for k in range(model.flexible.cylinders.size):
         contact += model.flexible.cylinders[k].energy
+    for k in range(model.flexible.body_contacts.size):
+        contact += model.flexible.body_contacts[k].energy
     if model.flexible.hinges.size > 0:
         coupled += hinge_step.hinge_energy(model.flexible.switches, model)
     row = work.balance
@@ -353,6 +365,12 @@ def accept(model, work):
         contact_step.end_contacts(model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
+    if f.body_contacts.size > 0:
+        row[BY_CONTACT] += 0.0 if f.cylinders.size > 0 else step.contact[0]
+        row[BY_FRICTION] += 0.0 if f.cylinders.size > 0 else step.contact[1]
+        body_contact_step.end_body_contact_step(model)
+    for k in range(f.body_contacts.size):
+        work.touched[k] += h * f.body_contacts[k].force
     for b in range(model.bodies.size):
         for i in range(6):
             work.wrenches[b, i] = model.bodies[b].F[i]
@@ -381,6 +399,8 @@ def keep_samples(model, work):
         _keep_wrenches(n, model, work)
         for k in range(f.cylinders.size):
             work.out_cylinders[n, k, 7] = work.impulse0[k] + theta * (work.impulse[k] - work.impulse0[k])
+        for k in range(work.touched.size):
+            work.out_touches[n, k, TOUCHED] = work.touched0[k] + theta * (work.touched[k] - work.touched0[k])
         loop.sample += 1
 
 
@@ -395,6 +415,8 @@ def _keep_wrenches(n, model, work):
         row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
     for i in range(f.contact_points.size):
         work.out_points[n, i] = f.contact_points[i].force
+    for k in range(f.body_contacts.size):
+        body_contact.write_contact(f.body_contacts[k], work.out_touches[n, k])
     for b in range(model.bodies.size):
         for i in range(6):
             work.out_bodies[n, b, i] = work.wrenches[b, i]
@@ -505,6 +527,8 @@ def _next_start(model, work):
         work.balance0[i] = work.balance[i]
     for k in range(work.impulse.size):
         work.impulse0[k] = work.impulse[k]
+    for k in range(work.touched.size):
+        work.touched0[k] = work.touched[k]
 
 
 @inlined

@@ -15,7 +15,17 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels import (
+    body_contact_step,
+    contact_step,
+    cord_step,
+    hinge_step,
+    joint,
+    layer_step,
+    rigid,
+    sides,
+    springs,
+)
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -126,7 +136,7 @@ def is_held(model: Any) -> bool:
     joints, hinges, markers = f.joints, f.hinges, model.markers
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
-    fixed += [~free[f.cylinders["body"]]]
+    fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
     places = f.custom_places
     fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
@@ -148,6 +158,9 @@ def needed(model: Any) -> list[Any]:
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)
+    if model.flexible.body_contacts.size:
+        found += [body_contact_step.measure_body_gaps, body_contact_step.add_body_contact_step]
+        found += [body_contact_step.add_body_contact_step_tangents, body_contact_step.end_body_contact_step]
     if np.any(model.flexible.cylinders["under"] >= 0):
         found += [layer_step.gap_below, layer_step.measure_layer, layer_step.add_layer_step]
         found += [layer_step.add_layer_step_tangents]
@@ -160,6 +173,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
     f, n_v, n_b = model.flexible, int(model.info.nv), model.bodies.size
     n_j, n_c, fields = f.joints.size, f.cylinders.size, len(BALANCE.names or ())
     contact_step.clear_gaps(model)
+    body_contact_step.clear_body_gaps(model)
     chi = float(of.options.chi)
     f.switches[:] = assembly.s
     until = f.joints["until"]
@@ -203,6 +217,8 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         energies=np.zeros(3),
         impulse0=np.zeros(n_c),
         impulse=np.zeros(n_c),
+        touched0=np.zeros(f.body_contacts.size),
+        touched=np.zeros(f.body_contacts.size),
         wrenches=np.zeros((n_b, 6)),
         samples=times.copy(),
         stops=stops,
@@ -214,6 +230,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
+        out_touches=out.touches,
         out_points=np.zeros((times.size, f.contact_points.size)),
         out_bodies=out.wrenches,
     )
@@ -282,7 +299,8 @@ class Run(implicit.Run):
         """What the loop has kept of the first n samples."""
         work = self.work
         unknowns = (work.out_a[:n], work.out_la[:n])
-        return Sampled(*unknowns, balance, work.out_cylinders[:n], work.out_bodies[:n], work.out_points[:n])
+        forces = work.out_cylinders[:n], work.out_bodies[:n], work.out_points[:n]
+        return Sampled(*unknowns, balance, *forces, work.out_touches[:n])
 
     def counted(self, found: Solution) -> Solution:
         """The solution with what this method alone counts."""

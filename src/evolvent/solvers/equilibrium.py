@@ -20,7 +20,7 @@ from numba import types, void
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import body_contact, contact, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -444,9 +444,13 @@ def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     if model.flexible.cylinders.size > 0:
         contact.end_contact_step(b.y, model)
+    if model.flexible.body_contacts.size > 0:
+        body_contact.end_body_contacts(model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     energies(t, b.y, model, out[:3])
     out[3] = 0.0
     for k in range(model.flexible.cylinders.size):
         out[3] += model.flexible.cylinders[k].energy
+    for k in range(model.flexible.body_contacts.size):
+        out[3] += model.flexible.body_contacts[k].energy
     out[4] = b.powers[COUPLED_ENERGY]

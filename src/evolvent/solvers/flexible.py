@@ -34,7 +34,7 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
     """
     model, f = assembly.model, assembly.model.flexible
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    saved = f.cylinders.copy(), f.hinges.copy()
+    saved = f.cylinders.copy(), f.hinges.copy(), f.body_contacts.copy()
     accelerations = _accelerations(assembly)
     touching = _contact_products(model, assembly.y)
     moves = np.ones(n_v)
@@ -55,12 +55,13 @@ def fastest_flexible_mode(assembly: Assembly) -> tuple[float, float, str, float]
 
     try:
         f.cylinders["stiffness"] = 0.0
+        f.body_contacts["stiffness"] = 0.0  # `solvers.stability`
         f.hinges["stiffness"], f.hinges["damping"] = hinge.hinge_bound(f.hinges)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
     finally:
-        f.cylinders[:], f.hinges[:] = saved
+        f.cylinders[:], f.hinges[:], f.body_contacts[:] = saved
     own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
     return max(squared, 0.0), max(own, 0.0), _place(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
 

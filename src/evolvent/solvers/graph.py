@@ -119,6 +119,8 @@ def _couple_forces(graph: _Graph) -> None:
     for cylinder in model.flexible.cylinders[model.flexible.cylinders["under"] < 0]:
         for point in model.flexible.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
             graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
+    for row in model.flexible.body_contacts:
+        graph.couple(graph.body[row["a"]], graph.body[row["b"]])
 
 
 def _couple_layers(graph: _Graph) -> None:

@@ -18,7 +18,7 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import alpha_state, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.releases import release_times
-from evolvent.solvers.sampled import N_CYLINDER, empty
+from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -125,6 +125,8 @@ def clear_history(model: mdl.Model) -> None:
     f.contact_points["gap"], f.contact_points["carrier"] = np.inf, UNKNOWN
     f.contact_points["stick"] = 0.0
     f.contact_points["drag"] = 0.0
+    f.body_contacts["gap"] = np.inf
+    f.body_contacts["stick"], f.body_contacts["drag"], f.body_contacts["damper"] = 0.0, 0.0, 0.0
 
 
 def options_of(rho: float, **given: float) -> np.record:
@@ -180,6 +182,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         gaps=np.zeros(n_j),
         energies=np.zeros(3),
         impulse=np.zeros(n_c),
+        touched=np.zeros(model.flexible.body_contacts.size),
+        touches=np.zeros((2, model.flexible.body_contacts.size, N_TOUCH)),
         cylinders=np.zeros((2, n_c, N_CYLINDER)),
         bodies=np.zeros((2, model.bodies.size, 6)),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
@@ -195,5 +199,6 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_la=out.la,
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
+        out_touches=out.touches,
         out_bodies=out.wrenches,
     )

@@ -25,7 +25,11 @@ def applies(model: mdl.Model, *, adaptive: bool) -> bool:
     Multipliers of fixed steps are of second order. Forces of contacts belong to a step, and springs of threads are not
     resolved by one.
     """
-    return adaptive and is_held(model) and not model.flexible.cylinders.size and not model.threads.size
+    return adaptive and is_held(model) and _without_contacts(model) and not model.threads.size
+
+
+def _without_contacts(model: mdl.Model) -> bool:
+    return not model.flexible.cylinders.size and not model.flexible.body_contacts.size
 
 
 def has_stiffness(model: mdl.Model) -> bool:

@@ -10,13 +10,15 @@ from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import constraint_rows, hinge, joint
+from evolvent.kernels import body_contact, constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
 #: Numbers of a cylinder at a sample (see `Sampled`), and the places of two of them.
 N_CYLINDER, IMPULSE, TOUCHING = 10, 7, 8
+#: Numbers of a contact between bodies at a sample, and the place of its impulse.
+N_TOUCH, TOUCHED = 19, 18
 
 
 class Sampled(NamedTuple):
@@ -33,6 +35,9 @@ class Sampled(NamedTuple):
         bodies less the gyroscopic w x J w
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
+    touches : (nt, n, 19) float, of each contact between bodies: force on a (N), moments on a and b about their origins
+        (N m), friction on a (N), place of contact (m), inertial axes; normal force (N), gap (m), energy (J), and the
+        impulse of the normal force (N s, NaN of explicit methods)
     """
 
     acceleration: Array
@@ -41,6 +46,7 @@ class Sampled(NamedTuple):
     cylinders: Array
     wrenches: Array
     points: Array | None = None
+    touches: Array | None = None
 
     def chosen(self, samples: Any) -> Sampled:
         """At some of the samples: (nt,) bool, or indices."""
@@ -82,6 +88,7 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         eb.records(size),
         np.zeros((size, f.cylinders.size, N_CYLINDER)),
         np.zeros((size, model.bodies.size, 6)),
+        touches=np.zeros((size, f.body_contacts.size, N_TOUCH)),
     )
 
 
@@ -140,10 +147,16 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.cylinders[k, :, 8] = f.cylinders["touching"]
             found.cylinders[k, :, 9] = f.cylinders["energy"]
             found.balance.contact[k] = f.cylinders["energy"].sum()
+        for i in range(f.body_contacts.size):
+            found.balance.contact[k] += f.body_contacts["energy"][i]
+        if found.touches is not None:
+            found.touches[k, :, :TOUCHED] = body_contact.contact_values(f.body_contacts)
         if f.hinges.size:
             coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
+    if found.touches is not None:
+        found.touches[:, :, TOUCHED] = np.nan
     if f.cylinders.size:
         found.cylinders[:, :, 7] = y[:, n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE :]
     return found

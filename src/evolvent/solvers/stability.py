@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.builder import Assembly
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import is_flexible, load_preparation
-from evolvent.kernels import points, rigid, springs, thread
+from evolvent.kernels import body_contact, points, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
 
@@ -40,6 +40,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     body = np.zeros((2, model.bodies.size, 6, 6))
     point = np.zeros((2, model.points.size, 3, 3))
     springs.add_spring_bound(y, model, body, point)
+    body_contact.add_body_contact_bound(model, body)
     names = {found: name for name, found in assembly.names.items()}
     best = [(0.0, 0.0, "nothing")]
     for i in range(model.points.size):

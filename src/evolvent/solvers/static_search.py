@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import loads, springs
+from evolvent.kernels.body_contact import contact_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.sampled import N_CYLINDER, empty
+from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
 
@@ -75,7 +76,10 @@ class Search:
         y = b.y.copy()
         add_turn(w.model, b.spin * math.sqrt(max(factor, 0.0)), y)
         wrenches = w.model.bodies["F"].copy()
-        self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), cylinders, wrenches))
+        touches = np.zeros((f.body_contacts.size, N_TOUCH))
+        touches[:, :TOUCHED], touches[:, TOUCHED] = contact_values(f.body_contacts), np.nan
+        forces = cylinders, wrenches, touches
+        self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), *forces))
         if self.progress is not None:
             self.progress(factor)
 
@@ -84,7 +88,8 @@ class Search:
         if not self.kept:
             w = self.work
             n_c, n_b = w.model.flexible.cylinders.size, w.model.bodies.size
-            rows = np.full((n_c, N_CYLINDER), np.nan), np.full((n_b, 6), np.nan)
+            n_t = w.model.flexible.body_contacts.size
+            rows = np.full((n_c, N_CYLINDER), np.nan), np.full((n_b, 6), np.nan), np.full((n_t, N_TOUCH), np.nan)
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
             self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))
 
@@ -290,9 +295,10 @@ class Search:
         out = empty(w.model, n)
         factor, loads, y = np.zeros(n), np.zeros((n, w.n_v)), np.zeros((n, w.balance.y.size))
         s = np.zeros((n, w.assembly.s.size), dtype=np.int64)
-        for k, (own, state, switches, la, energies, weights, cylinders, wrenches) in enumerate(self.kept):
+        for k, (own, state, switches, la, energies, weights, *forces) in enumerate(self.kept):
             factor[k], y[k], s[k], loads[k] = own, state, switches, weights
-            out.la[k], out.cylinders[k], out.wrenches[k] = la, cylinders, wrenches
+            out.la[k] = la
+            out.cylinders[k], out.wrenches[k], out.touches[k] = forces
             for name, value in zip(eb.ENERGIES, energies, strict=True):
                 out.balance[name][k] = value
         for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time

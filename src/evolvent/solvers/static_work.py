@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, loads, rigid, sparse_lu
+from evolvent.kernels import body_contact, contact, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.pointer import zeros_record
@@ -84,6 +84,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
         copy.parameters[load["first"] + loads.RAMP] = 0.0
     clear_history(copy)
     flexible.cylinders["stick_damping"] = 0.0
+    flexible.body_contacts["stick_damping"] = 0.0
     return copy
 
 
@@ -99,7 +100,8 @@ class Work:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
         n_u = self.n_v + self.n_j
-        self.step = 1.0 if np.any(model.flexible.cylinders["friction"] > 0.0) else -1.0
+        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.flexible.cylinders, model.flexible.body_contacts)]
+        self.step = 1.0 if any(rubs) else -1.0
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
@@ -133,6 +135,8 @@ class Work:
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         if model.flexible.cylinders.size:
             contact.end_contact_step(b.y, model)
+        if model.flexible.body_contacts.size:
+            body_contact.end_body_contacts(model)
 
     def refuse_redundant(self) -> None:
         """Refuse constraints that others imply: the tangent with masses is singular only by them."""

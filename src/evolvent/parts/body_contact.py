@@ -1,0 +1,133 @@
+"""Contact between two rigid bodies: spheres, capsules and planes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import surfaces
+from evolvent.parts.base import Place, unit
+from evolvent.parts.contact import ContactLaw
+from evolvent.parts.shapes import Capsule, ContactShape, Plane, RoundShape, Sphere
+
+Array = np.ndarray
+
+
+class Surface(NamedTuple):
+    """A shape of a body: half length 0 of a sphere and of a plane, radius 0 of a plane, whose axis is its normal."""
+
+    body: int
+    place: Array
+    kind: int
+    radius: float = 0.0
+    half: float = 0.0
+    axis: Any = (0.0, 0.0, 1.0)
+
+
+class BodyContact(ContactLaw):
+    """Two rigid bodies that touch: a sphere or capsule of one, and a sphere, a capsule or a plane of the other.
+
+    Two capsules touch at one point, where their axes are closest; a capsule touches a plane at two, its ends.
+
+    Parameters
+    ----------
+    law : {"hunt-crossley", "conservative"}
+        Law of the normal force against the depth.
+    a, b : str, (str, (3,) float) or (3,) float
+        Middles of the shapes, or a point of the plane: places of bodies, such as "ball", "arm.tip" or
+        ("arm", (0, 0, 1)), or positions on the ground.
+    shape_a : sphere or capsule, optional
+        About `a`; the `shape` of its body if left out, where that is a sphere or a capsule.
+    shape_b : sphere, capsule or plane, optional
+        About `b`, likewise.
+    initial_overlap : float
+        Depth, in radii of `shape_a`, up to which the shapes may overlap at the start.
+    """
+
+    kind: Literal["body-contact"] = "body-contact"
+    law: Literal["hunt-crossley", "conservative"] = "hunt-crossley"
+    a: Place
+    b: Place
+    shape_a: RoundShape | None = None
+    shape_b: ContactShape | None = None
+    initial_overlap: units.NumberOrZero = 0.1
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the points at which the bodies may touch."""
+        a, b = (self._surface(builder, name, key) for key in ("a", "b"))
+        if a.body == b.body:
+            raise InputError(
+                f"{name!r} is a contact of a body with itself: a is {self.a!r} and b is {self.b!r}; give places of two "
+                f"bodies"
+            )
+        ends = [a]
+        if b.kind == surfaces.PLANE and a.half > 0.0:
+            axis = a.half * unit(a.axis)
+            ends = [a._replace(place=a.place + side * axis, half=0.0) for side in (-1.0, 1.0)]
+        add_body_contacts(self, builder, name, [(end, b) for end in ends])
+
+    def _surface(self, builder: Builder, name: str, key: str) -> Surface:
+        """The shape of one side."""
+        where, shape = getattr(self, key), getattr(self, f"shape_{key}")
+        at = builder.place(where, f"{name}.{key}")
+        if at.family != "bodies":
+            raise InputError(f"{name}.{key} is {where!r}, which is no place of a rigid body; give one, such as 'ball'")
+        if shape is None:
+            shape = getattr(builder.specs.get(where), "shape", None) if isinstance(where, str) else None
+        if isinstance(shape, Sphere):
+            return Surface(at.row, at.local, surfaces.CAPSULE, shape.radius)
+        if isinstance(shape, Capsule):
+            return Surface(at.row, at.local, surfaces.CAPSULE, shape.radius, 0.5 * shape.length, shape.axis)
+        if isinstance(shape, Plane):
+            return Surface(at.row, at.local, surfaces.PLANE, axis=shape.normal)
+        allowed = "a sphere or a capsule" if key == "a" else "a sphere, a capsule or a plane"
+        raise InputError(
+            f"{name}.shape_{key} is left out, and {where!r} is no body whose `shape` is a sphere or a capsule; give "
+            f"{allowed}"
+        )
+
+
+def add_body_contacts(
+    part: ContactLaw,
+    builder: Builder,
+    name: str,
+    pairs: Sequence[tuple[Surface, Surface]],
+    overlap: float | None = None,
+) -> None:
+    """Write contact points of a part, each between a sphere or capsule and any surface of another body.
+
+    Parameters
+    ----------
+    overlap : float, in radii of the first surface, that is allowed at the start; `part.initial_overlap` if left out
+    """
+    allowed = float(getattr(part, "initial_overlap", 0.0)) if overlap is None else overlap
+    first = len(builder.rows["body_contacts"])
+    for a, b in pairs:
+        depth = -start_gap(builder, a, b)
+        if depth > allowed * a.radius:
+            raise InputError(
+                f"{name!r} starts with its bodies {depth:.3g} m inside each other, {depth / a.radius:.3g} radii; move "
+                f"them apart, or allow it by `initial_overlap`, now {allowed:g}"
+            )
+        builder.add(
+            "body_contacts", a=a.body, b=b.body, first=first, surface=b.kind, place_a=a.place, axis_a=unit(a.axis),
+            half_a=a.half, place_b=b.place, axis_b=unit(b.axis), half_b=b.half, radius_a=a.radius,
+            radius=a.radius + b.radius, **part.law_fields(),
+        )  # fmt: skip
+    builder.names[name] = ("body_contacts", first)
+
+
+def start_gap(builder: Builder, a: Surface, b: Surface) -> float:
+    """Gap of two surfaces as the bodies stand at the start, m."""
+    poses = builder.poses[a.body], builder.poses[b.body]
+    d = poses[0].x + poses[0].R @ a.place - poses[1].x - poses[1].R @ b.place
+    e, g = (pose.R @ unit(side.axis) for pose, side in zip(poses, (a, b), strict=True))
+    if b.kind == surfaces.PLANE:
+        return float(d @ g) - a.radius
+    s, t = surfaces.closest_places(d @ e, d @ g, e @ g, a.half, b.half)
+    return float(np.linalg.norm(d + s * e - t * g)) - a.radius - b.radius

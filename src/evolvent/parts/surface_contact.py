@@ -1,0 +1,159 @@
+"""Rigid spheres, capsules and planes that beams touch."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import surfaces
+from evolvent.parts.base import BeamNames, BodyName, unit
+from evolvent.parts.contact import Contact
+
+
+def add_surface(
+    part: Any, builder: Builder, name: str, surface: int, called: str, radius: float, half: float, axis: Any
+) -> None:
+    """Write a surface with the contact points of a part's beams; refused where one starts inside.
+
+    Parameters
+    ----------
+    part : with the keys `body`, `beams`, `centre`, `skip` and `initial_overlap`
+    surface : int, of `kernels.surfaces`; called : str, what messages call it
+    radius, half : float, m, to the beams' axes, and half the length
+    axis : (3,) float, body axes
+    """
+    body, centre, axis = builder.find(part.body, "bodies"), np.array(part.centre), unit(axis)
+    pose, first = builder.poses[body], len(builder.rows["contact_points"])
+    place, along = pose.x + pose.R @ centre, pose.R @ axis
+    for beam in part.beams:
+        for fields in part.contact_points(builder, builder.find(beam, "beams"))[part.skip :]:
+            S, iq = fields["S"], fields["iq"]
+            at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - place
+            u = float(at @ along)
+            off = u - radius
+            if surface != surfaces.PLANE:
+                s = u if surface == surfaces.CYLINDER else min(max(u, -half), half)
+                off = float(np.linalg.norm(at - s * along)) - radius
+            beside = surface == surfaces.CYLINDER and abs(u) >= half
+            if off < -part.initial_overlap * radius and not beside:
+                raise InputError(
+                    f"{beam!r} starts inside the {called} {name!r}: a point of it is {-off:.3g} m below its surface"
+                )
+            builder.add("contact_points", **fields)
+    index = builder.add(
+        "cylinders", body=body, first=first, last=len(builder.rows["contact_points"]), under=-1, surface=surface,
+        centre=centre, axis=axis, radius=radius, half_length=half, **part.law_fields(),
+    )  # fmt: skip
+    builder.names[name] = ("cylinders", index)
+
+
+class SphereContact(Contact):
+    """A rigid sphere on a body (or the ground), and the beams that touch it.
+
+    Parameters
+    ----------
+    body : str
+        Body that the sphere is fixed to, or ground.
+    beams : list of str
+        Beams whose contact points it pushes out.
+    radius : float, m
+        To the beams' axes.
+    centre : (3,) float, m
+        Body axes.
+    skip : int
+        Contact points next to the root that are left out (where the root itself is joined to the sphere).
+    initial_overlap : float
+        Depth, in radii, up to which beams may lie below the surface at the start.
+    """
+
+    kind: Literal["sphere-contact"] = "sphere-contact"
+    body: BodyName
+    beams: BeamNames
+    radius: units.Length
+    centre: units.Position = (0.0, 0.0, 0.0)
+    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
+    initial_overlap: units.NumberOrZero = 1e-3
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the sphere and its contact points."""
+        add_surface(self, builder, name, surfaces.CAPSULE, "sphere", self.radius, 0.0, (0.0, 0.0, 1.0))
+
+
+class CapsuleContact(Contact):
+    """A rigid capsule on a body (or the ground), a cylinder with half spheres on its ends, and the beams that touch it.
+
+    Parameters
+    ----------
+    body : str
+        Body that the capsule is fixed to, or ground.
+    beams : list of str
+        Beams whose contact points it pushes out.
+    radius : float, m
+        To the beams' axes.
+    length : float, m
+        Of the cylinder: from the centre of one half sphere to that of the other.
+    centre : (3,) float, m
+        Of the capsule, body axes.
+    axis : (3,) float
+        Body axes.
+    skip : int
+        Contact points next to the root that are left out (where the root itself is joined to the capsule).
+    initial_overlap : float
+        Depth, in radii, up to which beams may lie below the surface at the start.
+    """
+
+    kind: Literal["capsule-contact"] = "capsule-contact"
+    body: BodyName
+    beams: BeamNames
+    radius: units.Length
+    length: units.Length
+    centre: units.Position = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
+    initial_overlap: units.NumberOrZero = 1e-3
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the capsule and its contact points."""
+        add_surface(self, builder, name, surfaces.CAPSULE, "capsule", self.radius, 0.5 * self.length, self.axis)
+
+
+class PlaneContact(Contact):
+    """A rigid plane on a body (or the ground), and the beams that touch it.
+
+    Parameters
+    ----------
+    body : str
+        Body that the plane is fixed to, or ground.
+    beams : list of str
+        Beams whose contact points it pushes out.
+    normal : (3,) float
+        Out of the plane, to the side on which the beams are, body axes.
+    clearance : float, m
+        Distance of the beams' axes from the plane at which they touch it: half their thickness.
+    centre : (3,) float, m
+        A point of the plane, body axes.
+    skip : int
+        Contact points next to the root that are left out.
+    initial_overlap : float
+        Depth, in units of `clearance`, up to which beams may lie below the surface at the start.
+    size : float, m
+        Diameter of the disc about `centre` by which the plane is drawn; the plane itself has no end.
+    """
+
+    kind: Literal["plane-contact"] = "plane-contact"
+    body: BodyName
+    beams: BeamNames
+    normal: units.Direction
+    clearance: units.Length
+    centre: units.Position = (0.0, 0.0, 0.0)
+    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
+    initial_overlap: units.NumberOrZero = 1e-3
+    size: units.Length = 1.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the plane and its contact points."""
+        add_surface(self, builder, name, surfaces.PLANE, "plane", self.clearance, 0.0, self.normal)
