@@ -10,6 +10,7 @@ from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
@@ -18,7 +19,9 @@ from evolvent.parts.rotational_spring import RotationalSpring
 from evolvent.parts.self_contact import SelfContact
 from evolvent.parts.shapes import Box, Cylinder, Sphere
 from evolvent.parts.spring import Spring
+from evolvent.parts.synchronization import Synchronization
 from evolvent.parts.thread import Thread
+from evolvent.parts.translational_spring import TranslationalSpring
 
 __all__ = [
     "Beam",
@@ -38,6 +41,7 @@ __all__ = [
     "LawLoad",
     "LineLoad",
     "Link",
+    "Motor",
     "Point",
     "PrescribedMotion",
     "PrescribedRotation",
@@ -51,8 +55,10 @@ __all__ = [
     "SlopeLoad",
     "Sphere",
     "Spring",
+    "Synchronization",
     "TableDrive",
     "Thread",
     "Torque",
+    "TranslationalSpring",
     "UniformLoad",
 ]

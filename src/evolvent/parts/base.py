@@ -164,6 +164,9 @@ BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]
 BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]
 ThreadName = Annotated[str, Reference(what="a thread")]
+JointName = Annotated[str, Reference(what="a joint")]
+CoordinateName = Annotated[str, Reference(what="a spring of a joint, or a joint")]
+CoordinateNames = Annotated[tuple[str, ...], Reference(what="springs of joints, or joints", several=True)]
 ReelName = Annotated[str, Reference(what="a reel")]
 
 

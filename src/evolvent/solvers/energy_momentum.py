@@ -15,7 +15,18 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels import (
+    contact_step,
+    coordinate,
+    cord_step,
+    hinge,
+    hinge_step,
+    joint,
+    layer_step,
+    rigid,
+    sides,
+    springs,
+)
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -145,6 +156,7 @@ def needed(model: Any) -> list[Any]:
         found.append(cord_step.add_cord_step)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
+        found += [hinge.note_turns, coordinate.end_coordinate_step]
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)

@@ -20,7 +20,7 @@ from numba import types, void
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import contact, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import contact, coordinate, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -444,6 +444,8 @@ def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of hinges and penalties."""
     if model.flexible.cylinders.size > 0:
         contact.end_contact_step(b.y, model)
+    if model.flexible.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, b.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     energies(t, b.y, model, out[:3])
     out[3] = 0.0

@@ -141,11 +141,12 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.cylinders[k, :, 9] = f.cylinders["energy"]
             found.balance.contact[k] = f.cylinders["energy"].sum()
         if f.hinges.size:
-            coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
+            coupled += hinge.add_hinges(t[k], y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     if f.cylinders.size:
-        found.cylinders[:, :, 7] = y[:, n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE :]
+        first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
+        found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]
     return found
 
 
