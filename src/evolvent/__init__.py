@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         Taper,
         Tube,
     )
-    from evolvent.laws import drive_law, element_law, event_law, force_law, spring_law
+    from evolvent.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
     from evolvent.stepping import Stepper
     from evolvent.studies import sweep
@@ -57,6 +57,7 @@ __all__ = [
     "event_law",
     "force_law",
     "load",
+    "motor_law",
     "open",
     "parts",
     "run",
@@ -91,6 +92,7 @@ _LAZY = {
     "event_law": "evolvent.laws",
     "drive_law": "evolvent.laws",
     "force_law": "evolvent.laws",
+    "motor_law": "evolvent.laws",
     "open": "evolvent.results",
     "save": "evolvent.results",
     "spring_law": "evolvent.laws",

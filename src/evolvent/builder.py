@@ -14,7 +14,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation, load_weight
-from evolvent.kernels import ancf, constraint_rows, custom, flexible, hinge, loads, rigid, springs, thread
+from evolvent.kernels import ancf, constraint_rows, coordinate, custom, flexible, hinge, loads, rigid, springs, thread
 from evolvent.pointer import zeros_record
 from evolvent.references import Location, split_reference
 
@@ -292,6 +292,7 @@ class Builder:
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
+        accounts += self._place_accounts(families, n_q + n_v + accounts)
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
@@ -342,9 +343,18 @@ class Builder:
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)
-            s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER)
+            s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER) if hinges["kind"][k] == coordinate.ANGLE else 0
             s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
         return s
+
+    def _place_accounts(self, families: dict[str, Array], first: int) -> int:
+        """Give coordinates, motors and synchronizations their accounts, from place `first` of the state on."""
+        at = first
+        for name, count in (("hinges", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1)):
+            size = families[name].size
+            families[name]["account"] = at + count * np.arange(size)
+            at += count * size
+        return at - first
 
     def _latches(self) -> int:
         """Number of the events of hinges: one each, where any of them has a latch."""

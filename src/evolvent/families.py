@@ -26,6 +26,7 @@ from evolvent.kernels import (
     body_contact,
     contact,
     contact_laws,
+    coordinate,
     custom,
     flexible,
     hinge,
@@ -37,6 +38,7 @@ from evolvent.kernels import (
     sides,
     springs,
     thread,
+    travel,
 )
 from evolvent.kernels.drive import FREE
 from evolvent.model import Model
@@ -113,7 +115,6 @@ _THREAD_TANGENT = (
     thread.add_thread_energies,
     *_MATRIX,
 )
-_HINGE_TANGENT = (hinge.add_hinge_tangents, hinge._add_turns, *_ON_BODIES)
 _BODY_CONTACT = (
     body_contact.add_body_contact_tangents,
     body_contact.end_body_contacts,
@@ -121,6 +122,10 @@ _BODY_CONTACT = (
     sides.side_columns,
     sides.add_turning,
 )
+_HINGE_TANGENT = (
+    hinge.add_hinge_tangents, hinge._add_turns, coordinate.end_coordinate_step, travel.add_travel_tangent, *_MATRIX,
+    *_ON_BODIES,
+)  # fmt: skip
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
@@ -192,12 +197,32 @@ FAMILIES = (
         which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
     ),
     Family(
-        "a hinge", "hinges", EVERY, which=lambda found: ~np.isfinite(found["latch"]), forces=(hinge.add_hinges,),
+        "a hinge", "hinges", EVERY,
+        which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+    ),
+    Family(
+        "a hinge with a latch", "hinges", EVERY,
+        which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
+        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+    ),
+    Family(
+        "a spring along an axis", "hinges", EVERY,
+        which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0), forces=(hinge.add_hinges,),
         tangents=_HINGE_TANGENT,
     ),
     Family(
-        "a hinge with a latch", "hinges", EVERY, which=lambda found: np.isfinite(found["latch"]),
-        forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+        "a joint coordinate with friction", "hinges", _NOT_EXPLICIT,
+        "leave out `friction`, or take energy-momentum or generalized-alpha",
+        which=lambda found: found["friction"] > 0.0, forces=(hinge.add_hinges,), tangents=_HINGE_TANGENT,
+    ),
+    Family(
+        "a motor", "motors", EVERY, forces=(coordinate.add_motors, profile.profile),
+        tangents=(coordinate.add_motor_slopes,),
+    ),
+    Family(
+        "a synchronization", "synchronizations", EVERY, forces=(coordinate.add_synchronizations,),
+        tangents=(hinge.add_synchronization_tangents, hinge._add_outer, *_MATRIX),
     ),
     Family(
         "a custom force", "custom_forces", EVERY,
@@ -257,6 +282,10 @@ FAMILIES = (
 
 def _is_driven(found: Array) -> Array:
     return (found["path"] != joint.STILL) | (found["kind"] == joint.ANGLE)
+
+
+def _is_angle(found: Array) -> Array:
+    return np.asarray(found["kind"] == coordinate.ANGLE)
 
 
 def _is_conservative(found: Array) -> Array:

@@ -450,6 +450,7 @@ LAWS = {
     "drive": _VECTOR(f8, f8[::1]),
     "event": f8(f8, f8[::1], f8[::1]),
     "element": types.UniTuple(f8, 2)(f8, f8[::1], f8[::1], f8[::1], f8[::1]),
+    "motor": f8(f8, f8, f8, f8[::1]),
 }
 #: Only used without compilation: addresses are then places in this list; 0 stands for no law.
 PLAIN: list[Any] = [None]
@@ -514,3 +515,4 @@ spring_law_at = _make_lookup(LAWS["spring"])
 drive_law_at = _make_lookup(LAWS["drive"])
 event_law_at = _make_lookup(LAWS["event"])
 element_law_at = _make_lookup(LAWS["element"])
+motor_law_at = _make_lookup(LAWS["motor"])

@@ -21,6 +21,7 @@ FORMS = {
     "drive": "(t, parameters) -> (angle, rate, acceleration)",
     "event": "(t, y, parameters) -> value",
     "element": "(t, x, v, parameters, f) -> (energy, power)",
+    "motor": "(t, x, v, parameters) -> torque",
 }
 
 
@@ -164,6 +165,22 @@ def element_law(function: Callable) -> Any:
     below zero. Momentum is kept where the forces have neither a resultant nor a moment.
     """
     return _law("element", function)
+
+
+def motor_law(function: Callable) -> Any:
+    """Turn ``f(t, x, v, parameters) -> torque`` into the law of a `Motor`.
+
+    Parameters
+    ----------
+    function : callable
+        Receives the time `t` : s, the coordinate `x` : rad or m, its rate `v` : rad/s or m/s, and `parameters` : (n,).
+        It returns the torque (N m) or force (N) that drives the coordinate.
+
+    Returns
+    -------
+    compiled function
+    """
+    return _law("motor", function)
 
 
 def law_address(law: Any, kind: str) -> int:

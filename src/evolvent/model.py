@@ -26,6 +26,9 @@ JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
 #: Accounts that follow in a model with beams, under explicit methods: what causes have taken, and the impulse of the
 #: normal forces of every cylinder.
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
+#: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
+#: latch and the friction have dissipated (J). Each motor and synchronization has one account.
+FRICTION_FORCE, BY_DAMPER, BY_LATCH, BY_FRICTION, COORDINATE_ACCOUNTS = range(5)
 #: Layout of what `inventory` writes.
 KINETIC, ELASTIC, H_BODY, H_RELEASED, H_WOUND, P_ALL, H_CARRIED, N_INVENTORY = 0, 1, 2, 5, 8, 11, 14, 17
 
@@ -87,14 +90,31 @@ RECORDS: dict[str, np.dtype] = {
         "u g gap rate",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
     ),
-    # spring, damper, stops and latch between a body's direction `zero` and a second direction, about the body's `axis`:
-    # a beam's slope (on 1, at iq, iv), or `local` of the body `other` (on 0). switch: the first of two switches, the
-    # angle in quarter turns, rounded, and 1 once latched. before, pace: angle and size of the rate of the last step
+    # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
+    # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
+    # its place `zero` to a second place. switch: the first of two switches, the angle in quarter turns, rounded, and 1
+    # once latched. account: place of its accounts in the state (`COORDINATE_ACCOUNTS`).
+    # Of the last forces: torque, with derivatives slope and damper; applied: part of it from motors and
+    # synchronizations, with derivatives; u, g: second side, and derivative of the angle by it; bristle: deflection of
+    # the friction, slips: the sense in which it slips; lost, latch_lost: powers, W. Of the last step: before, pace,
+    # bristle0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which
+    # the latch has locked; peak: its largest torque
     "hinges": _record(
-        "body on other iq iv switch",
-        "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side",
-        "angle rate torque before pace",
-        axis=_3, zero=_3, local=_3,
+        "kind body on other iq iv switch account",
+        "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
+        "angle rate torque before pace slope damper applied applied_slope applied_damper u g bristle slips lost "
+        "latch_lost bristle0 lost0 latch_lost0 anchor caught peak",
+        axis=_3, zero=_3, local=_3, u=_3, g=_3,
+    ),
+    # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the work
+    "motors": _record(
+        "hinge kind drive law first last account",
+        "position_gain velocity_gain limit rate_limit",
+        "time coordinate rate torque power power0",
+    ),
+    # cables between two coordinates: they keep ratio_b x_b - ratio_a x_a = offset; account: of what is dissipated
+    "synchronizations": _record(
+        "a b account", "ratio_a ratio_b offset stiffness damping", "torque energy lost lost0"
     ),
     # a user's law between places, which are sides (`kernels.sides`). balanced: 1 where the last forces had neither a
     # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
@@ -145,7 +165,7 @@ RECORDS: dict[str, np.dtype] = {
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places", "body_contacts",
+    "custom_places", "body_contacts", "motors", "synchronizations",
 )  # fmt: skip
 
 
@@ -165,8 +185,7 @@ class Flexible(Struct):
 
     Attributes
     ----------
-    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places,
-    body_contacts : families of records (see `RECORDS`)
+    beams, elements, joints and the other names of `FLEXIBLE` : families of records (see `RECORDS`)
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -193,6 +212,8 @@ class Flexible(Struct):
     custom_forces: Array = array(1, RECORDS["custom_forces"])
     custom_places: Array = array(1, RECORDS["custom_places"])
     body_contacts: Array = array(1, RECORDS["body_contacts"])
+    motors: Array = array(1, RECORDS["motors"])
+    synchronizations: Array = array(1, RECORDS["synchronizations"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

@@ -563,6 +563,36 @@ _TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N 
 _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
+TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
+ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
+TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
+TorqueOrForceLimit = Annotated[
+    float,
+    Either(
+        Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
+        Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
+    ),
+]
+RateLimit = Annotated[
+    float,
+    Either(
+        Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
+        Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
+    ),
+]
+CoordinateStiffnessOrZero = Annotated[
+    float,
+    Either(
+        Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)
+    ),
+]
+CoordinateDampingOrZero = Annotated[
+    float,
+    Either(
+        Quantity(**_TURN_DAMPING, least=0.0),
+        Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
+    ),
+]
 RateOrZero = Annotated[float, Quantity(what="an inverse time", unit="1/s", example="0.1 1/s", least=0.0)]
 ContactStiffness = Annotated[
     float, Quantity(what="a contact stiffness", unit="N/m^n", example="1e6 N/m^1.5", above=0.0)

@@ -40,6 +40,7 @@ from evolvent.kernels import (
     body_contact_step,
     cable,
     contact_step,
+    coordinate,
     cord_step,
     custom,
     element_step,
@@ -254,7 +255,8 @@ def residual(model, work):
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
     if f.hinges.size > 0:
-        powers[JOINTS] += hinge_step.add_hinge_step(ym, h, f.switches, work.hinge0, work.hinge1, model, F)
+        powers[JOINTS] += hinge_step.add_hinge_step(tm, ym, h, f.switches, work.hinge0, work.hinge1, model, F)
+        powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
         _, lost, given = custom.add_custom_forces(tm, ym, model, F)
         powers[SPRINGS] += lost

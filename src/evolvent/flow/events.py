@@ -8,7 +8,7 @@ from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
 from evolvent.jit import INTEGERS, REAL, VECTOR, event_law_at, indirect, inlined
-from evolvent.kernels import constraint_rows, hinge, rigid, thread
+from evolvent.kernels import constraint_rows, coordinate, hinge, rigid, thread
 from evolvent.kernels.rotations import cross
 from evolvent.model import (
     ELASTIC,
@@ -76,7 +76,7 @@ def apply_event(t, y, s, model, k, g):
     """
     n = model.threads.size
     if k >= 2 * n + model.events.size:
-        s[model.flexible.hinges[k - 2 * n - model.events.size].switch + 1] = 1
+        coordinate.lock(s, model.flexible.hinges, k - 2 * n - model.events.size)
         return 0
     if k >= 2 * n:
         if model.info.penalties > 0:

@@ -6,7 +6,18 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import beam_loads, body_contact, contact, custom, flexible, hinge, joint, points, rigid
+from evolvent.kernels import (
+    beam_loads,
+    body_contact,
+    contact,
+    coordinate,
+    custom,
+    flexible,
+    hinge,
+    joint,
+    points,
+    rigid,
+)
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -68,7 +79,8 @@ def add_flexible_forces(t, y, s, model, dy):
         for k in range(f.body_contacts.size):
             by_contact += f.body_contacts[k].power
     if f.hinges.size > 0:
-        _, by_joints = hinge.add_hinges(y, s, model, F)
+        _, by_joints = hinge.add_hinges(t, y, s, model, F)
+        coordinate.write_account_rates(model, dy)
         info = model.info
         info.step = min(info.step, hinge.longest_step(f.hinges))
     for k in range(f.joints.size):
@@ -76,7 +88,7 @@ def add_flexible_forces(t, y, s, model, dy):
             by_joints += joint.add_penalty(t, y, k, model, F)
     if f.custom_forces.size > 0:
         _, by_laws, _ = custom.add_custom_forces(t, y, model, F)
-    if f.joints.size > 0 or f.custom_forces.size > 0:
+    if f.joints.size > 0 or f.hinges.size > 0 or f.custom_forces.size > 0:
         points.take_forces(n_q, model.points, F)
     if f.beams.size > 0:
         dy[account + BY_MASS] = by_mass
@@ -110,7 +122,7 @@ def add_flexible_inventory(t, y, s, model, out):
         for k in range(f.body_contacts.size):
             out[ELASTIC] += f.body_contacts[k].energy
     if f.hinges.size > 0:
-        energy, _ = hinge.add_hinges(y, s, model, F)
+        energy, _ = hinge.add_hinges(t, y, s, model, F)
         out[ELASTIC] += energy
     if f.custom_forces.size > 0:
         out[ELASTIC] += custom.custom_energies(t, y, model)

@@ -24,6 +24,7 @@ from evolvent.kernels import (
     beam_loads,
     body_contact,
     contact,
+    coordinate,
     custom,
     flexible,
     hinge,
@@ -77,9 +78,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
     if f.hinges.size > 0:
-        energy, lost = hinge.add_hinges(y, f.switches, model, F)
+        energy, lost = hinge.add_hinges(t, y, f.switches, model, F)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
+        powers[DRIVEN] += coordinate.motor_power(model)
     if f.custom_forces.size > 0:
         _, lost, _ = custom.add_custom_forces(t, y, model, F)
         powers[SPRINGS] += lost

@@ -6,7 +6,7 @@ from numba import void
 
 from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, flexible, loads, points, rigid, springs, thread
+from evolvent.kernels import constraint_rows, coordinate, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -25,6 +25,7 @@ def rhs(t, y, s, model, dy):
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
     if is_flexible:
         flexible.beam_rates(y, model, dy)
+        dy[model.info.nq + model.info.nv + DRIVE] += coordinate.motor_power(model)
 
 
 @inlined

@@ -244,6 +244,15 @@ def spring_expression(x, v, t, p):
     return evaluate(p, 0, variables)
 
 
+@entry(REAL, REAL, REAL, VECTOR)
+@kernel
+def motor_expression(t, x, v, p):
+    """Torque of a motor, N m or N; variables x, v, t."""
+    variables = local_vector()
+    variables[0], variables[1], variables[2] = x, v, t
+    return evaluate(p, 0, variables)
+
+
 @entry(VECTOR, VECTOR, REAL, VECTOR)
 @kernel
 def force_expression(x, v, t, p):

@@ -1,7 +1,8 @@
-"""Hinges: spring, damper, stops and latch between a body's direction and a second one, of a beam or of another body.
+"""Coordinates of joints with spring, damper, stops, latch and friction: angles of hinges, and travels.
 
-The angle is continuous over any number of turns. Two switches of the state stand behind it: the angle of the last step
-in quarter turns, rounded, by which a turn more is told from a turn less, and whether the latch has locked.
+An angle is that of a second direction, of a beam or of a body, as seen from a body; it is continuous over any number of
+turns. Two switches of the state stand behind it: the angle of the last step in quarter turns, rounded, by which a turn
+more is told from a turn less, and whether the latch has locked. Travels: `travel`.
 """
 
 import math
@@ -11,6 +12,15 @@ from numba import types, void
 
 from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import rigid
+from evolvent.kernels.coordinate import (
+    TRAVEL,
+    add_motor_slopes,
+    add_motors,
+    add_synchronizations,
+    bristle_energy,
+    friction_force,
+    note_peaks,
+)
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -18,10 +28,12 @@ from evolvent.kernels.sides import (
     add_relative,
     add_relative_body,
     body_columns,
+    side_columns,
     side_vector,
     turn_axis,
 )
 from evolvent.kernels.sparse import SPARSE, add_block, first_entry
+from evolvent.kernels.travel import add_travel_tangent, place_on_body, push_travel, travel_geometry
 from evolvent.model import MODEL, family_type
 
 _I = types.int64
@@ -60,10 +72,29 @@ def continuous_angle(p, q, quarters):
 
 @inlined
 def _second_side(y, hinges, bodies, k):
-    """Second direction of hinge k and its rate, inertial axes."""
+    """Second direction of hinge k, or the place of travel k, and its rate, inertial axes."""
     return side_vector(
-        y, bodies, hinges[k].on, hinges[k].other, hinges[k].iq, hinges[k].iv, hinges[k].local, False
+        y, bodies, hinges[k].on, hinges[k].other, hinges[k].iq, hinges[k].iv, hinges[k].local,
+        hinges[k].kind == TRAVEL,
     )  # fmt: skip
+
+
+@entry(VECTOR, INTEGERS, family_type("hinges"), family_type("bodies"), types.int64)
+@inlined
+def measure_coordinate(y, s, hinges, bodies, k):
+    """Coordinate k and its rate, its second side u and the derivative g of the coordinate by that, into its record."""
+    u = _second_side(y, hinges, bodies, k)
+    if hinges[k].kind == TRAVEL:
+        g, x, rate = travel_geometry(hinges, bodies, k, u)
+    else:
+        _, _, p, q, g = _hinge_geometry(hinges, bodies, k, u[0], u[1], u[2])
+        tx, ty, tz = cross(u[0], u[1], u[2], g[0], g[1], g[2])
+        w = bodies[hinges[k].body].w
+        rate = g[0] * u[3] + g[1] * u[4] + g[2] * u[5] - tx * w[0] - ty * w[1] - tz * w[2]
+        x = continuous_angle(p, q, s[hinges[k].switch])
+    hinges[k].angle, hinges[k].rate = x, rate
+    for i in range(3):
+        hinges[k].u[i], hinges[k].g[i] = u[i], g[i]
 
 
 @entry(family_type("hinges"), types.int64, REAL, REAL, REAL)
@@ -88,9 +119,27 @@ def hinge_law(hinges, k, latched, angle, rate):
     return torque + damping * rate, stiffness, damping, energy, damping * rate * rate
 
 
-@indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, VECTOR))
-def add_hinges(y, s, model, F):
-    """Torques of all hinges; returns (energy, power dissipated).
+@inlined
+def add_applied(t, share, model):
+    """Torques of motors and synchronizations of all coordinates; returns the latter's energy (J) and power lost (W).
+
+    Parameters
+    ----------
+    share : as of `coordinate.add_motors`
+    """
+    hinges = model.flexible.hinges
+    for k in range(hinges.size):
+        hinges[k].applied = hinges[k].applied_slope = hinges[k].applied_damper = 0.0
+    if model.flexible.motors.size > 0:
+        add_motors(t, share, model)
+    if model.flexible.synchronizations.size > 0:
+        return add_synchronizations(share, model)
+    return 0.0, 0.0
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def add_hinges(t, y, s, model, F):
+    """Torques of all coordinates; returns (energy, power dissipated by dampers).
 
     Notes
     -----
@@ -98,28 +147,33 @@ def add_hinges(y, s, model, F):
     the second body by (u x g) . w.
     """
     hinges, bodies, n_q = model.flexible.hinges, model.bodies, model.info.nq
-    energy = power = 0.0
     for k in range(hinges.size):
-        ux, uy, uz, vx, vy, vz = _second_side(y, hinges, bodies, k)
-        _, _, p, q, (gx, gy, gz) = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
-        body, switch = hinges[k].body, hinges[k].switch
-        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
-        w = bodies[body].w
-        rate = gx * vx + gy * vy + gz * vz - tx * w[0] - ty * w[1] - tz * w[2]
-        angle = continuous_angle(p, q, s[switch])
-        torque, _, _, u, lost = hinge_law(hinges, k, s[switch + 1], angle, rate)
-        hinges[k].angle, hinges[k].rate, hinges[k].torque = angle, rate, torque
-        energy += u
+        measure_coordinate(y, s, hinges, bodies, k)
+    energy, power = add_applied(t, 1.0, model)
+    for k in range(hinges.size):
+        u, g = hinges[k].u, hinges[k].g
+        body, latched, rate = hinges[k].body, s[hinges[k].switch + 1], hinges[k].rate
+        torque, stiffness, damping, stored, lost = hinge_law(hinges, k, latched, hinges[k].angle, rate)
+        rubs, stick = friction_force(hinges, k, hinges[k].angle)
+        torque += rubs + hinges[k].applied
+        hinges[k].torque, hinges[k].slope = torque, stiffness + stick + hinges[k].applied_slope
+        hinges[k].damper = damping + hinges[k].applied_damper
+        hinges[k].lost, hinges[k].latch_lost = lost, hinges[k].latch_damping * rate * rate if latched != 0 else 0.0
+        energy += stored + bristle_energy(hinges, k)
         power += lost
+        if hinges[k].kind == TRAVEL:
+            push_travel(model, k, u, g, torque, F)
+            continue
+        tx, ty, tz = cross(u[0], u[1], u[2], g[0], g[1], g[2])
         G = bodies[body].F
         G[3] += torque * tx
         G[4] += torque * ty
         G[5] += torque * tz
         if hinges[k].on == ON_COORDINATES:
             at = hinges[k].iv - n_q
-            F[at] += torque * gx
-            F[at + 1] += torque * gy
-            F[at + 2] += torque * gz
+            F[at] += torque * g[0]
+            F[at + 1] += torque * g[1]
+            F[at + 2] += torque * g[2]
         else:
             H = bodies[hinges[k].other].F
             H[3] -= torque * tx
@@ -135,8 +189,10 @@ def add_hinges(y, s, model, F):
 def end_hinge_step(s, hinges):
     """Take the angles of the last forces as those of an accepted step: into the switches, and as its start."""
     for k in range(hinges.size):
-        hinges[k].before, hinges[k].pace = hinges[k].angle, abs(hinges[k].rate)
-        s[hinges[k].switch] = math.floor(hinges[k].angle / QUARTER + 0.5)
+        hinges[k].before, hinges[k].pace = hinges[k].angle, 0.0
+        if hinges[k].kind != TRAVEL:
+            hinges[k].pace = abs(hinges[k].rate)
+            s[hinges[k].switch] = math.floor(hinges[k].angle / QUARTER + 0.5)
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
@@ -145,12 +201,8 @@ def note_turns(t, y, s, model):
     hinges, bodies = model.flexible.hinges, model.bodies
     rigid.kinematics(t, y, model)
     for k in range(hinges.size):
-        ux, uy, uz, vx, vy, vz = _second_side(y, hinges, bodies, k)
-        _, _, p, q, (gx, gy, gz) = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
-        tx, ty, tz = cross(ux, uy, uz, gx, gy, gz)
-        w = bodies[hinges[k].body].w
-        hinges[k].rate = gx * vx + gy * vy + gz * vz - tx * w[0] - ty * w[1] - tz * w[2]
-        hinges[k].angle = continuous_angle(p, q, s[hinges[k].switch])
+        measure_coordinate(y, s, hinges, bodies, k)
+    note_peaks(s, hinges, 1.0)
     end_hinge_step(s, hinges)
 
 
@@ -172,9 +224,8 @@ def latch_values(t, y, s, model, first, g):
         g[first + k] = -1.0
         switch = hinges[k].switch
         if s[switch + 1] == 0 and math.isfinite(hinges[k].latch):
-            ux, uy, uz, _, _, _ = _second_side(y, hinges, bodies, k)
-            _, _, p, q, _ = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
-            g[first + k] = -hinges[k].side * (continuous_angle(p, q, s[switch]) - hinges[k].latch)
+            measure_coordinate(y, s, hinges, bodies, k)
+            g[first + k] = -hinges[k].side * (hinges[k].angle - hinges[k].latch)
 
 
 @inlined
@@ -209,19 +260,24 @@ def add_hinge_tangents(y, c_rate, model, matrix):
     With f = torque g: df = (stiffness + c_rate damping) g g^T + damping g (H r)^T + torque H, H = d2(angle)/du2, and r
     is the rate of u as seen from the body.
     """
-    flexible, bodies, n_q, s = model.flexible, model.bodies, model.info.nq, model.flexible.switches
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
     hinges = flexible.hinges
     K = flexible.K12
+    if flexible.motors.size > 0:
+        add_motor_slopes(model)
+    if flexible.synchronizations.size > 0:
+        add_synchronization_tangents(c_rate, model, matrix)
     for k in range(hinges.size):
+        torque, damping = hinges[k].torque, hinges[k].damper
+        slope = hinges[k].slope + c_rate * damping
         u = _second_side(y, hinges, bodies, k)
         ux, uy, uz = u[0], u[1], u[2]
+        if hinges[k].kind == TRAVEL:
+            add_travel_tangent(k, slope, model, matrix)
+            continue
         a, b, p, q, g = _hinge_geometry(hinges, bodies, k, ux, uy, uz)
         body = hinges[k].body
         rr = p * p + q * q
-        torque, stiffness, damping, _, _ = hinge_law(
-            hinges, k, s[hinges[k].switch + 1], hinges[k].angle, hinges[k].rate
-        )
-        slope = stiffness + c_rate * damping
         w = bodies[body].w
         rx, ry, rz = cross(w[0], w[1], w[2], ux, uy, uz)
         r = (u[3] - rx, u[4] - ry, u[5] - rz)
@@ -308,6 +364,76 @@ def _add_turns(matrix, model, i, j, K, first, scale):
             for d in range(3):
                 value += x[d] * (K[first + d, 0] * z[0] + K[first + d, 1] * z[1] + K[first + d, 2] * z[2])
             values[to + m * down + c * right] += scale * value
+
+
+@inlined
+def _gradients(model, k, J):
+    """Derivatives of coordinate k by the unknowns of its body, J[0], and of its second side, J[1].
+
+    Returns the first unknown and their number of both.
+    """
+    flexible, bodies, n_q = model.flexible, model.bodies, model.info.nq
+    hinges, local, columns = flexible.hinges, flexible.e[2], flexible.K12
+    a, on, g, u = hinges[k].body, hinges[k].on, hinges[k].g, hinges[k].u
+    if hinges[k].kind == TRAVEL:
+        place_on_body(model, k, u, local)
+        at, na = side_columns(model, ON_BODY, a, -1, local, True, columns)
+        for c in range(na):
+            J[0, c] = -(g[0] * columns[0, c] + g[1] * columns[1, c] + g[2] * columns[2, c])
+        bt, nb = side_columns(model, on, hinges[k].other, hinges[k].iv, hinges[k].local, True, columns)
+        for c in range(nb):
+            J[1, c] = g[0] * columns[0, c] + g[1] * columns[1, c] + g[2] * columns[2, c]
+        return at, na, bt, nb
+    t = cross(u[0], u[1], u[2], g[0], g[1], g[2])
+    at, na = _turn_gradient(bodies, n_q, a, t, -1.0, J, 0)
+    if on == ON_BODY:
+        bt, nb = _turn_gradient(bodies, n_q, hinges[k].other, t, 1.0, J, 1)
+    else:
+        bt, nb = hinges[k].iv - n_q, 3
+        for c in range(3):
+            J[1, c] = g[c]
+    return at, na, bt, nb
+
+
+@inlined
+def _turn_gradient(bodies, n_q, b, t, sign, J, row):
+    """Write sign t . (turn) of body b by its unknowns to a row of J; returns the first of them and their number."""
+    motion = bodies[b].motion
+    if motion == rigid.DRIVEN:
+        return 0, 0
+    first, count = (3, 3) if motion == rigid.FREE else (0, 1)
+    for c in range(count):
+        nx, ny, nz = turn_axis(bodies, b, motion, first + c)
+        x, y, z = turn(bodies[b].R, nx, ny, nz)
+        J[row, c] = sign * (t[0] * x + t[1] * y + t[2] * z)
+    return bodies[b].iv - n_q + first, count
+
+
+@indirect(void(REAL, MODEL, SPARSE))
+def add_synchronization_tangents(c_rate, model, matrix):
+    """What cables couple between different coordinates; the rest is among the slopes of each."""
+    rows, J = model.flexible.synchronizations, model.flexible.J
+    for k in range(rows.size):
+        factor = -rows[k].ratio_a * rows[k].ratio_b * (rows[k].stiffness + c_rate * rows[k].damping)
+        a = _gradients(model, rows[k].a, J[0])
+        b = _gradients(model, rows[k].b, J[1])
+        for i in range(2):
+            for j in range(2):
+                _add_outer(matrix, a[2 * i], a[2 * i + 1], J[0], i, b[2 * j], b[2 * j + 1], J[1], j, factor)
+                _add_outer(matrix, b[2 * j], b[2 * j + 1], J[1], j, a[2 * i], a[2 * i + 1], J[0], i, factor)
+
+
+@indirect(void(SPARSE, _I, _I, MATRIX, _I, _I, _I, MATRIX, _I, REAL))
+def _add_outer(matrix, at, n, J, i, bt, m, L, j, factor):
+    """Add factor J[i]^T L[j]; rows of unknowns at, at + 1 ..., columns bt, bt + 1 ..."""
+    if n == 0 or m == 0:
+        return
+    to, right, down = first_entry(matrix, at, bt)
+    if to < 0:
+        return
+    for c in range(m):
+        for r in range(n):
+            matrix.values[to + r * down + c * right] += factor * J[i, r] * L[j, c]
 
 
 def hinge_bound(hinges):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, body_contact, contact, custom, joints, loads, lumped, threads
+from evolvent.observe import beams, body_contact, contact, coordinates, custom, joints, loads, lumped, threads
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -23,7 +23,9 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "links": joints.observe_link,
     "guides": joints.observe_guide,
     "joints": joints.observe_joint,
-    "hinges": joints.observe_hinge,
+    "hinges": coordinates.observe_coordinate,
+    "motors": coordinates.observe_motor,
+    "synchronizations": coordinates.observe_synchronization,
     "threads": threads.observe_thread,
     "reels": threads.observe_reel,
     "beams": beams.observe_beam,

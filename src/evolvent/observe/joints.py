@@ -1,4 +1,4 @@
-"""Observations of joints, links, guides and hinges: reactions, angles and travels.
+"""Observations of joints, links and guides: reactions, angles and travels.
 
 A multiplier la acts on side b with the force -la g_b, where g_b is the gradient of the constraint; of a direction u_b
 held against u_a, with the moment -la u_b x u_a.
@@ -6,19 +6,16 @@ held against u_a, with the moment -la u_b x u_a.
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import hinge as hinge_kernels
 from evolvent.kernels import joint as kernels
 from evolvent.kernels import sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.observe.variables import Observed, cross, dot, norm, turned, unwrapped
 from evolvent.observe.view import Side, View
 from evolvent.references import split_reference
-from evolvent.solvers.solution import first_latch
 
 Array = np.ndarray
 
@@ -257,59 +254,3 @@ def observe_guide(view: View, name: str) -> Observed:
     found.vector("position", pose.x, "m", "position of the guided body, inertial axes")
     found.plots = ["reaction"]
     return found
-
-
-def observe_hinge(view: View, name: str) -> Observed:
-    """Angle, rate, torque and latch of a hinge's spring."""
-    hinges, index, found = view.model.flexible.hinges, view.index(name), Observed()
-    row = hinges[index]
-    switch = int(row["switch"])
-    second = _second_direction(view, row)
-    pose = view.pose(int(row["body"]))
-    axis, zero = turned(pose.R, row["axis"]), turned(pose.R, row["zero"])
-    across = np.cross(axis, zero)
-    p, q = dot(second.u, zero), dot(second.u, across)
-    wrapped = np.arctan2(q, p)
-    quarters = hinge_kernels.QUARTER * view.s[:, switch]
-    angle = wrapped + hinge_kernels.TURN * np.round((quarters - wrapped) / hinge_kernels.TURN)
-    seen = second.rate - np.cross(pose.w, second.u)
-    rate = (p * dot(seen, across) - q * dot(seen, zero)) / (p * p + q * q)
-    latched = view.s[:, switch + 1]
-    laws = [
-        hinge_kernels.hinge_law(hinges, index, int(on), float(x), float(v))
-        for on, x, v in zip(latched, angle, rate, strict=True)
-    ]
-    torque, energy, lost = (np.array([law[k] for law in laws]) for k in (0, 3, 4))
-    found.scalar("angle", angle, "rad", "angle of the second side as seen from the first, any number of turns")
-    found.scalar("rate", rate, "rad s-1", "rate of the angle")
-    found.scalar(
-        "torque",
-        torque,
-        "N m",
-        "torque of the hinge, that of spring, damper, stops and latch together, which resists the angle",
-    )
-    found.scalar("energy_elastic", energy, "J", "elastic energy of spring, stops and latch")
-    found.scalar("dissipation", lost, "W", "power dissipated by the dampers of hinge and latch")
-    found.scalar("latched", latched, "1", "1 once the latch has locked")
-    found.scalar("latch_time", np.full(view.t.size, latch_time(view, index)), "s", "time at which the latch has locked")
-    found.plots = ["angle", "torque"]
-    return found
-
-
-def _second_direction(view: View, row: Any) -> Side:
-    """Second direction of a hinge and its rate."""
-    if row["on"] == sides.ON_COORDINATES:
-        return Side(view.coordinates(int(row["iq"])), view.coordinates(int(row["iv"])), -1)
-    pose = view.pose(int(row["other"]))
-    u = turned(pose.R, row["local"])
-    return Side(u, np.cross(pose.w, u), int(row["other"]))
-
-
-def latch_time(view: View, index: int) -> float:
-    """Time at which a hinge has locked, s: that of the run's event, or of its start; NaN where it has not."""
-    solution = view.solution
-    events = solution.event_times[solution.event_kinds == first_latch(view.model) + index]
-    if events.size:
-        return float(events[0])
-    locked = view.t.size > 0 and view.s[0, int(view.model.flexible.hinges["switch"][index]) + 1] != 0
-    return float(view.t[0]) if locked else math.nan

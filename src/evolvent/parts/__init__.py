@@ -11,6 +11,7 @@ from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
 from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
@@ -20,7 +21,9 @@ from evolvent.parts.self_contact import SelfContact
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
 from evolvent.parts.spring import Spring
 from evolvent.parts.surface_contact import CapsuleContact, PlaneContact, SphereContact
+from evolvent.parts.synchronization import Synchronization
 from evolvent.parts.thread import Thread
+from evolvent.parts.translational_spring import TranslationalSpring
 
 __all__ = [
     "Beam",
@@ -43,6 +46,7 @@ __all__ = [
     "LawLoad",
     "LineLoad",
     "Link",
+    "Motor",
     "Plane",
     "PlaneContact",
     "Point",
@@ -59,8 +63,10 @@ __all__ = [
     "Sphere",
     "SphereContact",
     "Spring",
+    "Synchronization",
     "TableDrive",
     "Thread",
     "Torque",
+    "TranslationalSpring",
     "UniformLoad",
 ]

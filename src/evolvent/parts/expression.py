@@ -21,13 +21,16 @@ VARIABLES = {
     "spring": ("x", "v", "t"),
     "force": ("x", "y", "z", "vx", "vy", "vz", "t"),
     "drive": ("t",),
+    "motor": ("x", "v", "t"),
 }
-_EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2"}
+_EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
+             "motor": "-k*x - c*v"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
     "drive": kernels.drive_expression,
     "event": kernels.event_expression,
+    "motor": kernels.motor_expression,
 }
 
 
@@ -37,7 +40,7 @@ class Law:
 
     Parameters
     ----------
-    kind : {"spring", "force", "drive", "event"}
+    kind : {"spring", "force", "drive", "event", "motor"}
     python : bool, whether a Python law is allowed
     """
 
@@ -145,6 +148,7 @@ SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
+MotorLaw = Annotated[Any, Law("motor")]
 #: An expression of t.
 TimeExpression = Annotated[str, Law("drive", python=False)]
 #: Constants of an expression, and parameters of a Python law.
@@ -162,7 +166,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     builder : Builder
     name : str, of the part
     law : compiled Python law, or expression
-    kind : {"spring", "force", "drive", "event"}
+    kind : {"spring", "force", "drive", "event", "motor"}
     parameters : of a Python law; constants : of an expression
     key : str, the key that holds the law, for messages
     variables : of an expression; those of `VARIABLES` if left out

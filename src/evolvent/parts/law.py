@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from evolvent.parts.drive import Drive, PathDrive
-from evolvent.parts.expression import Constants, DriveLaw, EventLaw, ForceLaw, Parameters, SpringLaw, write_law
+from evolvent.parts.expression import (
+    Constants,
+    DriveLaw,
+    EventLaw,
+    ForceLaw,
+    MotorLaw,
+    Parameters,
+    SpringLaw,
+    write_law,
+)
 
 __all__ = [
     "Constants",
@@ -11,6 +20,7 @@ __all__ = [
     "DriveLaw",
     "EventLaw",
     "ForceLaw",
+    "MotorLaw",
     "Parameters",
     "PathDrive",
     "SpringLaw",

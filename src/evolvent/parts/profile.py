@@ -145,6 +145,7 @@ def _as_keys(value: Any) -> Any:
 
 ForceProfile = Annotated[Profile[units.Force], BeforeValidator(_as_keys)]
 TorqueProfile = Annotated[Profile[units.Torque], BeforeValidator(_as_keys)]
+TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
 
 

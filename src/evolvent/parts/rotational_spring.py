@@ -1,4 +1,4 @@
-"""Rotational spring, damper, stops and latch between a body and a beam's node, or between two bodies."""
+"""Rotational spring, damper, stops, latch and friction between a body and a beam's node, or between two bodies."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from pydantic import model_validator
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import flexible
+from evolvent.kernels import coordinate, flexible
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
-from evolvent.parts.base import BodyName, Part, Place, unit
+from evolvent.parts.base import BodyName, JointName, Place, unit
+from evolvent.parts.joint_coordinate import CoordinateSpring, Ends
 from evolvent.references import Location
 
 #: What the angle at the start may be off the one that `zero` gives, rad.
@@ -32,11 +33,13 @@ class _Second(NamedTuple):
     angle: float
 
 
-class RotationalSpring(Part):
-    """Spring, damper, stops and latch about an axis; a `Joint` between the same two parts holds their place.
+class RotationalSpring(CoordinateSpring):
+    """Spring, damper, friction, stops and latch about an axis; a `Joint` between the same two parts holds their place.
 
     Parameters
     ----------
+    joint : str, optional
+        A revolute or cylindrical `Joint`, whose ends and axis are taken in place of `a`, `b` and `axis`.
     a : str
         A body, or ground; the axis is fixed to it.
     b : place
@@ -51,9 +54,13 @@ class RotationalSpring(Part):
         Of a beam's node, the direction from which its angle counts, inertial axes at the start; the beam's own, turned
         back by `angle`, if left out.
     stiffness, damping : float, N m/rad and N m s/rad
-        Of the spring and the damper.
+        Of the spring; of the damper, or of viscous friction.
     rest : float, rad
         Angle without torque of the spring.
+    friction : float, N m
+        Coulomb friction: the torque at which the joint slips.
+    stick_stiffness : float, N m/rad, optional
+        Of friction that sticks; by default it slips after 1e-4 rad.
     low, high : float, rad, optional
         Stops; none if left out.
     stop : float, N m/rad
@@ -71,14 +78,17 @@ class RotationalSpring(Part):
     """
 
     kind: Literal["rotational-spring"] = "rotational-spring"
-    a: BodyName
-    b: Place
+    joint: JointName | None = None
+    a: BodyName | None = None
+    b: Place | None = None
     axis: units.Direction = (0.0, 0.0, 1.0)
     angle: units.Angle | None = None
     zero: units.Direction | None = None
     stiffness: units.RotationalStiffnessOrZero = 0.0
     damping: units.RotationalDampingOrZero = 0.0
     rest: units.Angle = 0.0
+    friction: units.TorqueOrZero = 0.0
+    stick_stiffness: units.RotationalStiffnessOrZero | None = None
     low: units.Angle | None = None
     high: units.Angle | None = None
     stop: units.RotationalStiffnessOrZero = 0.0
@@ -95,47 +105,23 @@ class RotationalSpring(Part):
         former = {"body": "a", "node": "b"}
         return {key if former.get(key, key) in values else former[key]: value for key, value in values.items()}
 
-    def _check(self, name: str) -> None:
-        """Refuse stops and latches without what they need."""
-        if self.low is not None and self.high is not None and self.low > self.high:
-            raise InputError(f"{name}.low is {self.low!r} rad, above {name}.high, {self.high!r} rad")
-        if (self.low is not None or self.high is not None) and self.stop == 0.0:
-            raise InputError(f"{name}.stop is {self.stop!r}; stops need a stiffness above 0 N m/rad")
-        if self.latch is not None and self.latch_stiffness == 0.0:
-            raise InputError(f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 N m/rad")
-
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `hinges`."""
-        self._check(name)
-        index = builder.find(self.a, "bodies")
-        place = builder.place(self.b, f"{name}.b")
-        R, axis = builder.poses[index].R, unit(self.axis)
+        self.check(name, "rad", "N m/rad")
+        ends = self.ends(builder, name, ("revolute", "cylindrical"))
+        place, axis = ends.place, ends.axis
         if place.family == "points":
-            raise InputError(f"{name}.b is {self.b!r}, a point mass, which has no angle; give a body or a beam's node")
-        if place.family == "bodies":
-            second = self._body(builder, name, index, place, axis)
-        else:
-            second = self._node(builder, name, place, axis)
-        latch = math.inf if self.latch is None else self.latch
-        keys = ("stiffness", "damping", "rest", "stop", "latch_stiffness", "latch_damping")
-        found = builder.add(
-            "hinges",
-            body=index,
-            axis=R.T @ axis,
-            low=-math.inf if self.low is None else self.low,
-            high=math.inf if self.high is None else self.high,
-            latch=latch,
-            side=1.0 if second.angle > latch else -1.0,
-            **(second._asdict() | {"zero": R.T @ second.zero}),
-            **{key: getattr(self, key) for key in keys},
-        )
-        builder.names[name] = ("hinges", found)
+            raise InputError(f"{name}.b is {ends.b!r}, a point mass, which has no angle; give a body or a beam's node")
+        second = self._body(builder, name, ends) if place.family == "bodies" else self._node(builder, name, ends)
+        R = builder.poses[ends.body].R
+        fields = second._asdict() | {"zero": R.T @ second.zero, "anchor": second.angle, "before": second.angle}
+        self.add_row(builder, name, coordinate.ANGLE, ends.body, R.T @ axis, second.angle, fields)
 
-    def _body(self, builder: Builder, name: str, index: int, place: Location, axis: np.ndarray) -> _Second:
+    def _body(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a body: across the axis, at the angle that the start has."""
-        _, other, *_ = place
-        if other == index:
-            raise InputError(f"{name}.a and {name}.b are one body, {self.a!r}; a hinge needs two parts")
+        other, axis = ends.place.row, ends.axis
+        if other == ends.body:
+            raise InputError(f"{name}.a and {name}.b are one body, {ends.a!r}; a hinge needs two parts")
         if self.zero is not None:
             raise InputError(f"{name}.zero is given, but {name}.b is a body; give {name}.angle, its angle at the start")
         angle = 0.0 if self.angle is None else self.angle
@@ -143,8 +129,10 @@ class RotationalSpring(Part):
         u = math.cos(angle) * zero + math.sin(angle) * np.cross(axis, zero)
         return _Second(ON_BODY, other, -1, -1, builder.poses[other].R.T @ u, zero, angle)
 
-    def _node(self, builder: Builder, name: str, place: Location, axis: np.ndarray) -> _Second:
+    def _node(self, builder: Builder, name: str, ends: Ends) -> _Second:
         """The second direction of a beam's node: the slope along it, or one across it."""
+        place: Location = ends.place
+        axis = ends.axis
         slope = np.array(builder.q[place.iq + 3 : place.iq + 6])
         zero = unit(slope if self.zero is None else self.zero)
         if abs(zero @ axis) > 1e-6:

@@ -22,7 +22,7 @@ from numba import types
 
 from evolvent.flow.implicit import residual
 from evolvent.jit import REAL, indirect
-from evolvent.kernels import body_contact, contact, sparse_lu
+from evolvent.kernels import body_contact, contact, coordinate, sparse_lu
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -95,6 +95,8 @@ def iterate(t1, h, coasts, model, matrix, work):
             return NOT_FINITE
         touching = contact.count_touching(model) if model.flexible.cylinders.size > 0 else 0
         touching += body_contact.count_body_contacts(model)
+        if model.flexible.hinges.size > 0:
+            touching += coordinate.count_slipping(model)
         if touching != loop.contact_set:
             loop.contact_set = touching
             loop.stale = 1

@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import body_contact, contact, joint
+from evolvent.kernels import body_contact, contact, coordinate, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.balance import defect_of, energy_of, scale_of
@@ -26,7 +26,8 @@ def add_step_to_balance(t, h, model, work):
     Notes
     -----
     Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h; friction is that of `contact.end_contact_step`.
+    springs and joints are the mean power times h; friction is that of `contact.end_contact_step` and
+    `coordinate.end_coordinate_step`.
     """
     balance, f = work.balance, model.flexible
     n_v = model.info.nv
@@ -45,6 +46,8 @@ def add_step_to_balance(t, h, model, work):
         slip, damped = contact.end_contact_step(work.y, model)
         balance.by_friction += slip
         balance.by_contact += damped
+    if f.hinges.size > 0:
+        balance.by_friction += coordinate.end_coordinate_step(h, 1.0, work.y, f.switches, model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
     if f.body_contacts.size > 0:

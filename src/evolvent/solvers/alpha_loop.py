@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import body_contact, contact, hinge, rigid
+from evolvent.kernels import body_contact, contact, coordinate, hinge, rigid
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import iterate, solve_step
@@ -65,6 +65,8 @@ def begin(model, matrix, work):
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     fill_energies(t, model, work)
     work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
+    if model.flexible.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     next_start(model, work)
     if work.samples[0] <= t:
@@ -212,6 +214,8 @@ def restart(t, h, model, matrix, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
+    if model.flexible.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
     fill_energies(t, model, work)
     work.balance.by_joints += before - energy_of(work.balance)
     next_start(model, work)
@@ -241,7 +245,7 @@ def _latch(t, model, work):
     found = False
     for k in range(hinges.size):
         if hinge.latch_reached(s, hinges, k):
-            s[hinges[k].switch + 1] = 1
+            coordinate.lock(s, hinges, k)
             work.log_t[loop.latches], work.log_k[loop.latches] = t, k
             loop.latches += 1
             found = True

@@ -12,7 +12,17 @@ from evolvent.flow.energy_momentum import EnergyStep, measure, residual, tangent
 from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import body_contact, body_contact_step, contact_step, hinge, hinge_step, joint, rigid, sparse_lu
+from evolvent.kernels import (
+    body_contact,
+    body_contact_step,
+    contact_step,
+    coordinate,
+    hinge,
+    hinge_step,
+    joint,
+    rigid,
+    sparse_lu,
+)
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -124,7 +134,7 @@ def functions() -> list[Any]:
 
 @inlined
 def _count_touching(model):
-    """A number that tells which contact points press."""
+    """A number that tells which contact points press, and which coordinates of joints slip."""
     contacts, found = model.flexible.contact_points, 0
     for i in range(contacts.size):
         if contacts[i].force > 0.0:
@@ -133,7 +143,7 @@ def _count_touching(model):
     for i in range(rows.size):
         if rows[i].force > 0.0:
             found += 104729 * (i * i + 1)
-    return found
+    return found + coordinate.count_slipping(model)
 
 
 @inlined
@@ -363,6 +373,8 @@ def accept(model, work):
         row[BY_CONTACT] += step.contact[0]
         row[BY_FRICTION] += step.contact[1]
         contact_step.end_contacts(model)
+    if f.hinges.size > 0:
+        row[BY_FRICTION] += coordinate.end_coordinate_step(h, 0.5, step.y1, f.switches, model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
     if f.body_contacts.size > 0:
@@ -537,7 +549,9 @@ def _latch(t, model, work):
     hinges, s, found = model.flexible.hinges, model.flexible.switches, False
     for k in range(hinges.size):
         if hinge.latch_reached(s, hinges, k):
-            s[hinges[k].switch + 1] = 1
+            if not found:
+                hinge.note_turns(t, work.step.y1, s, model)  # rates at the end; those of the step are means
+            coordinate.lock(s, hinges, k)
             work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, k
             work.loop.latches += 1
             found = True

@@ -18,7 +18,9 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import (
     body_contact_step,
     contact_step,
+    coordinate,
     cord_step,
+    hinge,
     hinge_step,
     joint,
     layer_step,
@@ -155,6 +157,7 @@ def needed(model: Any) -> list[Any]:
         found.append(cord_step.add_cord_step)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
+        found += [hinge.note_turns, coordinate.end_coordinate_step]
     if model.flexible.cylinders.size:
         found += [contact_step.measure_gaps, contact_step.add_contact_step, contact_step.add_contact_step_tangents]
         found.append(contact_step.end_contacts)

@@ -20,7 +20,7 @@ from numba import types, void
 from evolvent.flow.implicit import energies, residual, tangent
 from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import body_contact, contact, hinge, loads, rigid, sparse_lu
+from evolvent.kernels import body_contact, contact, coordinate, hinge, loads, rigid, sparse_lu
 from evolvent.kernels.flexible import NODE_VECTORS, is_finite
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
@@ -446,6 +446,8 @@ def accept(t, model, b, out):
         contact.end_contact_step(b.y, model)
     if model.flexible.body_contacts.size > 0:
         body_contact.end_body_contacts(model)
+    if model.flexible.hinges.size > 0:
+        coordinate.end_coordinate_step(0.0, 1.0, b.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
     energies(t, b.y, model, out[:3])
     out[3] = 0.0

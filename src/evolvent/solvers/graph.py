@@ -112,6 +112,13 @@ def _couple_forces(graph: _Graph) -> None:
     for hinge in model.flexible.hinges:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
         graph.couple(second, graph.body[hinge["body"]])
+    hinges = model.flexible.hinges
+    for cable in model.flexible.synchronizations:
+        ends = []
+        for row in hinges[[cable["a"], cable["b"]]]:
+            on_body = row["on"] == sides.ON_BODY
+            ends += [graph.body[row["body"]], graph.body[row["other"]] if on_body else graph.of(int(row["iv"]))]
+        graph.couple(*ends)
     for force in model.flexible.custom_forces:
         places = model.flexible.custom_places[int(force["place"]) : int(force["place"] + force["places"])]
         on_body = places["on"] == sides.ON_BODY

@@ -15,7 +15,7 @@ from evolvent.errors import EvolventError, InputError
 from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation
-from evolvent.kernels import custom, drive, loads, springs
+from evolvent.kernels import coordinate, custom, drive, hinge, loads, springs
 
 Array = np.ndarray
 #: A time (s) and the states y and s at which a run was then.
@@ -43,7 +43,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
     for use in _uses(assembly):
-        if use.family in ("threads", "joints"):
+        if use.family in ("threads", "joints") or _follows(use):
             for time in (start, end):
                 _try(assembly, use, time, (time,))
             continue
@@ -129,12 +129,21 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
                 yield _Use(family, k, row)
     for k, row in enumerate(model.flexible.custom_forces):
         yield _Use("custom_forces", k, row)
+    for k, row in enumerate(model.flexible.motors):
+        follows = row["kind"] == coordinate.BY_MOTION
+        if row["kind"] == coordinate.BY_LAW or (follows and row["drive"] == drive.LAW):
+            yield _Use("motors", k, row)
+
+
+def _follows(use: _Use) -> bool:
+    """Whether a row is a motor whose law gives the motion that it follows."""
+    return bool(use.family == "motors" and use.row["kind"] == coordinate.BY_MOTION)
 
 
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
     """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
     model, (time, y, _) = assembly.model, moment
-    if use.family in ("threads", "joints"):
+    if use.family in ("threads", "joints") or _follows(use):
         yield (time,)
     elif use.family == "springs":
         a, b = (
@@ -150,6 +159,10 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
             for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
                 yield node["x"].copy(), node["v"].copy(), time
         yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
+    elif use.family == "motors":
+        hinges, k = model.flexible.hinges, int(use.row["hinge"])
+        hinge.measure_coordinate(y, moment[2], hinges, model.bodies, k)
+        yield time, float(hinges["angle"][k]), float(hinges["rate"][k])
     elif use.family == "custom_forces":
         yield time, *custom.states_of_places(model, y, use.number)
     else:
@@ -164,7 +177,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         placed = False
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
-            if use.family not in ("threads", "joints", "loads") and not placed:
+            if use.family not in ("threads", "joints", "loads") and not placed and not _follows(use):
                 with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True

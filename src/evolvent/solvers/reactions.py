@@ -22,9 +22,11 @@ from evolvent.solvers.alpha_state import SHORT, factor_at
 def applies(model: mdl.Model, *, adaptive: bool) -> bool:
     """Whether reactions are evaluated at the samples: of adaptive steps, without contacts and threads.
 
-    Multipliers of fixed steps are of second order. Forces of contacts belong to a step, and springs of threads are not
-    resolved by one.
+    Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
+    springs of threads are not resolved by one.
     """
+    if np.any(model.flexible.hinges["friction"] > 0.0):
+        return False
     return adaptive and is_held(model) and _without_contacts(model) and not model.threads.size
 
 

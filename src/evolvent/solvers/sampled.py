@@ -152,13 +152,14 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         if found.touches is not None:
             found.touches[k, :, :TOUCHED] = body_contact.contact_values(f.body_contacts)
         if f.hinges.size:
-            coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
+            coupled += hinge.add_hinges(t[k], y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     if found.touches is not None:
         found.touches[:, :, TOUCHED] = np.nan
     if f.cylinders.size:
-        found.cylinders[:, :, 7] = y[:, n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE :]
+        first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
+        found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]
     return found
 
 

@@ -1,0 +1,279 @@
+"""Laws of a joint's coordinate x, an angle or a travel: Coulomb friction, motors, synchronizations; and their accounts.
+
+A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
+equations: a positive one resists a growing coordinate. `hinge` and `hinge_step` apply them.
+
+Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection of
+the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
+"""
+
+import math
+
+from numba import types, void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined, motor_law_at
+from evolvent.kernels.drive import drive
+from evolvent.kernels.profile import profile
+from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
+
+#: Kinds of coordinates, and of motors.
+ANGLE, TRAVEL = 0, 1
+BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
+#: Part of the deflection at which friction slips that is round-off.
+_NEAR = 1e-6
+#: Steps of central differences of users' laws, of the coordinate or its rate (or of 1).
+_DIFFERENCE = 1e-6
+
+
+# ------------------------------------------------------------------------------------------------ friction
+
+
+@inlined
+def friction_force(hinges, k, x):
+    """Friction at the coordinate x, and its derivative.
+
+    Notes
+    -----
+    Slip and stick are an active set: a coordinate that slips sticks once it moves back, with the bristle's stiffness
+    and without a limit in that evaluation. Newton's method then needs a few iterations for a change of the set, where
+    it could go to and fro for ever between slip one way and the other.
+    """
+    friction, stick = hinges[k].friction, hinges[k].stick
+    if friction <= 0.0:
+        return 0.0, 0.0
+    z, most, slips = x - hinges[k].anchor, friction / stick, hinges[k].slips
+    if slips != 0.0 and slips * z < most * (1.0 - _NEAR):
+        hinges[k].slips, hinges[k].bristle = 0.0, z
+        return stick * z, stick
+    if slips == 0.0 and abs(z) <= most:
+        hinges[k].bristle = z
+        return stick * z, stick
+    sense = 1.0 if z > 0.0 else -1.0
+    hinges[k].slips, hinges[k].bristle = sense, sense * most
+    return sense * friction, 0.0
+
+
+@inlined
+def bristle_energy(hinges, k):
+    """Energy of the bristle of coordinate k, J."""
+    return 0.5 * hinges[k].stick * hinges[k].bristle * hinges[k].bristle
+
+
+@inlined
+def count_slipping(model):
+    """A number that tells which coordinates slip, and in which sense."""
+    hinges, found = model.flexible.hinges, 0
+    for k in range(hinges.size):
+        if hinges[k].friction > 0.0:
+            found = 3 * found + 1 + int(hinges[k].slips)
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ motors
+
+
+@inlined
+def _law_torque(t, x, v, motors, k, model):
+    """Torque of a motor by a user's law."""
+    return motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
+
+
+@inlined
+def _following_torque(t, x, v, motors, k, model):
+    """Torque of a motor that follows a drive's motion, and its derivatives by x and v.
+
+    Notes
+    -----
+    PD: kp (r - x) + kd (r' - v) = kd (command - v), command = r' + kp/kd (r - x), within the limit of the rate.
+    """
+    p = model.parameters[motors[k].first : motors[k].last]
+    r, rate, _ = drive(motors[k].drive, p, motors[k].law, t)
+    gain, damping = motors[k].position_gain, motors[k].velocity_gain
+    torque, slope, damper = gain * (r - x) + damping * (rate - v), -gain, -damping
+    if damping > 0.0:
+        command, most = rate + gain / damping * (r - x), motors[k].rate_limit
+        if abs(command) > most:
+            torque, slope = damping * (math.copysign(most, command) - v), 0.0
+    if abs(torque) > motors[k].limit:
+        return math.copysign(motors[k].limit, torque), 0.0, 0.0
+    return torque, slope, damper
+
+
+@indirect(void(REAL, REAL, MODEL))
+def add_motors(t, share, model):
+    """Add the torques of all motors to their coordinates.
+
+    Parameters
+    ----------
+    share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
+    """
+    hinges, motors = model.flexible.hinges, model.flexible.motors
+    for k in range(motors.size):
+        h = motors[k].hinge
+        x, v = hinges[h].angle + (1.0 - share) * (hinges[h].before - hinges[h].angle), hinges[h].rate
+        if motors[k].kind == BY_PROFILE:
+            torque = profile(t, motors[k].first, model)
+        elif motors[k].kind == BY_LAW:
+            torque = _law_torque(t, x, v, motors, k, model)
+        else:
+            torque = _following_torque(t, x, v, motors, k, model)[0]
+        if motors[k].kind != BY_MOTION and abs(torque) > motors[k].limit:
+            torque = math.copysign(motors[k].limit, torque)
+        motors[k].time, motors[k].coordinate, motors[k].rate = t, x, v
+        motors[k].torque, motors[k].power = torque, torque * v
+        hinges[h].applied -= torque
+
+
+@inlined
+def motor_power(model):
+    """Power of all motors at the last evaluation, W."""
+    power = 0.0
+    for k in range(model.flexible.motors.size):
+        power += model.flexible.motors[k].power
+    return power
+
+
+@indirect(void(MODEL))
+def add_motor_slopes(model):
+    """Add the derivatives of the motors' torques at the last evaluation to those of their coordinates."""
+    hinges, motors = model.flexible.hinges, model.flexible.motors
+    for k in range(motors.size):
+        h, t, x, v = motors[k].hinge, motors[k].time, motors[k].coordinate, motors[k].rate
+        slope = damper = 0.0
+        if motors[k].kind == BY_MOTION:
+            _, slope, damper = _following_torque(t, x, v, motors, k, model)
+        elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
+            d = _DIFFERENCE * max(1.0, abs(x))
+            slope = _law_torque(t, x + d, v, motors, k, model) - _law_torque(t, x - d, v, motors, k, model)
+            slope *= 0.5 / d
+            d = _DIFFERENCE * max(1.0, abs(v))
+            damper = _law_torque(t, x, v + d, motors, k, model) - _law_torque(t, x, v - d, motors, k, model)
+            damper *= 0.5 / d
+        hinges[h].slope -= slope
+        hinges[h].damper -= damper
+
+
+# ------------------------------------------------------------------------------------------------ synchronizations
+
+
+@inlined
+def _stretch(rows, k, a, b):
+    """Stretch of cable k at its coordinates a and b."""
+    return rows[k].ratio_b * b - rows[k].ratio_a * a - rows[k].offset
+
+
+@indirect(types.UniTuple(REAL, 2)(REAL, MODEL))
+def add_synchronizations(share, model):
+    """Add the torques of all cables between coordinates; returns energy (J, at the end) and power dissipated (W).
+
+    Parameters
+    ----------
+    share : as of `add_motors`
+    """
+    hinges, rows, power = model.flexible.hinges, model.flexible.synchronizations, 0.0
+    for k in range(rows.size):
+        a, b, ra, rb = rows[k].a, rows[k].b, rows[k].ratio_a, rows[k].ratio_b
+        rest = 1.0 - share
+        xa = hinges[a].angle + rest * (hinges[a].before - hinges[a].angle)
+        xb = hinges[b].angle + rest * (hinges[b].before - hinges[b].angle)
+        rate, c, d = rb * hinges[b].rate - ra * hinges[a].rate, rows[k].stiffness, rows[k].damping
+        torque = c * _stretch(rows, k, xa, xb) + d * rate
+        rows[k].torque, rows[k].lost = torque, d * rate * rate
+        power += rows[k].lost
+        hinges[a].applied -= ra * torque
+        hinges[b].applied += rb * torque
+        hinges[a].applied_slope += c * ra * ra
+        hinges[b].applied_slope += c * rb * rb
+        hinges[a].applied_damper += d * ra * ra
+        hinges[b].applied_damper += d * rb * rb
+    return synchronization_energy(model), power
+
+
+@inlined
+def synchronization_energy(model):
+    """Energy of all cables between coordinates at the last evaluation, J."""
+    hinges, rows, energy = model.flexible.hinges, model.flexible.synchronizations, 0.0
+    for k in range(rows.size):
+        e = _stretch(rows, k, hinges[rows[k].a].angle, hinges[rows[k].b].angle)
+        rows[k].energy = 0.5 * rows[k].stiffness * e * e
+        energy += rows[k].energy
+    return energy
+
+
+# ------------------------------------------------------------------------------------------------ latches, accounts
+
+
+@inlined
+def latch_torque(hinges, k, x, rate):
+    """Torque of the latch of coordinate k where it has locked."""
+    return hinges[k].latch_stiffness * (x - hinges[k].latch) + hinges[k].latch_damping * rate
+
+
+@inlined
+def lock(s, hinges, k):
+    """Lock the latch of coordinate k, at the coordinate and rate of the last evaluation."""
+    s[hinges[k].switch + 1] = 1
+    hinges[k].caught = hinges[k].rate
+    hinges[k].peak = abs(latch_torque(hinges, k, hinges[k].angle, hinges[k].rate))
+
+
+@inlined
+def note_peaks(s, hinges, share):
+    """Keep the largest torques of latches."""
+    for k in range(hinges.size):
+        if s[hinges[k].switch + 1] != 0:
+            x = hinges[k].angle + (1.0 - share) * (hinges[k].before - hinges[k].angle)
+            hinges[k].peak = max(hinges[k].peak, abs(latch_torque(hinges, k, x, hinges[k].rate)))
+
+
+@inlined
+def write_account_rates(model, dy):
+    """Rates of the accounts of coordinates under explicit methods, at the last evaluation."""
+    hinges, motors, rows = model.flexible.hinges, model.flexible.motors, model.flexible.synchronizations
+    for k in range(hinges.size):
+        dy[hinges[k].account + BY_DAMPER] = hinges[k].lost - hinges[k].latch_lost
+        dy[hinges[k].account + BY_LATCH] = hinges[k].latch_lost
+    for k in range(motors.size):
+        dy[motors[k].account] = motors[k].power
+    for k in range(rows.size):
+        dy[rows[k].account] = rows[k].lost
+
+
+@indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
+def end_coordinate_step(h, share, y, s, model):
+    """Accept a step of length h: accounts of coordinates in y, anchors of frictions; returns what friction takes, J.
+
+    Parameters
+    ----------
+    share : 1 where the powers of the last evaluation are those of the step's end, 0.5 where they are means over it
+
+    Notes
+    -----
+    With forces of both ends friction takes stick (z0 + z1)/2 slip. Where its force of the end acts over the whole
+    step, as that of energy-momentum does, it takes stick (z1 slip + (z1 - z0)^2/2).
+    """
+    hinges, motors, rows = model.flexible.hinges, model.flexible.motors, model.flexible.synchronizations
+    now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
+    then = h - now
+    for k in range(hinges.size):
+        at = hinges[k].account
+        latch = now * hinges[k].latch_lost + then * hinges[k].latch_lost0
+        y[at + BY_LATCH] += latch
+        y[at + BY_DAMPER] += now * hinges[k].lost + then * hinges[k].lost0 - latch
+        hinges[k].lost0, hinges[k].latch_lost0 = hinges[k].lost, hinges[k].latch_lost
+        if hinges[k].friction > 0.0:
+            z, z0 = hinges[k].bristle, hinges[k].bristle0
+            slip = hinges[k].angle - hinges[k].anchor - z
+            taken = 0.5 * (z + z0) * slip if share == 1.0 else z * slip + 0.5 * (z - z0) * (z - z0)
+            y[at + BY_FRICTION] += hinges[k].stick * taken
+            y[at + FRICTION_FORCE] = hinges[k].stick * z
+            rubbed += hinges[k].stick * taken
+            hinges[k].anchor, hinges[k].bristle0 = hinges[k].angle - z, z
+    for k in range(motors.size):
+        y[motors[k].account] += now * motors[k].power + then * motors[k].power0
+        motors[k].power0 = motors[k].power
+    for k in range(rows.size):
+        y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
+        rows[k].lost0 = rows[k].lost
+    note_peaks(s, hinges, share)
+    return rubbed

@@ -1,0 +1,72 @@
+"""Cables that synchronize the hinges of an array, or the stages of a telescope."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.parts.base import CoordinateNames, Part
+from evolvent.parts.joint_coordinate import find_coordinate
+
+
+class Synchronization(Part):
+    """Closed cable loops between the coordinates of joints, from each one to the next.
+
+    Parameters
+    ----------
+    hinges : list of str
+        Two or more: each a `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`; all of them
+        angles, or all travels.
+    ratios : list of float, optional
+        One each, not 0: the loops keep ratio times coordinate equal for all, counted from the start. 1 if left out.
+    stiffness, damping : float, N m/rad and N m s/rad, or N/m and N s/m
+        Of each loop, against ratio_2 x_2 - ratio_1 x_1.
+
+    Notes
+    -----
+    Of a cable of stiffness k (N/m, both of its runs together) on pulleys of the radii r_1 and r_2, the ratios are
+    r_1/r and r_2/r and the stiffness is k r^2, with any r. A panel that opens by -180 deg while the one before it opens
+    by 90 deg has a ratio of -1 where that has 2. The cables have no force at the start.
+    """
+
+    kind: Literal["synchronization"] = "synchronization"
+    hinges: CoordinateNames
+    ratios: units.Numbers | None = None
+    stiffness: units.CoordinateStiffnessOrZero
+    damping: units.CoordinateDampingOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write a row of the family `synchronizations` for each loop."""
+        count = len(self.hinges)
+        if count < 2:
+            raise InputError(f"{name}.hinges is {list(self.hinges)!r}; a synchronization needs two hinges or more")
+        if len(set(self.hinges)) < count:
+            twice = next(hinge for hinge in self.hinges if self.hinges.count(hinge) > 1)
+            raise InputError(f"{name}.hinges names {twice!r} twice")
+        ratios = self.ratios if self.ratios is not None else (1.0,) * count
+        if len(ratios) != count:
+            raise InputError(f"{name}.ratios has {len(ratios)} numbers; {name}.hinges has {count}")
+        if 0.0 in ratios:
+            raise InputError(f"{name}.ratios is {list(ratios)!r}; none of them can be 0")
+        if self.stiffness == 0.0 and self.damping == 0.0:
+            raise InputError(f"{name}.stiffness is 0.0; a cable needs one above 0")
+        found = [find_coordinate(builder, f"{name}.hinges", hinge) for hinge in self.hinges]
+        rows = [builder.rows["hinges"][k] for k in found]
+        if len({row["kind"] for row in rows}) > 1:
+            raise InputError(f"{name}.hinges has both angles and travels; they must all be of one kind")
+        first = len(builder.rows["synchronizations"])
+        for i, j in itertools.pairwise(range(count)):
+            builder.add(
+                "synchronizations",
+                a=found[i],
+                b=found[j],
+                ratio_a=ratios[i],
+                ratio_b=ratios[j],
+                offset=ratios[j] * rows[j]["angle"] - ratios[i] * rows[i]["angle"],
+                stiffness=self.stiffness,
+                damping=self.damping,
+            )
+        builder.names[name] = ("synchronizations", first)

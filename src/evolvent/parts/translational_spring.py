@@ -1,0 +1,86 @@
+"""Spring, damper, stops, latch and friction along an axis of a body."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import coordinate
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
+from evolvent.parts.base import BodyName, JointName, Place
+from evolvent.parts.joint_coordinate import CoordinateSpring
+
+
+class TranslationalSpring(CoordinateSpring):
+    """Spring, damper, friction, stops and latch along an axis fixed to a body, as of a prismatic joint.
+
+    Parameters
+    ----------
+    joint : str, optional
+        A prismatic or cylindrical `Joint`, whose ends and axis are taken in place of `a`, `b` and `axis`.
+    a : str
+        A body, or ground; the axis is fixed to it.
+    b : place
+        What travels: a point of another body, such as "slider" or "slider.pin", a point mass, or a beam's node.
+    axis : (3,) float
+        Inertial axes at the start. Nothing acts across it.
+    travel : float, m
+        Of `b` along the axis at the start.
+    stiffness, damping : float, N/m and N s/m
+        Of the spring; of the damper, or of viscous friction.
+    rest : float, m
+        Travel without force of the spring.
+    friction : float, N
+        Coulomb friction: the force at which the joint slips.
+    stick_stiffness : float, N/m, optional
+        Of friction that sticks; by default it slips after 1e-5 m.
+    low, high : float, m, optional
+        Stops; none if left out.
+    stop : float, N/m
+        Stiffness of the stops.
+    latch : float, m, optional
+        Travel at which the joint locks for good; one that starts there is locked.
+    latch_stiffness, latch_damping : float, N/m and N s/m
+        Of the lock.
+    """
+
+    kind: Literal["translational-spring"] = "translational-spring"
+    joint: JointName | None = None
+    a: BodyName | None = None
+    b: Place | None = None
+    axis: units.Direction = (1.0, 0.0, 0.0)
+    travel: units.Coordinate = 0.0
+    stiffness: units.StiffnessOrZero = 0.0
+    damping: units.DampingOrZero = 0.0
+    rest: units.Coordinate = 0.0
+    friction: units.ForceOrZero = 0.0
+    stick_stiffness: units.StiffnessOrZero | None = None
+    low: units.Coordinate | None = None
+    high: units.Coordinate | None = None
+    stop: units.StiffnessOrZero = 0.0
+    latch: units.Coordinate | None = None
+    latch_stiffness: units.StiffnessOrZero = 0.0
+    latch_damping: units.DampingOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the row of the family `hinges`."""
+        self.check(name, "m", "N/m")
+        ends = self.ends(builder, name, ("prismatic", "cylindrical"))
+        place = ends.place
+        on_body = place.family == "bodies"
+        if on_body and place.row == ends.body:
+            raise InputError(f"{name}.a and {name}.b are on one body, {ends.a!r}; a travel needs two parts")
+        pose = builder.poses[ends.body]
+        fields = {
+            "on": ON_BODY if on_body else ON_COORDINATES,
+            "other": place.row if on_body else -1,
+            "iq": -1 if on_body else place.iq,
+            "iv": -1 if on_body else place.iv,
+            "local": np.asarray(place.local, dtype=float),
+            "zero": pose.R.T @ (place.x - self.travel * ends.axis - pose.x),
+        }
+        self.add_row(builder, name, coordinate.TRAVEL, ends.body, pose.R.T @ ends.axis, self.travel, fields)
