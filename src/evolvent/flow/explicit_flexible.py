@@ -6,7 +6,7 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, points, rigid
+from evolvent.kernels import beam_loads, contact, custom, fields, flexible, hinge, joint, points, rigid
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -54,6 +54,8 @@ def add_flexible_forces(t, y, s, model, dy):
         flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
+        if model.fields.size > 0:
+            fields.add_beam_fields(t, y, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
         if f.cylinders.size > 0:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, contact, custom, joints, loads, lumped, threads
+from evolvent.observe import beams, contact, custom, fields, joints, loads, lumped, threads
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -30,6 +30,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "cylinders": contact.observe_contact,
     "custom_forces": custom.observe_custom,
     "loads": loads.observe_load,
+    "fields": fields.observe_field,
     "beam_loads": loads.observe_beam_load,
 }
 

@@ -6,6 +6,7 @@ from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
+from evolvent.parts.field import AccelerationField, Orbit
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
@@ -21,6 +22,7 @@ from evolvent.parts.spring import Spring
 from evolvent.parts.thread import Thread
 
 __all__ = [
+    "AccelerationField",
     "Beam",
     "Box",
     "ConstantDrive",
@@ -38,6 +40,7 @@ __all__ = [
     "LawLoad",
     "LineLoad",
     "Link",
+    "Orbit",
     "Point",
     "PrescribedMotion",
     "PrescribedRotation",
