@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,6 +95,8 @@ class Builder:
         #: Places of parameters that hold places in the velocities, counted from their start while parts are written.
         self.velocity_parameters: list[int] = []
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
+        #: Called with the builder once all parts are written.
+        self.at_end: list[Callable[[Builder], None]] = []
         self._ground()
 
     def _ground(self) -> None:
@@ -282,6 +284,8 @@ class Builder:
 
     def build(self) -> Assembly:
         """All families as arrays, constraint rows ordered for a narrow band, scratch memory, initial state."""
+        for finish in self.at_end:
+            finish(self)
         n_q, n_v = len(self.q), len(self.v)
         families = {name: self._family(name, rows) for name, rows in self.rows.items()}
         self._check_copies()

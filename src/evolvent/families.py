@@ -28,6 +28,7 @@ from evolvent.kernels import (
     contact_laws,
     coordinate,
     custom,
+    fields,
     flexible,
     hinge,
     joint,
@@ -56,7 +57,7 @@ SOLVERS = {
 }
 EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
-PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places")
+PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,6 +102,7 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
+_NOT_MODES = EVERY - {MODES}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
@@ -126,6 +128,8 @@ _HINGE_TANGENT = (
     hinge.add_hinge_tangents, hinge._add_turns, coordinate.end_coordinate_step, travel.add_travel_tangent, *_MATRIX,
     *_ON_BODIES,
 )  # fmt: skip
+_FIELD = (fields.add_field_forces, fields.add_beam_fields)
+_FIELD_TANGENT = (fields.add_field_tangents, fields._add_body_point, *_MATRIX)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
@@ -166,6 +170,14 @@ FAMILIES = (
         "a force or torque by a profile", "loads", EVERY,
         which=lambda found: (found["kind"] >= loads.AT_MARKER) & _has_profile(found, loads.PROFILE),
         forces=(profile.profile,),
+    ),
+    Family(
+        "an orbital frame", "fields", _NOT_MODES, "take simulate or equilibrium", which=_is("kind", fields.ORBIT),
+        forces=_FIELD, tangents=_FIELD_TANGENT,
+    ),
+    Family(
+        "an acceleration field", "fields", _NOT_MODES, "take simulate or equilibrium",
+        which=_is("kind", fields.LAW), forces=_FIELD, tangents=_FIELD_TANGENT,
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(

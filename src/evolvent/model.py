@@ -64,13 +64,17 @@ RECORDS: dict[str, np.dtype] = {
     "threads": _record(
         "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture",
-        "Q d X phi b spool leaving start",
+        "Q d X phi b spool leaving start field",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
     "loads": _record("kind target law first last", ""),
     "events": _record("law first last stops", ""),
+    # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
+    "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
+    # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
+    "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -267,6 +271,8 @@ class Model(Struct):
     nodes: Array = array(1, RECORDS["nodes"])
     loads: Array = array(1, RECORDS["loads"])
     events: Array = array(1, RECORDS["events"])
+    fields: Array = array(1, RECORDS["fields"])
+    field_points: Array = array(1, RECORDS["field_points"])
     rows: Array = array(1, RECORDS["rows"])
     pairs: Array = array(2, np.int64)
     A: Array = array(2)

@@ -44,6 +44,7 @@ from evolvent.kernels import (
     cord_step,
     custom,
     element_step,
+    fields,
     flexible,
     hinge,
     hinge_step,
@@ -254,6 +255,9 @@ def residual(model, work):
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
+    if model.fields.size > 0:
+        powers[MARKER_LOADS] += fields.add_field_forces(tm, ym, model)
+        fields.add_beam_fields(tm, ym, model, P)
     if f.hinges.size > 0:
         powers[JOINTS] += hinge_step.add_hinge_step(tm, ym, h, f.switches, work.hinge0, work.hinge1, model, F)
         powers[DRIVEN] += coordinate.motor_power(model)
@@ -449,6 +453,8 @@ def tangent(scale, model, work, matrix):
         hinge.add_hinge_tangents(work.ym, c_rate, model, matrix)
     if f.custom_forces.size > 0:
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
+    if model.fields.size > 0:
+        fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

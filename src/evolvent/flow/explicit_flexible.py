@@ -12,6 +12,7 @@ from evolvent.kernels import (
     contact,
     coordinate,
     custom,
+    fields,
     flexible,
     hinge,
     joint,
@@ -67,6 +68,8 @@ def add_flexible_forces(t, y, s, model, dy):
         flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
+        if model.fields.size > 0:
+            fields.add_beam_fields(t, y, model, P)
         for i in range(n_v):
             given += P[i] * y[n_q + i]
         if f.cylinders.size > 0:

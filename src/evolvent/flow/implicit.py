@@ -26,6 +26,7 @@ from evolvent.kernels import (
     contact,
     coordinate,
     custom,
+    fields,
     flexible,
     hinge,
     joint,
@@ -77,6 +78,9 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MARKER_LOADS] += given
     if model.loads.size > 0:
         powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
+    if model.fields.size > 0:
+        powers[MARKER_LOADS] += fields.add_field_forces(t, y, model)
+        fields.add_beam_fields(t, y, model, P)
     if f.hinges.size > 0:
         energy, lost = hinge.add_hinges(t, y, f.switches, model, F)
         powers[COUPLED_ENERGY] += energy
@@ -133,6 +137,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         hinge.add_hinge_tangents(y, c_rate, model, matrix)
     if f.custom_forces.size > 0:
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
+    if model.fields.size > 0:
+        fields.add_field_tangents(t, y, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
@@ -183,7 +189,7 @@ def momenta(y, model, out):
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
     bodies, f, markers = model.bodies, model.flexible, model.markers
-    if model.loads.size > 0 or model.threads.size > 0:
+    if model.loads.size > 0 or model.threads.size > 0 or model.fields.size > 0:
         return False
     for k in range(f.beams.size):
         if f.beams[k].paper != 0:

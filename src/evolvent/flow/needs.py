@@ -27,8 +27,10 @@ def forces(model: Model) -> Iterator[Any]:
     yield from families.functions(model)
     if model.loads.size:
         yield loads.concentrated_loads
-    if model.threads.size and (model.loads.size or np.any(model.info.gravity)):
+    if model.threads.size and (model.loads.size or model.fields.size or np.any(model.info.gravity)):
         yield thread.node_loads
+    if model.threads.size and model.fields.size:
+        yield thread.wound_fields
     yield from (*jit.at_slots(f.elements["force"]), *jit.at_slots(f.elements["energy"]))
 
 

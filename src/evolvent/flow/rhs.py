@@ -6,7 +6,7 @@ from numba import void
 
 from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, coordinate, flexible, loads, points, rigid, springs, thread
+from evolvent.kernels import constraint_rows, coordinate, fields, flexible, loads, points, rigid, springs, thread
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -51,10 +51,15 @@ def apply_forces(t, y, s, model, dy):
         load_power += law_power
     if model.loads.size > 0:
         load_power += loads.concentrated_loads(t, y, model)
-    loaded = falls or model.loads.size > 0
+    has_fields = model.fields.size > 0
+    if has_fields:
+        load_power += fields.add_field_forces(t, y, model)
+    loaded = falls or has_fields or model.loads.size > 0
     if threads.size > 0:
         thread.reels(t, y, s, model)
         load_power += thread.carry_wound(s, model)
+        if has_fields:
+            load_power += thread.wound_fields(t, s, model)
     for p in range(threads.size):
         if loaded:
             if threads[p].kind == thread.SPRINGS:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, body_contact, contact, coordinates, custom, joints, loads, lumped, threads
+from evolvent.observe import beams, body_contact, contact, coordinates, custom, fields, joints, loads, lumped, threads
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -33,6 +33,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "body_contacts": body_contact.observe_body_contact,
     "custom_forces": custom.observe_custom,
     "loads": loads.observe_load,
+    "fields": fields.observe_field,
     "beam_loads": loads.observe_beam_load,
 }
 

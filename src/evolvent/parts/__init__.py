@@ -7,6 +7,7 @@ from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
+from evolvent.parts.field import AccelerationField, Orbit
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
@@ -26,6 +27,7 @@ from evolvent.parts.thread import Thread
 from evolvent.parts.translational_spring import TranslationalSpring
 
 __all__ = [
+    "AccelerationField",
     "Beam",
     "BodyContact",
     "Box",
@@ -47,6 +49,7 @@ __all__ = [
     "LineLoad",
     "Link",
     "Motor",
+    "Orbit",
     "Plane",
     "PlaneContact",
     "Point",

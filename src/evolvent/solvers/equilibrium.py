@@ -221,6 +221,8 @@ def unbalance(t, step, factor, share, model, b, r):
             first = model.loads[k].first
             for c in range(3):
                 model.parameters[first + c] = factor * b.parameters[first + c]
+    for k in range(model.fields.size):
+        model.fields[k].scale = factor
     rigid.kinematics(t, b.y, model)
     turning(factor, b.spin, b.y, model, b.a)
     residual(t, b.y, b.a, b.la, step, factor, model, r, b.powers)

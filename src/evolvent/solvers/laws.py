@@ -16,6 +16,8 @@ from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation
 from evolvent.kernels import coordinate, custom, drive, hinge, loads, springs
+from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.rigid import FREE
 
 Array = np.ndarray
 #: A time (s) and the states y and s at which a run was then.
@@ -127,6 +129,9 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
                 yield _Use(family, k, row)
+    for k, row in enumerate(model.fields):
+        if row["law"] != 0:
+            yield _Use("fields", k, row)
     for k, row in enumerate(model.flexible.custom_forces):
         yield _Use("custom_forces", k, row)
     for k, row in enumerate(model.flexible.motors):
@@ -163,10 +168,28 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         hinges, k = model.flexible.hinges, int(use.row["hinge"])
         hinge.measure_coordinate(y, moment[2], hinges, model.bodies, k)
         yield time, float(hinges["angle"][k]), float(hinges["rate"][k])
+    elif use.family == "fields":
+        for x, v in _masses(model, y):
+            yield x, v, time
+            if not everywhere:
+                break
     elif use.family == "custom_forces":
         yield time, *custom.states_of_places(model, y, use.number)
     else:
         yield time, y
+
+
+def _masses(model: Any, y: Array) -> Iterator[tuple[Array, Array]]:
+    """Places and velocities, (3,) each, of points, free bodies, nodes of beams and threads; after `kinematics`."""
+    for point in model.points:
+        yield y[point["iq"] :][:3].copy(), y[point["iv"] :][:3].copy()
+    for body in model.bodies[model.bodies["motion"] == FREE]:
+        yield body["x"].copy(), body["v"].copy()
+    for beam in model.flexible.beams:
+        for k in range(0, 3 * NODE_VECTORS[beam["kind"]] * int(beam["nodes"]), 3 * NODE_VECTORS[beam["kind"]]):
+            yield y[beam["iq"] + k :][:3].copy(), y[beam["iv"] + k :][:3].copy()
+    for thread in model.threads:
+        yield thread["Q"][:3].copy(), thread["Q"][3:].copy()
 
 
 def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use, tuple[Any, ...], float]]:

@@ -50,6 +50,9 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
     axis, gravity = spin[:3], model.info.gravity
     if not np.any(axis):
         return spin
+    if model.fields.size:
+        name = next(name for name, found in assembly.names.items() if found[0] == "fields")
+        raise InputError(f"rotating goes without the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
     for name, (family, index) in assembly.names.items():

@@ -32,6 +32,7 @@ from evolvent.kernels.thread.chain import (
     regular_rate,
 )
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
+from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import load_resultant, node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
@@ -82,6 +83,7 @@ __all__ = [
     "spring_points",
     "spring_thread",
     "thread_inventory",
+    "wound_fields",
     "wound_mass",
     "wound_node",
 ]

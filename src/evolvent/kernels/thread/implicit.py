@@ -13,6 +13,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.loads import node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import TINY, carry_power, carry_wound, reels
@@ -41,6 +42,9 @@ def add_thread_residual(t, y, a, step, model, r):
     reels(t, y, s, model)
     dissipated, given, spools = 0.0, carry_wound(s, model), 0.0
     loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
+    if model.fields.size > 0:
+        loaded = True
+        given += wound_fields(t, s, model)
     dy = model.dy[0]
     for p in range(threads.size):
         if loaded:

@@ -5,6 +5,7 @@ import math
 from numba import types
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.kernels.fields import acceleration
 from evolvent.kernels.loads import AT_MARKER, thread_load
 from evolvent.kernels.thread.wound import TINY
 from evolvent.model import MODEL
@@ -75,6 +76,15 @@ def node_loads(t, s, model, p):
         k = first + i
         for c in range(3):
             nodes[k].af[c] = gravity[c]
+    if model.fields.size > 0:
+        for i in range(j):
+            k = first + i
+            for c in range(3):
+                scratch[1, c], scratch[2, c] = nodes[k].x[c], nodes[k].v[c]
+            ax, ay, az = acceleration(t, model, scratch[1], scratch[2])
+            nodes[k].af[0] += ax
+            nodes[k].af[1] += ay
+            nodes[k].af[2] += az
     if loads.size > 0:
         e, position, velocity = scratch[0], scratch[1], scratch[2]
         for i in range(j):

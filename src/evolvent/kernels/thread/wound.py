@@ -126,7 +126,7 @@ def carry_power(s, model):
 
     Notes
     -----
-    m r^2 (phi'' + n . omega') phi', n the spool's axis. A free spool's phi'' is known only now; its reaction on a
+    m r^2 (phi'' + n . omega') phi', n the spool's axis, less what fields do there (`wound_fields`). A free spool's phi'' is known only now; its reaction on a
     driven body joins the body's wrench (a body that spins has its axis across the spool's).
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
@@ -143,7 +143,7 @@ def carry_power(s, model):
             F[4] -= m * r * b2 * ny
             F[5] -= m * r * b2 * nz
         else:
-            power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5]))
+            power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5])) - threads[p].field
     return power
 
 

@@ -1,0 +1,220 @@
+"""Fields: accelerations of every mass that follow from its place, its velocity and the time.
+
+Bodies and elements of beams are integrated by points (`evolvent.parts.field_points`) that have their mass, centre and
+second moments; their forces are exact for a field that is linear in place and velocity, moments included. Under the
+energy-momentum step the points move on straight lines, so that a linear field conserves energy there exactly and a
+Coriolis force does no work.
+"""
+
+from numba import types, void
+
+from evolvent.jit import REAL, VECTOR, force_law_at, indirect, inlined, kernel
+from evolvent.kernels.flexible import CABLE
+from evolvent.kernels.rigid import add_wrench
+from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
+from evolvent.kernels.sparse import SPARSE, add_block
+from evolvent.model import MODEL
+
+#: Kinds of fields: an orbital frame, an acceleration by a user's law.
+ORBIT, LAW = 0, 1
+#: Step of the central differences of a law, in parts of 1 m (m/s) or of the distance (speed).
+STEP = 1e-6
+
+
+@kernel
+def acceleration(t, model, x, v):
+    """Sum of all fields at a place x with velocity v, (3,) each: three floats, m/s2.
+
+    Notes
+    -----
+    Of an orbital frame K x - 2 w x v: K the gravity gradient with the centrifugal part, w the frame's rate.
+    """
+    fields = model.fields
+    ax = ay = az = 0.0
+    for k in range(fields.size):
+        scale = fields[k].scale
+        if fields[k].kind == LAW:
+            p = model.parameters[fields[k].first : fields[k].last]
+            bx, by, bz = force_law_at(fields[k].law)(x, v, t, p)
+        else:
+            K, w = fields[k].K, fields[k].w
+            cx, cy, cz = cross(w[0], w[1], w[2], v[0], v[1], v[2])
+            bx = K[0, 0] * x[0] + K[0, 1] * x[1] + K[0, 2] * x[2] - 2.0 * cx
+            by = K[1, 0] * x[0] + K[1, 1] * x[1] + K[1, 2] * x[2] - 2.0 * cy
+            bz = K[2, 0] * x[0] + K[2, 1] * x[1] + K[2, 2] * x[2] - 2.0 * cz
+        ax += scale * bx
+        ay += scale * by
+        az += scale * bz
+    return ax, ay, az
+
+
+@kernel
+def gradient(t, model, x, v, c_rate, A):
+    """A : (3, 3) = d a/dx + c_rate d a/dv of the fields' sum, by central differences; x and v are left as they were."""
+    for c in range(3):
+        A[0, c], A[1, c], A[2, c] = _difference(t, model, x, v, x, c)
+        if c_rate != 0.0:
+            gx, gy, gz = _difference(t, model, x, v, v, c)
+            A[0, c] += c_rate * gx
+            A[1, c] += c_rate * gy
+            A[2, c] += c_rate * gz
+
+
+@kernel
+def _difference(t, model, x, v, at, c):
+    """Derivative of the fields' sum by at[c], where `at` is x or v: three floats."""
+    kept = at[c]
+    step = STEP * (1.0 + abs(kept))
+    at[c] = kept + step
+    fx, fy, fz = acceleration(t, model, x, v)
+    high = at[c]
+    at[c] = kept - step
+    gx, gy, gz = acceleration(t, model, x, v)
+    scale = 1.0 / (high - at[c])
+    at[c] = kept
+    return scale * (fx - gx), scale * (fy - gy), scale * (fz - gz)
+
+
+@inlined
+def _body_point(model, k, x, v):
+    """Place and velocity of field point k, on a body, into x and v; returns its arm."""
+    own, b = model.field_points[k].local, model.field_points[k].body
+    w, at, moves = model.bodies[b].w, model.bodies[b].x, model.bodies[b].v
+    dx, dy, dz = turn(model.bodies[b].R, own[0], own[1], own[2])
+    ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
+    x[0], x[1], x[2] = at[0] + dx, at[1] + dy, at[2] + dz
+    v[0], v[1], v[2] = moves[0] + ux, moves[1] + uy, moves[2] + uz
+    return dx, dy, dz
+
+
+@inlined
+def _element_point(y, model, k, x, v):
+    """Place and velocity of field point k, in an element, into x and v; returns the number of its nodal vectors."""
+    element = model.field_points[k].element
+    elements, S = model.flexible.elements, model.field_points[k].S
+    iq, iv = elements[element].iq, elements[element].iv
+    n = 4 if model.flexible.beams[elements[element].beam].kind == CABLE else 8
+    for c in range(3):
+        x[c] = v[c] = 0.0
+        for j in range(n):
+            x[c] += S[j] * y[iq + 3 * j + c]
+            v[c] += S[j] * y[iv + 3 * j + c]
+    return n
+
+
+@indirect(REAL(REAL, VECTOR, MODEL))
+def add_field_forces(t, y, model):
+    """Forces of all fields on points and bodies, after `kinematics`; returns their power, W."""
+    points, bodies, on = model.points, model.bodies, model.field_points
+    x, v = model.scratch[1], model.scratch[2]
+    power = 0.0
+    for i in range(points.size):
+        for c in range(3):
+            x[c], v[c] = y[points[i].iq + c], y[points[i].iv + c]
+        ax, ay, az = acceleration(t, model, x, v)
+        m = points[i].mass
+        points[i].f[0] += m * ax
+        points[i].f[1] += m * ay
+        points[i].f[2] += m * az
+        power += m * (ax * v[0] + ay * v[1] + az * v[2])
+    for k in range(on.size):
+        if on[k].body < 0:
+            continue
+        dx, dy, dz = _body_point(model, k, x, v)
+        ax, ay, az = acceleration(t, model, x, v)
+        m = on[k].mass
+        add_wrench(bodies[on[k].body].F, dx, dy, dz, m * ax, m * ay, m * az)
+        power += m * (ax * v[0] + ay * v[1] + az * v[2])
+    return power
+
+
+@indirect(void(REAL, VECTOR, MODEL, VECTOR))
+def add_beam_fields(t, y, model, P):
+    """Forces of all fields on beams into the loads P."""
+    on, elements, n_q = model.field_points, model.flexible.elements, model.info.nq
+    x, v = model.scratch[1], model.scratch[2]
+    for k in range(on.size):
+        if on[k].element < 0:
+            continue
+        n = _element_point(y, model, k, x, v)
+        ax, ay, az = acceleration(t, model, x, v)
+        at, m = elements[on[k].element].iv - n_q, on[k].mass
+        for j in range(n):
+            s = m * on[k].S[j]
+            P[at + 3 * j] += s * ax
+            P[at + 3 * j + 1] += s * ay
+            P[at + 3 * j + 2] += s * az
+
+
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
+def add_field_tangents(t, y, c_rate, model, matrix):
+    """Add what fields on points, bodies and beams change with place, and c_rate times with velocity, to a matrix.
+
+    That of threads is left out: it only slows Newton's method.
+    """
+    points, on, n_q, f = model.points, model.field_points, model.info.nq, model.flexible
+    x, v, A, K = model.scratch[1], model.scratch[2], f.K12, f.K24
+    for i in range(points.size):
+        for c in range(3):
+            x[c], v[c] = y[points[i].iq + c], y[points[i].iv + c]
+        gradient(t, model, x, v, c_rate, A)
+        add_block(matrix, points[i].iv - n_q, points[i].iv - n_q, A, 0, 0, 3, 3, -points[i].mass)
+    for k in range(on.size):
+        if on[k].body >= 0:
+            _add_body_point(t, k, c_rate, model, matrix)
+    last = -1
+    for k in range(on.size):
+        element = on[k].element
+        if element < 0:
+            continue
+        if element != last:
+            _add_element(last, model, matrix)
+            for i in range(24):
+                for j in range(24):
+                    K[i, j] = 0.0
+            last = element
+        n = _element_point(y, model, k, x, v)
+        gradient(t, model, x, v, c_rate, A)
+        for i in range(n):
+            for j in range(n):
+                s = on[k].mass * on[k].S[i] * on[k].S[j]
+                if s != 0.0:
+                    for c in range(3):
+                        for d in range(3):
+                            K[3 * i + c, 3 * j + d] -= s * A[c, d]
+    _add_element(last, model, matrix)
+
+
+@inlined
+def _add_element(element, model, matrix):
+    """Add what K24 holds of an element to the matrix; of none where it is -1."""
+    if element < 0:
+        return
+    elements = model.flexible.elements
+    at = elements[element].iv - model.info.nq
+    size = 6 if model.flexible.beams[elements[element].beam].kind == CABLE else 12
+    for r in range(0, 2 * size, size):
+        for c in range(0, 2 * size, size):
+            add_block(matrix, at + r, at + c, model.flexible.K24, r, c, size, size, 1.0)
+
+
+@indirect(void(REAL, types.int64, REAL, MODEL, SPARSE))
+def _add_body_point(t, k, c_rate, model, matrix):
+    """Add what field point k of a body changes."""
+    on, f = model.field_points, model.flexible
+    x, v, A, K, J = model.scratch[1], model.scratch[2], f.K12, f.K24, f.J[0]
+    b, m = on[k].body, on[k].mass
+    _body_point(model, k, x, v)
+    ax, ay, az = acceleration(t, model, x, v)
+    gradient(t, model, x, v, c_rate, A)
+    at, n = side_columns(model, ON_BODY, b, -1, on[k].local, True, J)
+    for i in range(n):
+        for j in range(n):
+            value = 0.0
+            for c in range(3):
+                for d in range(3):
+                    value += J[c, i] * A[c, d] * J[d, j]
+            K[i, j] = value
+    add_block(matrix, at, at, K, 0, 0, n, n, -m)
+    add_turning(matrix, model, b, on[k].local, -m * ax, -m * ay, -m * az)

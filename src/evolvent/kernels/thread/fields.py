@@ -1,0 +1,47 @@
+"""Fields on wound thread."""
+
+from evolvent.jit import INTEGERS, REAL, indirect
+from evolvent.kernels.fields import acceleration
+from evolvent.kernels.rigid import add_wrench
+from evolvent.kernels.rotations import cross
+from evolvent.kernels.thread.wound import spool_axis, wound_mass
+from evolvent.model import MODEL
+
+
+@indirect(REAL(REAL, INTEGERS, MODEL))
+def wound_fields(t, s, model):
+    """Forces of fields on wound thread onto the bodies that carry it, after `reels`; returns their power, W.
+
+    Notes
+    -----
+    The ring of `wound.carry_wound` is integrated by four points, which have its second moments. It turns with the
+    body and the spool: what the fields do by the spool's rate is kept in `field`, for it comes off the spool's power.
+    """
+    threads, nodes, bodies = model.threads, model.nodes, model.bodies
+    x, v = model.scratch[1], model.scratch[2]
+    power = 0.0
+    for p in range(threads.size):
+        threads[p].field = 0.0
+        if not threads[p].carried:
+            continue
+        r, X = threads[p].radius, threads[p].X
+        m = 0.25 * threads[p].copies * (wound_mass(s, threads, nodes, p) - threads[p].leaving)
+        at, moves, w = bodies[threads[p].body].x, bodies[threads[p].body].v, bodies[threads[p].body].w
+        cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
+        zx, zy, zz = cross(nx, ny, nz, X[0], X[1], X[2])
+        for i in range(4):
+            along = r if i == 0 else (-r if i == 1 else 0.0)
+            across = r if i == 2 else (-r if i == 3 else 0.0)
+            ex, ey, ez = along * X[0] + across * zx, along * X[1] + across * zy, along * X[2] + across * zz
+            dx, dy, dz = cx + ex, cy + ey, cz + ez
+            ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
+            rate = threads[p].b[1] / r
+            sx, sy, sz = cross(nx, ny, nz, ex, ey, ez)
+            sx, sy, sz = rate * sx, rate * sy, rate * sz
+            x[0], x[1], x[2] = at[0] + dx, at[1] + dy, at[2] + dz
+            v[0], v[1], v[2] = moves[0] + ux + sx, moves[1] + uy + sy, moves[2] + uz + sz
+            ax, ay, az = acceleration(t, model, x, v)
+            add_wrench(bodies[threads[p].body].F, dx, dy, dz, m * ax, m * ay, m * az)
+            power += m * (ax * v[0] + ay * v[1] + az * v[2])
+            threads[p].field += m * (ax * sx + ay * sy + az * sz)
+    return power

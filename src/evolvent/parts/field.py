@@ -1,0 +1,148 @@
+"""Fields: accelerations that act on every mass of a system. Uniform gravity belongs to the System."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError
+from evolvent.kernels import drive
+from evolvent.kernels import fields as kernels
+from evolvent.parts.base import Part, unit
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
+from evolvent.parts.field_points import write_field_points
+
+#: Largest cosine between the directions of an orbit that counts as a right angle.
+_RIGHT = 1e-6
+
+
+class Orbit(Part):
+    """The orbital frame of a circular orbit: the system's axes turn with it, and every mass feels it.
+
+    Parameters
+    ----------
+    rate : float, rad/s, optional
+        Mean motion n.
+    radius : float, m, optional
+        Of the orbit, from the centre of the planet, with `gravitational_parameter` in place of `rate`.
+    gravitational_parameter : float, m^3/s^2, optional
+        Of the planet; the Earth's is 3.986004418e14.
+    radial : (3,) float
+        Away from the planet.
+    along : (3,) float
+        In which the origin flies, across `radial`.
+
+    Notes
+    -----
+    The origin of the system's axes flies on the circle. With x radial, y along and z across the orbit a point has
+
+        x'' = 2 n y' + 3 n^2 x,    y'' = -2 n x',    z'' = -n^2 z
+
+    beside other forces (Clohessy & Wiltshire, 1960): gravity to the first order in the distance from the origin,
+    centrifugal and Coriolis force. Bodies, beams, points, threads with their tip masses, and wound thread that its body
+    carries are integrated over their mass, so that a body has the moment 3 n^2 e_r x J e_r of the gravity gradient and
+    the gyroscopic moments of the frame. Positions, velocities, angular velocities and momenta are those in the frame,
+    kinetic energy too; the work of the frame's forces is work of loads. Coriolis forces do none.
+    """
+
+    kind: Literal["orbit"] = "orbit"
+    rate: units.PositiveRate | None = None
+    radius: units.Length | None = None
+    gravitational_parameter: units.GravitationalParameter | None = None
+    radial: units.Direction = (1.0, 0.0, 0.0)
+    along: units.Direction = (0.0, 1.0, 0.0)
+
+    def mean_motion(self, name: str = "orbit") -> float:
+        """Mean motion n, rad/s."""
+        both = (self.radius, self.gravitational_parameter)
+        if self.rate is not None:
+            if both != (None, None):
+                key = "radius" if self.radius is not None else "gravitational_parameter"
+                raise InputError(f"{name}.rate and {name}.{key} are both given; give rate, or radius and "
+                                 f"gravitational_parameter")  # fmt: skip
+            return self.rate
+        if self.radius is None or self.gravitational_parameter is None:
+            key = "rate" if both == (None, None) else "radius" if self.radius is None else "gravitational_parameter"
+            rest = "; give rate, or radius and gravitational_parameter" if key == "rate" else ""
+            raise InputError(f"{name}.{key} is missing{rest}")
+        return math.sqrt(self.gravitational_parameter / self.radius**3)
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the field."""
+        n, r, along = self.mean_motion(name), unit(self.radial), unit(self.along)
+        if abs(float(r @ along)) > _RIGHT:
+            raise InputError(f"{name}.along is {self.along!r}; it must be across {name}.radial, {self.radial!r}")
+        if np.any(builder.gravity):
+            raise InputError(
+                f"gravity is {tuple(builder.gravity.tolist())!r} m/s^2, but {name!r} is an orbit, in which the frame "
+                f"falls; leave out gravity"
+            )
+        h = np.cross(r, along)
+        K = n * n * (3.0 * np.outer(r, r) - np.outer(h, h))
+        _write(builder, name, kind=kernels.ORBIT, law=0, first=0, last=0, K=K, w=n * h, scale=1.0)
+
+
+class AccelerationField(Part):
+    """An acceleration of every mass by a law of place, velocity and time.
+
+    Parameters
+    ----------
+    law : list of three expressions
+        ax, ay and az, m/s^2, of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of expressions.
+
+    Notes
+    -----
+    Points and nodes of threads (tip masses included) feel the acceleration where they are. Bodies are integrated over
+    at most seven points with their mass, centre and second moments, elements of beams over Gauss's points along the
+    axis and four in the section, wound thread that its body carries over four points of its ring: exact, moments
+    included, for a law that is linear in place and velocity.
+    """
+
+    kind: Literal["acceleration-field"] = "acceleration-field"
+    law: ForceLaw
+    parameters: Parameters = ()
+    constants: Constants | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the field."""
+        found = write_law(builder, name, self.law, "force", self.parameters, self.constants)
+        _write(builder, name, kind=kernels.LAW, K=np.zeros((3, 3)), w=np.zeros(3), scale=1.0, **found)
+
+
+def _write(builder: Builder, name: str, **fields: Any) -> None:
+    """Append a field, the only one of its kind."""
+    other = next((k for k, row in enumerate(builder.rows["fields"]) if row["kind"] == fields["kind"]), None)
+    if other is not None:
+        first = next(key for key, found in builder.names.items() if found == ("fields", other))
+        what = "an orbit" if fields["kind"] == kernels.ORBIT else "an acceleration field"
+        raise InputError(f"{name!r} is {what}, and so is {first!r}; a system has one at most")
+    if not builder.rows["fields"]:
+        builder.at_end.append(_finish)
+    builder.names[name] = ("fields", builder.add("fields", **fields))
+
+
+def _finish(builder: Builder) -> None:
+    """Write the points of all masses once every part is there."""
+    for p, row in enumerate(builder.rows["threads"]):
+        thread = next(key for key, found in builder.names.items() if found == ("threads", p))
+        field = next(key for key, found in builder.names.items() if found[0] == "fields")
+        if row["carried"] and row["drive"] == drive.FREE:
+            raise InputError(
+                f"{thread!r} is carried wound on a free spool, on which the field {field!r} has no form; take "
+                f"wound_mass 'ignored', or a drive that prescribes the spool's angle"
+            )
+        if row["copies"] > 1:
+            raise InputError(
+                f"{thread!r} stands for {row['copies']} copies, but the field {field!r} is not the same for all of "
+                f"them; add a thread for each"
+            )
+    write_field_points(builder)
