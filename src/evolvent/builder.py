@@ -288,14 +288,15 @@ class Builder:
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
-        s = self._switches(families["hinges"])
+        s = self._switches(families["hinges"], families["threads"])
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
-            ne=2 * n_threads + len(self.rows["events"]) + self._latches(), bandwidth=bandwidth, gravity=self.gravity,
+            brakes=self._brakes(),
+            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         values = np.array(self.values, dtype=float)
@@ -330,16 +331,25 @@ class Builder:
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _switches(self, hinges: Array) -> Array:
-        """Switches at the start: threads with nothing released but what they say, turns and latches of the hinges."""
+    def _switches(self, hinges: Array, threads: Array) -> Array:
+        """Switches at the start: released nodes, turns and latches of the hinges, senses of spools with friction."""
         n = len(self.rows["threads"])
-        s = np.zeros(2 * n + 2 * hinges.size, dtype=np.int64)
+        s = np.zeros(2 * n + 2 * hinges.size + self._brakes(), dtype=np.int64)
+        at = 2 * n + 2 * hinges.size
+        for k in np.flatnonzero(threads["spool_friction"] > 0.0):
+            threads["spool_switch"][k] = at
+            s[at] = np.sign(self.v[self.rows["threads"][k]["spool_v"]])
+            at += 1
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)
             s[at] = round(float(hinges["angle"][k]) / hinge.QUARTER)
             s[at + 1] = abs(hinges["angle"][k] - hinges["latch"][k]) <= hinge.REACHED
         return s
+
+    def _brakes(self) -> int:
+        """Number of the spools that friction can hold."""
+        return sum(row["spool_friction"] > 0.0 for row in self.rows["threads"])
 
     def _latches(self) -> int:
         """Number of the events of hinges: one each, where any of them has a latch."""
