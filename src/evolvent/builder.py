@@ -292,7 +292,7 @@ class Builder:
         rows, pairs = self._constraints(families)
         bandwidth = int((pairs[:, 0] - pairs[:, 1]).max(initial=0))
         n_threads = len(self.rows["threads"])
-        s = self._switches(families["hinges"], families["joints"])
+        s = self._switches(families["hinges"], families["joints"], families["threads"])
         accounts = mdl.N_ACCOUNTS
         if self.rows["beams"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
@@ -300,7 +300,8 @@ class Builder:
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
-            ne=2 * n_threads + len(self.rows["events"]) + self._latches(), bandwidth=bandwidth, gravity=self.gravity,
+            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
+            bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         values = np.array(self.values, dtype=float)
@@ -335,15 +336,20 @@ class Builder:
         times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
         return {float(t) for t in times if np.isfinite(t)}
 
-    def _switches(self, hinges: Array, joints: Array) -> Array:
-        """Switches at the start: threads with nothing released but what they say, turns and latches of the hinges.
+    def _switches(self, hinges: Array, joints: Array, threads: Array) -> Array:
+        """Switches at the start: released nodes, turns and latches of the hinges, senses of spools with friction.
 
         Those of joints that an event releases stand last, 0 until it has.
         """
         n = len(self.rows["threads"])
         by_event = np.flatnonzero(joints["event"] >= 0)
-        s = np.zeros(2 * n + 2 * hinges.size + by_event.size, dtype=np.int64)
-        joints["switch"][by_event] = 2 * n + 2 * hinges.size + np.arange(by_event.size)
+        at = 2 * n + 2 * hinges.size
+        s = np.zeros(at + self._brakes() + by_event.size, dtype=np.int64)
+        joints["switch"][by_event] = at + self._brakes() + np.arange(by_event.size)
+        for k in np.flatnonzero(threads["spool_friction"] > 0.0):
+            threads["spool_switch"][k] = at
+            s[at] = np.sign(self.v[self.rows["threads"][k]["spool_v"]])
+            at += 1
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)
@@ -359,6 +365,10 @@ class Builder:
             families[name]["account"] = at + count * np.arange(size)
             at += count * size
         return at - first
+
+    def _brakes(self) -> int:
+        """Number of the spools that friction can hold."""
+        return sum(row["spool_friction"] > 0.0 for row in self.rows["threads"])
 
     def _latches(self) -> int:
         """Number of the events of hinges: one each, where any of them has a latch."""

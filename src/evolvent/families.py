@@ -114,6 +114,7 @@ _THREAD_TANGENT = (
     thread.add_thread_residual,
     thread.add_thread_tangent,
     thread.add_segment_tangent,
+    thread.add_end_tangent,
     thread.add_thread_energies,
     *_MATRIX,
 )
@@ -159,7 +160,7 @@ FAMILIES = (
         "a thread on a free spool", "threads", frozenset({EXPLICIT}),
         "take a drive that prescribes the spool's angle, or rk4, heun or dopri5; for equilibrium and modes a Beam",
         which=_is("drive", FREE),
-        forces=(thread.spring_thread, *_THREAD),
+        forces=(thread.spring_thread, profile.profile, *_THREAD),
     ),
     Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
     Family(
@@ -352,6 +353,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
         return assembly.joint_parts[index]
     if family == "body_contacts":
         index = int(assembly.model.flexible.body_contacts["first"][index])
+    if family == "spools":  # rows of threads that call a motor's law
+        family = "threads"
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
 
 

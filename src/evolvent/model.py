@@ -1,7 +1,8 @@
 """The Model: flat arrays of one type for every system.
 
 A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches: the nodes released of
-each thread, then whether the whole of each is, then quarter turns and latch of each hinge. `evolvent.flow` holds the
+each thread, then whether the whole of each is, then quarter turns and latch of each hinge, then the sense in which
+each spool with friction turns, 0 where it sticks. `evolvent.flow` holds the
 functions of it that a solver calls. Families may be empty. Scratch memory lives in the model, so that nothing is
 allocated in a time loop; two threads of execution therefore need two models.
 """
@@ -44,9 +45,9 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 #: One record a part; iq and iv are the places of its coordinates and velocities in the state, -1 for none.
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
-    # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties; step: a
-    # bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step compliance", gravity=_3),
+    # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
+    # spools that friction can hold; step: a bound for fixed steps, s
+    "info": _record("nq nv ny ns ne bandwidth penalties brakes", "gravity", "step compliance", gravity=_3),
     "bodies": _record(
         "motion iq iv",
         "mass inertia axis R0 x0 rate spin_inertia",
@@ -62,9 +63,11 @@ RECORDS: dict[str, np.dtype] = {
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
     "threads": _record(
-        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go",
-        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture",
-        "Q d X phi b spool leaving start field",
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go end coupled "
+        "spool_switch motor_profile motor_law motor_first motor_last",
+        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
+        "coiling core spool_friction spool_viscous",
+        "Q d X phi b spool leaving start field r loose motor friction",
         departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
     ),
     # mass, its inverse, and the length of thread whose loads the node carries

@@ -524,6 +524,7 @@ Velocity = Annotated[Triple, Vector(quantity=_SPEED)]
 AngularVelocity = Annotated[Triple, Vector(quantity=_ANGULAR_RATE)]
 Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))]
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
+TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
 LineForceVector = Annotated[Triple, Vector(quantity=Quantity(what="a force per length", unit="N/m", example="0.1 N/m"))]
 _IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")

@@ -27,6 +27,8 @@ from evolvent.model import (
 OVERRUN = 1e-6
 #: An event of a thread is due from this value on: the state is within so much of a segment of it.
 DUE = -1e-10
+#: Rate below which a spool with friction stands, rad/s.
+STANDSTILL = 1e-9
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
@@ -35,30 +37,74 @@ def event_values(t, y, s, model, g):
 
     Parameters
     ----------
-    g : (ne,) float, output: release and capture of every thread, the user's events, the latch of every hinge
+    g : (ne,) float, output: release and capture of every thread, the user's events, the latch of every hinge, the
+        changes of every spool with friction
     """
     threads = model.threads
     n = threads.size
     for p in range(n):
         phi, rate, acceleration = thread.spool(t, y, threads, model.parameters, p)
-        turn_per_node = threads[p].segment / threads[p].radius
+        nodes_out = phi / (threads[p].segment / threads[p].radius)
+        if threads[p].coiling != 0.0:
+            nodes_out = thread.paid_out(threads, p, phi) / threads[p].segment
         g[2 * p] = -1.0
         g[2 * p + 1] = -1.0
         if s[n + p] != 0:
             continue
         if rate > 0.0:
-            g[2 * p] = phi / turn_per_node - s[p]
+            g[2 * p] = nodes_out - s[p]
             if s[p] == threads[p].n and not threads[p].lets_go:
                 g[2 * p] -= OVERRUN
         if rate < 0.0:
-            g[2 * p + 1] = (s[p] - 1) + threads[p].capture - phi / turn_per_node
-            if s[p] == 0:
-                g[2 * p + 1] = -phi / turn_per_node - OVERRUN
+            g[2 * p + 1] = (s[p] - 1) + threads[p].capture - nodes_out
+            if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
+                g[2 * p + 1] = -nodes_out - OVERRUN
     for k in range(model.events.size):
         parameters = model.parameters[model.events[k].first : model.events[k].last]
         g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
-    if g.size > 2 * n + model.events.size:
+    brakes = model.info.brakes
+    if g.size - brakes > 2 * n + model.events.size:
         hinge.latch_values(t, y, s, model, 2 * n + model.events.size, g)
+    if brakes > 0:
+        brake_values(t, y, s, model, g)
+
+
+@inlined
+def brake_values(t, y, s, model, g):
+    """Values of the events of spools with friction, the last of all: one that turns stops, one that sticks slips."""
+    threads, stuck = model.threads, False
+    first = g.size - s.size  # of the event that belongs to a switch; both stand at the end
+    for p in range(threads.size):
+        k = threads[p].spool_switch
+        if k < 0:
+            continue
+        g[first + k] = -y[threads[p].spool_v] * s[k] - STANDSTILL
+        stuck = stuck or s[k] == 0
+    if not stuck:
+        return
+    rhs(t, y, s, model, model.dy[1])
+    for p in range(threads.size):
+        k = threads[p].spool_switch
+        if k >= 0 and s[k] == 0:
+            g[first + k] = abs(thread.hold_torque(s, model, p)) / threads[p].spool_friction - 1.0
+
+
+@inlined
+def change_brake(t, y, s, model, switch):
+    """A spool with friction has stopped and sticks, or turns on the other way where friction cannot hold it; or slips.
+
+    An energy of the spool that is left at STANDSTILL is neglected.
+    """
+    threads = model.threads
+    for p in range(threads.size):
+        if threads[p].spool_switch != switch:
+            continue
+        y[threads[p].spool_v] = 0.0
+        s[switch] = 0
+        rhs(t, y, s, model, model.dy[1])
+        held = thread.hold_torque(s, model, p)
+        if abs(held) >= threads[p].spool_friction:
+            s[switch] = -1 if held > 0.0 else 1
 
 
 @inlined
@@ -75,6 +121,9 @@ def apply_event(t, y, s, model, k, g):
     All releases that are due by g, the values of the events, are carried out with the first of them.
     """
     n = model.threads.size
+    if k >= model.info.ne - model.info.brakes:
+        change_brake(t, y, s, model, k + s.size - model.info.ne)
+        return 0
     if k >= 2 * n + model.events.size:
         coordinate.lock(s, model.flexible.hinges, k - 2 * n - model.events.size)
         return 0
@@ -83,7 +132,8 @@ def apply_event(t, y, s, model, k, g):
             release_by_event(t, y, s, model, k - 2 * n)
         return model.events[k - 2 * n].stops
     p = k // 2
-    if (s[p] == 0 and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
+    least = 1 if model.threads[p].end >= 0 else 0
+    if (s[p] == least and k % 2 == 1) or (s[p] == model.threads[p].n and k % 2 == 0 and not model.threads[p].lets_go):
         return -1
     add_to_balance(t, y, s, model, -1.0)
     if k % 2 == 1:
@@ -163,7 +213,7 @@ def place_node(y, s, threads, nodes, p):
     elif i > 0 and threads[p].turned:
         length = 0.0
         for c in range(3):
-            x[c] = y[q - 3 + c] - Q[c]
+            x[c] = (nodes[k - 1].x[c] if thread.is_end(threads, p, i - 1) else y[q - 3 + c]) - Q[c]
             length += x[c] * x[c]
         for c in range(3):
             x[c] /= np.sqrt(length)
@@ -212,8 +262,6 @@ def start_links(t, y, s, model):
                 continue
             rhs(t, y, s, model, now)
             b1, b2 = threads[p].b[1], threads[p].b[2]
-            if threads[p].drive == thread.FREE_SPOOL:
-                b2 = threads[p].radius * now[threads[p].spool_v]
             reach = 10.0 * thread.SHORT * threads[p].segment
             short = 2.0 * reach / (b1 + np.sqrt(b1 * b1 + 2.0 * max(b2, 0.0) * reach))
             for k in range(y.size):

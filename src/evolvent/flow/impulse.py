@@ -17,6 +17,7 @@ def prepare(t, y, s, model):
     rigid.kinematics(t, y, model)
     if threads.size > 0:
         thread.reels(t, y, s, model)
+        thread.lock_spools(model)
         thread.carry_wound(s, model)
     for p in range(threads.size):
         if threads[p].leaving > 0.0:

@@ -71,6 +71,8 @@ def apply_forces(t, y, s, model, dy):
             d, power = thread.spring_thread(y, s, model, p, loaded, dy)
             dissipated += d
             spool_power += power
+    if threads.size > 0:
+        dissipated += thread.spool_losses(y, model)
     return dissipated, load_power, spool_power, loaded
 
 
@@ -95,6 +97,7 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
                 spool_power += thread.chain_rates(y, s, model, p, loaded, dy)
                 info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
     if threads.size > 0:
+        thread.spring_spools(y, s, model, dy)
         spool_power += thread.carry_power(s, model)
     drive_power = 0.0
     for b in range(bodies.size):

@@ -32,7 +32,7 @@ def fill_observations(times, Y, S, model, position, velocity, tension, spool, R,
             thread.thread_inventory(Y[n], S[n], model, p, thread_sums[n, p])
             first, b = threads[p].node, threads[p].body
             spool[n, p, 0] = threads[p].phi
-            spool[n, p, 1] = threads[p].b[1] / threads[p].radius
+            spool[n, p, 1] = threads[p].b[1] / threads[p].r
             for i in range(threads[p].n):
                 k = first + i
                 if i < S[n, p]:

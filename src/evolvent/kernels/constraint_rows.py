@@ -104,9 +104,14 @@ def build_rows(y, s, model):
             links, bound = chain.chain_links(s, threads, k)
             if not bound:
                 continue
-            if threads[k].drive == chain.FREE_SPOOL:
-                radius = threads[k].radius
+            if chain.is_loose(threads, k):
+                radius = threads[k].r
                 A[r, 0] += threads[k].copies * radius * radius / threads[k].spool
+                nx, ny, nz = chain.spool_direction(threads, bodies, k)
+                reaction = float(threads[k].copies) * radius
+                rows[r].J[0, 3] -= reaction * nx
+                rows[r].J[0, 4] -= reaction * ny
+                rows[r].J[0, 5] -= reaction * nz
             q = threads[k].iq + 3 * links
             copies = float(threads[k].copies)
             rows[r].e[0], rows[r].e[1], rows[r].e[2] = y[q], y[q + 1], y[q + 2]

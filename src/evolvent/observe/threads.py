@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
+from evolvent.flow.needs import load_explicit
+from evolvent.flow.rhs import rhs
+from evolvent.kernels.drive import FREE
 from evolvent.observe.variables import Observed, cross, norm, turned, turned_back
 from evolvent.observe.view import Pose, View
 from evolvent.references import FROM_TIP
@@ -33,7 +36,8 @@ def observe_thread(view: View, name: str) -> Observed:
     tension = np.where(released, seen.tension[:, first : first + n], np.nan)
     last = np.maximum(view.s[:, index] - 1, 0)
     at, sums = np.arange(view.t.size), seen.thread_inventory[:, index]
-    out = np.clip(float(row["radius"]) * seen.spool[:, index, 0], 0.0, n * float(row["segment"]))
+    angle = seen.spool[:, index, 0]
+    out = np.clip((float(row["radius"]) - 0.5 * float(row["coiling"]) * angle) * angle, 0.0, n * float(row["segment"]))
     out = np.where(gone, n * float(row["segment"]), out)
     hub = np.where(gone | (view.s[:, index] == 0), 0.0, tension[at, last])  # nothing is out, or all has left
     lag, signed = lags(view, row, x, released)
@@ -50,6 +54,8 @@ def observe_thread(view: View, name: str) -> Observed:
     found.scalar("deployed_length", out, "m", "length of thread paid out")
     found.scalar("separated", gone, "1", "1 once the thread has left the spool")
     found.vector("tip_position", x[:, 0], "m", "position of the tip, inertial axes")
+    if row["end"] >= 0:
+        found.vector("end_force", _end_force(view, index, x, tension), "N", "pull on what the end is fixed to")
     copies = f", of all {int(row['copies'])} copies" if row["copies"] > 1 else ""
     what = "of the released thread, of wound thread that is carried and of a free spool" + copies
     found.scalar("energy_kinetic", sums[:, mdl.KINETIC], "J", f"kinetic energy {what}")
@@ -62,6 +68,19 @@ def observe_thread(view: View, name: str) -> Observed:
     _draw(view, name, found)
     found.plots = ["tip_lag", "hub_tension", "deployed_length"]
     return found
+
+
+def _end_force(view: View, index: int, x: Array, tension: Array) -> Array:
+    """Pull of the outermost segment on the place that a thread ends at, inertial axes: (nt, 3)."""
+    row = view.model.threads[index]
+    pose = view.pose(int(row["body"]))
+    inner = pose.x + turned(pose.R, row["departure"])
+    if row["n"] > 1:
+        inner = np.where((view.s[:, index] > 1)[:, None], x[:, 1], inner)
+    away = inner - x[:, 0]
+    length = norm(away)
+    pull: Array = (np.nan_to_num(tension[:, 0]) / np.where(length > 0.0, length, 1.0))[:, None] * away
+    return pull
 
 
 def _draw(view: View, name: str, found: Observed) -> None:
@@ -151,6 +170,25 @@ def _leading(pose: Pose, row: np.record) -> Array:
     return found
 
 
+def _spool_torques(view: View, index: int) -> tuple[Array, Array]:
+    """Torques of motor and friction on a free spool, N m: (nt,) each."""
+    model, found = view.model, np.zeros((2, view.t.size))
+    load_explicit(model, rhs)
+    dy = np.zeros(view.y.shape[1])
+    for k, t in enumerate(view.t):
+        s = np.ascontiguousarray(view.s[k])
+        rhs(float(t), np.ascontiguousarray(view.y[k]), s, model, dy)
+        row = model.threads[index]
+        found[:, k] = row["motor"], row["friction"]
+        if row["spool_switch"] >= 0 and s[row["spool_switch"]] == 0:  # see `kernels.thread.spool.hold_torque`
+            body = model.bodies[int(row["body"])]
+            turning = float((body["R"] @ row["chord"]) @ body["a"][3:])
+            held = s[index] > 0 and s[model.threads.size + index] == 0
+            tension = model.nodes["tension"][int(row["node"]) + int(s[index]) - 1] if held else 0.0
+            found[1, k] = row["spool"] * turning - row["r"] * tension - row["motor"]
+    return found[0], found[1]
+
+
 def observe_reel(view: View, name: str) -> Observed:
     """Angle and rate of the spool, and the torque of its thread, of all reels that hold a thread."""
     found = Observed()
@@ -165,7 +203,14 @@ def observe_reel(view: View, name: str) -> Observed:
     tension = np.where(free | (view.s[:, index] == 0), 0.0, tension)
     found.scalar("angle", seen.spool[:, index, 0], "rad", "angle of the spool, positive pays out")
     found.scalar("rate", seen.spool[:, index, 1], "rad s-1", "rate of the spool")
-    found.scalar("torque", tension * float(row["radius"]), "N m", "torque of the thread's tension on the spool")
+    radius = float(row["radius"]) - float(row["coiling"]) * seen.spool[:, index, 0]
+    found.scalar("torque", tension * radius, "N m", "torque of the thread's tension on the spool")
+    if row["coiling"] != 0.0:
+        found.scalar("radius", radius, "m", "radius at which the tape leaves the spool")
+    if row["drive"] == FREE:
+        motor, friction = _spool_torques(view, index)
+        found.scalar("motor_torque", motor, "N m", "torque of the motor on the spool, positive pays out")
+        found.scalar("friction_torque", friction, "N m", "torque of friction and brake on the spool, holding ones too")
     pose = view.pose(int(row["body"]))
     centre = pose.x + turned(pose.R, row["departure"] - float(row["radius"]) * row["normal"])
     found.vector("position", centre, "m", "centre of the spool, inertial axes")

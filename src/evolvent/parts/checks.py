@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent.errors import InputError
+from evolvent.kernels import rigid
 
 
 def number(name: str, value: Any, *, least: float = -math.inf, allowed: str = "a finite number") -> float:
@@ -36,3 +37,29 @@ def vector(name: str, value: Sequence[float], size: int = 3) -> np.ndarray:
     if array.shape != (size,) or not np.all(np.isfinite(array)):
         raise InputError(f"{name} is {value!r}; it must be {size} finite numbers")
     return array
+
+
+def check_rotor(body: Mapping[str, Any], axis: np.ndarray, inertia: float, key: str, name: str) -> None:
+    """Refuse a rotor whose moment of inertia is not a part of that of its body.
+
+    Parameters
+    ----------
+    body : row of the body
+    axis : (3,) float, of the rotor, body axes
+    inertia : float, kg m2
+    key, name : str, the key that holds the inertia, and the body's name
+    """
+    if body["motion"] == rigid.FREE:
+        left = float(np.linalg.eigvalsh(body["inertia"] - inertia * np.outer(axis, axis)).min())
+        most = 1.0 / float(axis @ np.linalg.solve(body["inertia"], axis))
+    elif body["motion"] == rigid.SPIN:
+        along = float(body["axis"] @ axis) ** 2
+        left = body["spin_inertia"] - inertia * along
+        most = body["spin_inertia"] / along if along > 0.0 else np.inf
+    else:
+        return
+    if left <= 0.0:
+        raise InputError(
+            f"{key} is {inertia!r} kg m2; the inertia of {name!r} contains it, and takes less than {most:.6g} kg m2 "
+            f"about this axis"
+        )

@@ -15,7 +15,8 @@ from evolvent import laws, units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import drive as kernels
-from evolvent.parts.expression import Constants, DriveLaw, Parameters, TimeExpression, write_law
+from evolvent.parts.expression import Constants, DriveLaw, Parameters, SpringLaw, TimeExpression, write_law
+from evolvent.parts.profile import TorqueProfile, write_profile
 from evolvent.schema import Section
 
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
@@ -34,6 +35,12 @@ class DriveRow(NamedTuple):
     spool_v: int = -1
     inertia: float = 0.0
     torque: float = 0.0
+    friction: float = 0.0
+    viscous: float = 0.0
+    profile: int = -1
+    motor: int = 0
+    motor_first: int = 0
+    motor_last: int = 0
 
 
 class DriveKind(Section):
@@ -199,17 +206,33 @@ def _tried(builder: Builder, row: DriveRow, law: Any, time: float, described: st
 
 
 class FreeSpool(DriveKind):
-    """A spool that the thread's tension turns, against or with a constant torque.
+    """A spool that the thread's tension turns, with a motor, a brake and friction between it and its body.
 
     Parameters
     ----------
-    inertia : float, kg m2, of the empty spool (wound thread that is carried comes on top)
-    torque : float, N m, of a motor (positive, pays out) or a brake that slips (negative)
+    inertia : float, kg m2, of the empty spool about its axis, which a moving body's own inertia contains (wound thread
+        that is carried comes on top)
+    torque : float, N m, constant torque of a motor on the spool (positive pays out)
+    profile : torque of a motor as a function of time, N m, added to `torque`
+    law : torque of a motor, N m, added to both: an expression of the spool's angle x (rad), its rate v (rad/s) and t
+        (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``
+    parameters : list of float, of a Python law
+    constants : mapping of names to float, of an expression
+    brake : float, N m, of a brake: it holds the spool until more is wanted, and then slips at this torque
+    friction : float, N m, Coulomb friction of the bearing, which acts as the brake does
+    viscous : float, N m s/rad, viscous friction of the bearing
     angle, rate : float, rad and rad/s, at the start
     """
 
     inertia: units.Inertia
     torque: units.Torque = 0.0
+    profile: TorqueProfile | None = None
+    law: SpringLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
+    brake: units.TorqueOrZero = 0.0
+    friction: units.TorqueOrZero = 0.0
+    viscous: units.RotationalDampingOrZero = 0.0
     angle: units.Angle = 0.0
     rate: units.AngularRate = 0.0
 
@@ -217,7 +240,15 @@ class FreeSpool(DriveKind):
         """Reserve the spool's angle and rate as coordinates."""
         _check_start(name, self.angle)
         q, v = builder.coordinates([self.angle], [self.rate])
-        return DriveRow(kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque)
+        at, law = -1, {"law": 0, "first": 0, "last": 0}
+        if self.profile is not None:
+            at, _ = builder.parameters(write_profile(builder, f"{name}.profile", self.profile))
+        if self.law is not None:
+            law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
+        return DriveRow(
+            kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque, self.brake + self.friction, self.viscous, at,
+            law["law"], law["first"], law["last"],
+        )  # fmt: skip
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle and rate at the start."""

@@ -9,8 +9,8 @@ import numpy as np
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
-from evolvent.kernels import rigid
 from evolvent.parts.base import BodyName, Part, unit
+from evolvent.parts.checks import check_rotor
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Drive
 
@@ -58,8 +58,5 @@ class Reel(Part):
         index = builder.find(self.body, "bodies")
         _, Y, _ = self.frame(name)
         if isinstance(self.drive, FreeSpool):
-            row = builder.rows["bodies"][index]
-            turns_with = abs(row["axis"] @ Y) > 1e-9 or abs(np.array(self.centre) @ Y) > 1e-9
-            if row["motion"] == rigid.FREE or (row["motion"] == rigid.SPIN and turns_with):
-                raise InputError(f"{name}: a free spool needs a driven body, or one that spins across the spool's axis")
+            check_rotor(builder.rows["bodies"][index], Y, self.drive.inertia, f"{name}.drive.inertia", self.body)
         builder.names[name] = ("reels", -1)

@@ -9,13 +9,21 @@ import numpy as np
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, springs
 from evolvent.kernels import thread as kernels
-from evolvent.parts.base import Part, ReelName, unit
+from evolvent.parts.base import Part, Place, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
 
+#: Of a thread whose end is fixed, at the start.
+LARGEST_STRAIN = 0.1
 SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
+
+
+def turns_with(builder: Builder, body: int, axis: np.ndarray, centre: np.ndarray) -> bool:
+    """Whether a spool on a spinning body feels how that turns, or leaves its plane."""
+    along = builder.rows["bodies"][body]["axis"]
+    return bool(abs(along @ axis) > 1e-9 or abs(centre @ axis) > 1e-9)
 
 
 class Thread(Part):
@@ -33,12 +41,15 @@ class Thread(Part):
         Number n of lumped masses.
     tip_mass : float, kg
         Added to the first node.
+    end : place, optional
+        Place of a body or a point mass, such as "satellite.hook", that the outer end is fixed to.
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs).
     direction : (3,) float, optional
-        Of the thread already out at the start, body axes; that in which the reel lets it out if left out.
+        Of the thread already out at the start, body axes; that in which the reel lets it out if left out. With `end`
+        it goes straight to that place.
     velocity_turn : bool
         Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}
@@ -52,6 +63,9 @@ class Thread(Part):
         Fraction of a segment at which a node that is reeled in goes back onto the spool.
     width : float, m, optional
         Of a tape, along the axis of its spool: it is drawn as a strip.
+    thickness : float, m
+        Of a tape wound in an Archimedean spiral. The reel's radius is then that with the whole tape wound, and falls by
+        the thickness with every turn; the tape leaves at Q all the same, through an eye.
 
     Notes
     -----
@@ -59,6 +73,11 @@ class Thread(Part):
     the root is not counted. On springs what is out at the start is not stretched yet and rings for a while. Carried
     thread is evenly wound: a thin ring of radius r about the spool's axis, that turns with the spool. What a node's
     momentum at Q differs from its share of the ring acts on the body as an impulse when the node leaves or comes back.
+
+    With `end` the first node is that place: the outermost segment pulls on it, and half a segment and `tip_mass` move
+    with it. On a body their energy and momentum count with the thread; a point mass takes their mass up into its own.
+    What is out at the start lies straight and is stretched evenly where the place is farther off than its length.
+    Segments carry compression as springs do: let the end move away, or keep the thread taut by a spin.
     """
 
     kind: Literal["thread"] = "thread"
@@ -67,6 +86,7 @@ class Thread(Part):
     line_density: units.LineDensity
     nodes: Annotated[int, units.Whole(least=1, most=1_000_000)] = 20
     tip_mass: units.MassOrZero = 0.0
+    end: Place | None = None
     segments: Literal["springs", "inextensible"] = "springs"
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
@@ -77,6 +97,7 @@ class Thread(Part):
     copies: Annotated[int, units.Whole(least=1, most=1_000_000)] = 1
     capture: units.PositiveNumber = 1e-3
     width: units.Length | None = None
+    thickness: units.LengthOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the thread into the families `threads` and `nodes`."""
@@ -107,20 +128,37 @@ class Thread(Part):
                 f"{self.reel}.drive starts at rest with nothing out, where an inextensible thread has no direction; "
                 "start with some length out (`angle` above 0), or at a rate above 0"
             )
-        out = angle * reel.radius
+        core = reel.radius**2 - length * self.thickness / np.pi
+        if core <= 0.0:
+            raise InputError(
+                f"{name}.thickness is {self.thickness!r} m, which leaves no core: {length:g} m of it wound to "
+                f"{self.reel}.radius, {reel.radius!r} m, need more than the whole disk; it must be below "
+                f"{np.pi * reel.radius**2 / length:.6g} m"
+            )
+        out = angle * (reel.radius - 0.25 * self.thickness / np.pi * angle)
         if out > length * (1.0 + 1e-12):
             raise InputError(
                 f"{self.reel}.drive: {out:g} m are out at the start, more than {name}.length, {length:g} m"
             )
         released = min(int(np.ceil(round(out / l0, 9))), n)
-        direction = X if self.direction is None else unit(self.direction)
+        departure = centre + reel.radius * Z
+        direction, distance, end = X if self.direction is None else unit(self.direction), out, -1
+        if self.end is not None:
+            released = max(released, 1)
+            direction, distance, end = self._to_end(builder, name, body, departure, X, out)
         q, v = self._start(
-            builder, body, centre + reel.radius * Z, direction, kind, n, released, out, rate * reel.radius
+            builder, body, departure, direction, kind, n, released, out, rate * reel.radius, distance, end
         )
         first = len(builder.rows["nodes"])
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
             mass = self.line_density * span + (tip if i == 0 else 0.0)
+            if i == 0 and end >= 0 and builder.rows["markers"][end]["kind"] == springs.ON_POINT:
+                point = builder.rows["points"][builder.rows["markers"][end]["index"]]
+                point["mass"] += mass
+                point["compliance"] = 1.0 / point["mass"]
+                builder.add("nodes", mass=0.0, compliance=0.0, span=span)
+                continue
             builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
         index = builder.add(
             "threads",
@@ -134,7 +172,7 @@ class Thread(Part):
             stiffness=self.stiffness,
             damping=self.damping,
             body=body,
-            departure=centre + reel.radius * Z,
+            departure=departure,
             payout_axis=X,
             chord=Y,
             normal=Z,
@@ -151,9 +189,48 @@ class Thread(Part):
             carried=int(self.wound_mass == "carried"),
             lets_go=int(self.lets_go),
             capture=self.capture,
+            end=end,
+            coiling=0.5 * self.thickness / np.pi,
+            core=np.sqrt(core),
+            spool_friction=drive.friction,
+            spool_viscous=drive.viscous,
+            spool_switch=-1,
+            motor_profile=drive.profile,
+            motor_law=drive.motor,
+            motor_first=drive.motor_first,
+            motor_last=drive.motor_last,
+            coupled=int(motion == rigid.FREE or (motion == rigid.SPIN and turns_with(builder, body, Y, centre))),
         )
         builder.released.append(released)
         builder.names[name] = ("threads", index)
+
+    def _to_end(
+        self, builder: Builder, name: str, body: int, departure: np.ndarray, X: np.ndarray, out: float
+    ) -> tuple[np.ndarray, float, int]:
+        """Direction to the place that the end is fixed to (body axes), its distance, and its marker."""
+        key = f"{name}.end"
+        if self.segments != "springs":
+            raise InputError(f"{key} is {self.end!r}; it needs {name}.segments 'springs', not {self.segments!r}")
+        if self.copies > 1:
+            raise InputError(f"{key} is {self.end!r}; it goes with one thread, but {name}.copies is {self.copies!r}")
+        if self.direction is not None:
+            raise InputError(f"{name}.direction and {key} are both given; {key} says where the thread goes")
+        end = builder.marker(self.end, key)
+        row, pose = builder.rows["markers"][end], builder.poses[body]
+        if row["kind"] == springs.ON_BODY and row["index"] == body:
+            raise InputError(
+                f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a place of another part"
+            )
+        away = builder.marker_state(end)[0] - (pose.x + pose.R @ departure)
+        distance = float(np.linalg.norm(away))
+        if not out * (1.0 - 1e-6) - 1e-9 <= distance <= out * (1.0 + LARGEST_STRAIN) + 1e-9:
+            r, c = builder.specs[self.reel].radius, 0.5 * self.thickness / np.pi
+            angle = 2.0 * distance / (r + np.sqrt(max(r * r - 2.0 * c * distance, 0.0)))
+            raise InputError(
+                f"{key} is {self.end!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but {out:.6g} m "
+                f"are out at the start; set {self.reel}.drive.angle to {angle:.9g} rad, or move the place"
+            )
+        return (pose.R.T @ away / distance if distance > kernels.TINY else X), distance, end
 
     def _start(
         self,
@@ -166,8 +243,10 @@ class Thread(Part):
         released: int,
         out: float,
         speed: float,
+        distance: float,
+        end: int,
     ) -> tuple[int, int]:
-        """Coordinates of all nodes: what is out is straight and turns with the body."""
+        """Coordinates of all nodes: what is out is straight and turns with the body, or moves as both its ends do."""
         pose, l0 = builder.poses[body], self.length / n
         e = pose.R @ direction
         d = pose.R @ departure
@@ -175,6 +254,14 @@ class Thread(Part):
         if kind == kernels.INEXTENSIBLE:
             q[:] = e
             v[:released] = np.cross(pose.w, e)
+        elif end >= 0:
+            root, far = pose.x + d, builder.marker_state(end)
+            root_speed = pose.v + np.cross(pose.w, d)
+            for i in range(released):
+                share = (out - i * l0) / out if out > 0.0 else 0.0
+                q[i] = root + share * distance * e
+                v[i] = root_speed + share * (far[1] - root_speed)
+            q[0], v[0] = 0.0, 0.0  # not used: the first node is that place
         else:
             for i in range(released):
                 arm = d + (out - i * l0) * e

@@ -9,6 +9,7 @@ from numba import types, void
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import body_contact, rigid
 from evolvent.kernels.rotations import turn
+from evolvent.kernels.thread import is_end
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate
@@ -107,7 +108,8 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
     """Move threads to where the lengths of their segments at the spools lie on straight lines (see `dense`)."""
     for k in range(model.threads.size):
         count = model.flexible.switches[k]
-        if count == 0 or model.flexible.switches[model.threads.size + k] != 0:  # wound, or gone
+        held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
+        if count <= (1 if held else 0) or model.flexible.switches[model.threads.size + k] != 0:  # wound, or gone
             continue
         q = model.threads[k].iq
         at = q + 3 * (count - 1)
@@ -118,10 +120,11 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
         a, b, c = _from_spool(t + theta * h, y, k, at, model)
         size = math.sqrt(a * a + b * b + c * c)
         more = (first + theta * (last - first)) / size - 1.0 if size > 0.0 else 0.0
-        for i in range(count):
-            y[q + 3 * i] += more * a
-            y[q + 3 * i + 1] += more * b
-            y[q + 3 * i + 2] += more * c
+        for i in range(1 if held else 0, count):
+            part = more * i / (count - 1) if held else more
+            y[q + 3 * i] += part * a
+            y[q + 3 * i + 1] += part * b
+            y[q + 3 * i + 2] += part * c
     rigid.kinematics(t + h, work.y, model)
     for b in range(model.bodies.size):
         for i in range(6):

@@ -176,9 +176,9 @@ def highest(model, t, y, s, work):
     """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
     event_values(t, y, s, model, work.g)
     value = -1.0
-    threads = 2 * model.threads.size
+    threads, brakes = 2 * model.threads.size, work.g.size - model.info.brakes
     for k in range(work.g.size):
-        if (k < threads or work.g0[k] < 0.0) and work.g[k] > value:
+        if (k < threads or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
             value = work.g[k]
     return value
 
@@ -210,7 +210,8 @@ def fire(model, t, work):
         event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
-            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and work.g0[k] < 0.0 and g[k] >= 0.0):
+            allowed = k >= g.size - model.info.brakes or work.g0[k] < 0.0
+            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and allowed and g[k] >= 0.0):
                 due = k
                 break
         if due < 0:
@@ -395,6 +396,8 @@ def fixed_step(A, b, c, model, work, budget):
             keep_sample(work, y)
         if target == until:
             until = next_break(model, work, target)
+            if model.info.brakes > 0:  # a motor's torque may jump
+                fire(model, target, work)
     return BUDGET
 
 
@@ -574,6 +577,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         if landing or target >= until:
             until = min(next_break(model, work, target), end)
             changed = True
+            if model.info.brakes > 0:  # a motor's torque may jump
+                fire(model, target, work)
         if changed:
             rhs(target, y, s, model, K[0])
             loop.rhs_evaluations += 1

@@ -95,19 +95,28 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.fixed.add(int(graph.body[k]))
 
 
+def _block_of_marker(graph: _Graph, marker: np.record) -> int:
+    """Block of what a marker is on, -1 of what does not move."""
+    if marker["kind"] == springs.ON_POINT:
+        return graph.of(int(graph.model.points["iv"][marker["index"]]))
+    return int(graph.body[marker["index"]])
+
+
 def _couple_forces(graph: _Graph) -> None:
     """What threads, springs, hinges, custom forces and contacts couple, but for turns on one another."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
             graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]])
+        if thread["end"] >= 0:
+            end = _block_of_marker(graph, model.markers[thread["end"]])
+            graph.couple(end, graph.body[thread["body"]])
+            if thread["n"] > 1:
+                graph.couple(end, graph.of(int(thread["iv"]) + 3))
     for spring in model.springs:
         ends = []
         for marker in model.markers[[spring["a"], spring["b"]]]:
-            if marker["kind"] == springs.ON_POINT:
-                ends.append(graph.of(int(model.points["iv"][marker["index"]])))
-            elif marker["kind"] == springs.ON_BODY:
-                ends.append(int(graph.body[marker["index"]]))
+            ends.append(_block_of_marker(graph, marker))
         graph.couple(*ends)
     for hinge in model.flexible.hinges:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))

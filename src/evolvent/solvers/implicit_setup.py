@@ -59,7 +59,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     for row in model.threads:
         linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
         places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
-    masses += model.nodes["mass"].tolist()
+    masses += [mass for mass in model.nodes["mass"].tolist() if mass > 0.0]  # a point mass has that of an end on it
     for point in model.points:
         linear.append(point["iv"] - n_q)
         places.append(assembly.y[point["iq"] :][:3])

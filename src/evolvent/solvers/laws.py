@@ -132,6 +132,10 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
     for k, row in enumerate(model.fields):
         if row["law"] != 0:
             yield _Use("fields", k, row)
+    for k, row in enumerate(model.threads):
+        if row["motor_law"] != 0:
+            law = {"law": row["motor_law"], "first": row["motor_first"], "last": row["motor_last"]}
+            yield _Use("spools", k, {**law, "spool_q": row["spool_q"], "spool_v": row["spool_v"]})
     for k, row in enumerate(model.flexible.custom_forces):
         yield _Use("custom_forces", k, row)
     for k, row in enumerate(model.flexible.motors):
@@ -158,6 +162,8 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         length = float(np.linalg.norm(b[:3] - a[:3]))
         rate = float((b - a)[:3] @ (b - a)[3:]) / length if length > 0.0 else 0.0
         yield length - float(use.row["length"]), rate, time
+    elif use.family == "spools":
+        yield float(y[use.row["spool_q"]]), float(y[use.row["spool_v"]]), time
     elif use.family == "loads":
         thread = model.threads[use.row["target"]]
         if everywhere:  # where the last evaluation of the forces has put them

@@ -27,7 +27,7 @@ def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
         if row["drive"] != FREE:
             parameters = model.parameters[int(row["first"]) : int(row["last"])]
             drive_angles(int(row["drive"]), parameters, int(row["law"]), times, angles)
-            angles *= row["radius"]
+            angles *= row["radius"] - 0.5 * row["coiling"] * angles
     return found.T
 
 

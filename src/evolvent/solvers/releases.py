@@ -41,7 +41,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
         def paid(t: float, row: Any = row, parameters: np.ndarray = parameters) -> float:
             """Nodes' worth of thread that is out."""
             angle = drive(int(row["drive"]), parameters, int(row["law"]), float(t))[0]
-            return float(angle * row["radius"] / row["segment"])
+            return float((angle * row["radius"] - 0.5 * row["coiling"] * angle**2) / row["segment"])
 
         n = int(row["n"])
         up = np.append(np.arange(n, dtype=float), n if row["lets_go"] else n + OVERRUN)

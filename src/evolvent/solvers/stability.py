@@ -43,10 +43,10 @@ def fastest_mode(assembly: Assembly) -> Mode:
     body_contact.add_body_contact_bound(model, body)
     names = {found: name for name, found in assembly.names.items()}
     best = [(0.0, 0.0, "nothing")]
+    for p in range(model.threads.size):
+        best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
     for i in range(model.points.size):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
-    for p in range(model.threads.size):
-        best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body)]
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
         best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), names["bodies", i]))
     largest = 0.0

@@ -31,15 +31,24 @@ from evolvent.kernels.thread.chain import (
     project_chain,
     regular_rate,
 )
+from evolvent.kernels.thread.end import TINY, add_end_tangent, is_end
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import load_resultant, node_loads
+from evolvent.kernels.thread.spool import (
+    hold_torque,
+    is_loose,
+    lock_spools,
+    paid_out,
+    spool_direction,
+    spool_losses,
+    spring_spools,
+)
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import (
     INEXTENSIBLE,
     SPRINGS,
-    TINY,
     carry_power,
     carry_wound,
     leave_spool,
@@ -56,6 +65,7 @@ __all__ = [
     "SHORT",
     "SPRINGS",
     "TINY",
+    "add_end_tangent",
     "add_segment_tangent",
     "add_thread_bound",
     "add_thread_energies",
@@ -71,16 +81,24 @@ __all__ = [
     "chain_rhs",
     "chain_solve",
     "departure_acceleration",
+    "hold_torque",
+    "is_end",
+    "is_loose",
     "kick_chain",
     "leave_spool",
     "load_resultant",
+    "lock_spools",
     "node_loads",
+    "paid_out",
     "project_chain",
     "reels",
     "regular_rate",
     "spool",
     "spool_axis",
+    "spool_direction",
+    "spool_losses",
     "spring_points",
+    "spring_spools",
     "spring_thread",
     "thread_inventory",
     "wound_fields",

@@ -3,15 +3,17 @@
 import numpy as np
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.thread.end import add_end_bound
 from evolvent.kernels.thread.wound import SPRINGS
 
 
-def add_thread_bound(model, p, body):
+def add_thread_bound(model, p, body, point):
     """Bounds of the fastest modes of thread p, all its nodes taken as released.
 
     Parameters
     ----------
-    body : (2, nb, 6, 6) float, stiffness and damping felt by bodies; the thread's pull on its body is added
+    body, point : (2, nb, 6, 6), (2, np, 3, 3) float, stiffness and damping felt by bodies and points; the thread's pull
+        on what it is fixed to is added
 
     Returns
     -------
@@ -27,6 +29,9 @@ def add_thread_bound(model, p, body):
     masses = model.nodes["mass"][first : first + n]
     if row["kind"] == SPRINGS:
         ends = np.where(np.arange(n) > 0, 4.0, 2.0)
+        if row["end"] >= 0:
+            add_end_bound(model, row, body, point)
+            ends, masses = ends[1:], masses[1:]
         J = np.concatenate([row["X"], np.cross(row["d"], row["X"])])
         for what, value in enumerate((row["stiffness"], row["damping"])):
             body[what, b] += 2.0 * value * row["copies"] * np.outer(J, J)

@@ -12,6 +12,7 @@ from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.thread.spool import is_loose, spool_acceleration
 from evolvent.model import MODEL
 
 #: Of a segment: below this length a boundary link turns at the rate found at its release.
@@ -98,8 +99,8 @@ def chain_rhs(y, s, model, p, loaded):
     value -= y[a] * cx + y[a + 1] * cy + y[a + 2] * cz
     if loaded:
         value += y[a] * nodes[k].af[0] + y[a + 1] * nodes[k].af[1] + y[a + 2] * nodes[k].af[2]
-    if threads[p].drive == FREE_SPOOL:
-        value -= threads[p].radius * threads[p].spool_torque / threads[p].spool
+    if is_loose(threads, p):
+        value -= threads[p].r * (threads[p].motor + threads[p].friction) / threads[p].spool
     if links > 0:
         value -= nodes[k - 1].off * before
     return value
@@ -146,7 +147,11 @@ def chain_rates(y, s, model, p, loaded, dy):
     links, bound = chain_links(s, threads, p)
     j = s[p]
     if j == 0:
-        return 0.0
+        if threads[p].drive != FREE_SPOOL:
+            return 0.0
+        k = threads[p].spool_v
+        dy[threads[p].spool_q], dy[k] = y[k], spool_acceleration(model, p, 0.0)
+        return threads[p].copies * threads[p].motor * y[k]
     first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
     ox = oy = oz = 0.0  # acceleration of the next node outwards
     px = py = pz = 0.0  # its segment's pull
@@ -176,17 +181,17 @@ def chain_rates(y, s, model, p, loaded, dy):
         if threads[p].drive != FREE_SPOOL:
             return 0.0
         k = threads[p].spool_v
-        dy[threads[p].spool_q], dy[k] = y[k], threads[p].spool_torque / threads[p].spool
-        return threads[p].copies * threads[p].spool_torque * y[k]
+        dy[threads[p].spool_q], dy[k] = y[k], spool_acceleration(model, p, 0.0)
+        return threads[p].copies * threads[p].motor * y[k]
     b0, b1, b2 = threads[p].b[0], threads[p].b[1], threads[p].b[2]
     T = nodes[first + links].tension
     power = -T * b1
     if threads[p].drive == FREE_SPOOL:
         k = threads[p].spool_v
         dy[threads[p].spool_q] = y[k]
-        dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
-        b2 = threads[p].b[2] = threads[p].radius * dy[k]
-        power = threads[p].spool_torque * y[k]
+        dy[k] = spool_acceleration(model, p, T)
+        b2 = threads[p].b[2] = threads[p].r * dy[k] - threads[p].coiling * y[k] * y[k]
+        power = threads[p].motor * y[k]
     gx, gy, gz = departure_acceleration(threads, bodies, p)
     if b0 > SHORT * l0:
         k = 1.0 / b0
@@ -231,8 +236,8 @@ def kick_chain(y, s, model, p):
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     links, bound = chain_links(s, threads, p)
     first, q, v, j = threads[p].node, threads[p].iq, threads[p].iv, s[p]
-    if threads[p].drive == FREE_SPOOL and bound:
-        y[threads[p].spool_v] += threads[p].radius * nodes[first + links].tension / threads[p].spool
+    if is_loose(threads, p) and bound:
+        y[threads[p].spool_v] += threads[p].r * nodes[first + links].tension / threads[p].spool
     for c in range(3):
         outer = pull = 0.0
         for i in range(j):

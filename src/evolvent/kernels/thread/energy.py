@@ -10,6 +10,7 @@ from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
+from evolvent.kernels.thread.spool import ring_radius, spool_direction
 from evolvent.kernels.thread.springs import spring_points
 from evolvent.kernels.thread.wound import SPRINGS, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
@@ -49,8 +50,13 @@ def thread_inventory(y, s, model, p, out):
     part[ELASTIC] = elastic
     wound_inventory(s, model, p, part)
     if threads[p].drive == FREE_SPOOL:
-        rate = y[threads[p].spool_v]
-        part[KINETIC] += 0.5 * threads[p].spool_inertia * rate * rate
+        rate, inertia, w = y[threads[p].spool_v], threads[p].spool_inertia, bodies[body].w
+        axis = spool_direction(threads, bodies, p)
+        part[KINETIC] += 0.5 * inertia * rate * rate
+        part[KINETIC] += inertia * rate * (w[0] * axis[0] + w[1] * axis[1] + w[2] * axis[2])
+        for c in range(3):
+            part[H_WOUND + c] += inertia * rate * axis[c]
+            part[H_CARRIED + c] += inertia * rate * axis[c]
     if copies == 1.0:
         for i in range(N_INVENTORY):
             out[i] += part[i]
@@ -70,7 +76,7 @@ def thread_inventory(y, s, model, p, out):
 def wound_inventory(s, model, p, out):
     """Add the wound part of thread p, a ring about the spool's axis (see `wound.carry_wound`), to `out`."""
     threads, bodies = model.threads, model.bodies
-    b, r = threads[p].body, threads[p].radius
+    b, r = threads[p].body, ring_radius(threads, p, threads[p].n - s[p])
     x, w = bodies[b].x, bodies[b].w
     m = wound_mass(s, threads, model.nodes, p)
     cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
@@ -78,20 +84,20 @@ def wound_inventory(s, model, p, out):
     vx, vy, vz = bodies[b].v[0] + vx, bodies[b].v[1] + vy, bodies[b].v[2] + vz
     along = w[0] * nx + w[1] * ny + w[2] * nz
     across = 0.5 * m * r * r  # moment of inertia about a diameter
-    rate = threads[p].b[1] / r
+    rate = threads[p].b[1] / threads[p].r
     for c in range(3):
         n = (nx, ny, nz)[c]
         out[H_WOUND + c] += across * (w[c] + (along + 2.0 * rate) * n)
     add_angular_momentum(out, H_WOUND, m, x[0] + cx, x[1] + cy, x[2] + cz, vx, vy, vz)
     if not threads[p].carried:
         return
+    for c in range(3):
+        out[H_CARRIED + c] += out[H_WOUND + c]
     turning = across * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2] - along * along + 2.0 * (along + rate) ** 2)
     out[KINETIC] += 0.5 * (m * (vx * vx + vy * vy + vz * vz) + turning)
     out[P_ALL] += m * vx
     out[P_ALL + 1] += m * vy
     out[P_ALL + 2] += m * vz
-    for c in range(3):
-        out[H_CARRIED + c] += out[H_WOUND + c]
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

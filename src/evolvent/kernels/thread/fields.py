@@ -4,6 +4,7 @@ from evolvent.jit import INTEGERS, REAL, indirect
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.thread.spool import ring_radius
 from evolvent.kernels.thread.wound import spool_axis, wound_mass
 from evolvent.model import MODEL
 
@@ -24,7 +25,7 @@ def wound_fields(t, s, model):
         threads[p].field = 0.0
         if not threads[p].carried:
             continue
-        r, X = threads[p].radius, threads[p].X
+        r, X = ring_radius(threads, p, threads[p].n - s[p]), threads[p].X
         m = 0.25 * threads[p].copies * (wound_mass(s, threads, nodes, p) - threads[p].leaving)
         at, moves, w = bodies[threads[p].body].x, bodies[threads[p].body].v, bodies[threads[p].body].w
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
@@ -35,7 +36,7 @@ def wound_fields(t, s, model):
             ex, ey, ez = along * X[0] + across * zx, along * X[1] + across * zy, along * X[2] + across * zz
             dx, dy, dz = cx + ex, cy + ey, cz + ez
             ux, uy, uz = cross(w[0], w[1], w[2], dx, dy, dz)
-            rate = threads[p].b[1] / r
+            rate = threads[p].b[1] / threads[p].r
             sx, sy, sz = cross(nx, ny, nz, ex, ey, ez)
             sx, sy, sz = rate * sx, rate * sy, rate * sz
             x[0], x[1], x[2] = at[0] + dx, at[1] + dy, at[2] + dz

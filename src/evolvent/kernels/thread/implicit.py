@@ -13,10 +13,11 @@ from evolvent.kernels import rigid
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.kernels.thread.end import TINY, add_end_residual, add_end_tangent, clear_end_force, is_end
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.loads import node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
-from evolvent.kernels.thread.wound import TINY, carry_power, carry_wound, reels
+from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
 from evolvent.model import MODEL
 
 _I = types.int64
@@ -47,6 +48,8 @@ def add_thread_residual(t, y, a, step, model, r):
         given += wound_fields(t, s, model)
     dy = model.dy[0]
     for p in range(threads.size):
+        clear_end_force(model, p)
+    for p in range(threads.size):
         if loaded:
             spring_points(y, s, threads, nodes, p)
             given += node_loads(t, s, model, p)
@@ -59,6 +62,10 @@ def add_thread_residual(t, y, a, step, model, r):
             m = nodes[threads[p].node + i].mass
             for c in range(v + 3 * i, v + 3 * i + 3):
                 r[c - n_q] = m * (a[c - n_q] - (dy[c] if i < s[p] else 0.0))
+                if is_end(threads, p, i):  # these coordinates stand still
+                    r[c - n_q] = a[c - n_q]
+    for p in range(threads.size):
+        add_end_residual(n_q, model, p, r)
     if threads.size > 0:
         f.strands[nodes.size, 0] = t
     for b in range(bodies.size):
@@ -86,9 +93,13 @@ def _note_segments(t, y, step, model, p):
     for i in range(s[p]):
         row, T, a = strands[threads[p].node + i], nodes[threads[p].node + i].tension, q + 3 * i
         inner = i < s[p] - 1
-        dx = y[a] - (y[a + 3] if inner else Q[0])
-        dy = y[a + 1] - (y[a + 4] if inner else Q[1])
-        dz = y[a + 2] - (y[a + 5] if inner else Q[2])
+        x, yy, z = y[a], y[a + 1], y[a + 2]
+        if is_end(threads, p, i):
+            end = nodes[threads[p].node].x
+            x, yy, z = end[0], end[1], end[2]
+        dx = x - (y[a + 3] if inner else Q[0])
+        dy = yy - (y[a + 4] if inner else Q[1])
+        dz = z - (y[a + 5] if inner else Q[2])
         if step == 0.0:
             row[7] = T
             row[8] = T
@@ -142,15 +153,18 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
         q, v = threads[p].iq, threads[p].iv
         for i in range(threads[p].n):
             for c in range(v + 3 * i - n_q, v + 3 * i - n_q + 3):
-                add_entry(matrix, c, c, c_mass * nodes[threads[p].node + i].mass)
+                add_entry(matrix, c, c, c_mass * (1.0 if is_end(threads, p, i) else nodes[threads[p].node + i].mass))
         along = threads[p].stiffness + c_rate * threads[p].damping
-        for i in range(s[p] - 1):
+        held = is_end(threads, p, 0)
+        if held and (s[p] > 1 or s[threads.size + p] == 0):
+            add_end_tangent(along, f.strands[threads[p].node, 7], p, model, matrix)
+        for i in range(1 if held else 0, s[p] - 1):
             a = q + 3 * i
             add_segment_tangent(
                 y[a] - y[a + 3], y[a + 1] - y[a + 4], y[a + 2] - y[a + 5], along, f.strands[threads[p].node + i, 7],
                 threads[p].body, v + 3 * i, v + 3 * i + 3, 1.0, p, n_q, model, matrix,
             )  # fmt: skip
-        if s[p] > 0 and s[threads.size + p] == 0:
+        if s[p] > (1 if held else 0) and s[threads.size + p] == 0:
             i, Q = s[p] - 1, threads[p].Q
             a = q + 3 * i
             add_segment_tangent(

@@ -7,7 +7,7 @@ from numba import types
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.loads import AT_MARKER, thread_load
-from evolvent.kernels.thread.wound import TINY
+from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.model import MODEL
 
 
@@ -74,10 +74,12 @@ def node_loads(t, s, model, p):
     power = 0.0
     for i in range(j):
         k = first + i
-        for c in range(3):
-            nodes[k].af[c] = gravity[c]
+        for c in range(3):  # of a fixed end: the forces on it, its weight is that of its body or point
+            nodes[k].af[c] = 0.0 if is_end(threads, p, i) else gravity[c]
     if model.fields.size > 0:
         for i in range(j):
+            if is_end(threads, p, i):
+                continue
             k = first + i
             for c in range(3):
                 scratch[1, c], scratch[2, c] = nodes[k].x[c], nodes[k].v[c]
@@ -96,13 +98,13 @@ def node_loads(t, s, model, p):
                 fx, fy, fz = thread_load(
                     t, loads, parameters, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
                 )
-                scale = nodes[k].span / nodes[k].mass
+                scale = nodes[k].span / (1.0 if is_end(threads, p, i) else nodes[k].mass)
                 nodes[k].af[0] += fx * scale
                 nodes[k].af[1] += fy * scale
                 nodes[k].af[2] += fz * scale
     for i in range(j):
         k = first + i
-        power += nodes[k].mass * (
+        power += (1.0 if is_end(threads, p, i) else nodes[k].mass) * (
             nodes[k].af[0] * nodes[k].v[0] + nodes[k].af[1] * nodes[k].v[1] + nodes[k].af[2] * nodes[k].v[2]
         )
     return power * threads[p].copies

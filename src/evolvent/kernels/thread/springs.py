@@ -7,7 +7,8 @@ from numba import types
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rigid import add_wrench
-from evolvent.kernels.thread.wound import TINY
+from evolvent.kernels.thread.end import TINY, is_end, pull_end
+from evolvent.kernels.thread.spool import pull_spool
 from evolvent.model import MODEL
 
 
@@ -16,6 +17,8 @@ def spring_points(y, s, threads, nodes, p):
     """Positions and velocities of the released nodes of a spring thread into x, v."""
     first, q, v = threads[p].node, threads[p].iq, threads[p].iv
     for i in range(s[p]):
+        if is_end(threads, p, i):  # see `end.place_end`
+            continue
         for c in range(3):
             nodes[first + i].x[c] = y[q + 3 * i + c]
             nodes[first + i].v[c] = y[v + 3 * i + c]
@@ -28,15 +31,20 @@ def spring_thread(y, s, model, p, loaded, dy):
     Tensions go to the nodes. Returns (power dissipated, power of the spool), W.
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
-    j = s[p]
+    j, driven = s[p], 0.0
+    if threads[p].drive == FREE_SPOOL:
+        driven = threads[p].copies * threads[p].motor * y[threads[p].spool_v]
     if j == 0:
-        return 0.0, 0.0
+        return 0.0, driven
     first, q, v, l0 = threads[p].node, threads[p].iq, threads[p].iv, threads[p].segment
     stiffness, damping = threads[p].stiffness, threads[p].damping
     dissipated = 0.0
     px = py = pz = 0.0  # pull of the outer segment on the node
     x, yy, z = y[q], y[q + 1], y[q + 2]
     vx, vy, vz = y[v], y[v + 1], y[v + 2]
+    if is_end(threads, p, 0):
+        x, yy, z = nodes[first].x[0], nodes[first].x[1], nodes[first].x[2]
+        vx, vy, vz = nodes[first].v[0], nodes[first].v[1], nodes[first].v[2]
     for i in range(j - 1):
         a, c = q + 3 * i, v + 3 * i
         x1, y1, z1 = y[a + 3], y[a + 4], y[a + 5]
@@ -52,11 +60,14 @@ def spring_thread(y, s, model, p, loaded, dy):
         ex *= scale
         ey *= scale
         ez *= scale
-        m = nodes[first + i].compliance
-        dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
-        dy[c] = (px - ex) * m
-        dy[c + 1] = (py - ey) * m
-        dy[c + 2] = (pz - ez) * m
+        if is_end(threads, p, i):
+            pull_end(model, p, -ex, -ey, -ez)
+        else:
+            m = nodes[first + i].compliance
+            dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+            dy[c] = (px - ex) * m
+            dy[c + 1] = (py - ey) * m
+            dy[c + 2] = (pz - ez) * m
         px, py, pz = ex, ey, ez
         x, yy, z, vx, vy, vz = x1, y1, z1, vx1, vy1, vz1
     ex, ey, ez = x - threads[p].Q[0], yy - threads[p].Q[1], z - threads[p].Q[2]
@@ -86,13 +97,18 @@ def spring_thread(y, s, model, p, loaded, dy):
     T = elastic + damping * rate
     nodes[first + j - 1].tension = T
     a, c = q + 3 * (j - 1), v + 3 * (j - 1)
-    m = nodes[first + j - 1].compliance
-    dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
-    dy[c] = (px - T * ex) * m
-    dy[c + 1] = (py - T * ey) * m
-    dy[c + 2] = (pz - T * ez) * m
+    if is_end(threads, p, j - 1):
+        pull_end(model, p, -T * ex, -T * ey, -T * ez)
+    else:
+        m = nodes[first + j - 1].compliance
+        dy[a], dy[a + 1], dy[a + 2] = vx, vy, vz
+        dy[c] = (px - T * ex) * m
+        dy[c + 1] = (py - T * ey) * m
+        dy[c + 2] = (pz - T * ez) * m
     if loaded:
-        for i in range(j):
+        if is_end(threads, p, 0):
+            pull_end(model, p, nodes[first].af[0], nodes[first].af[1], nodes[first].af[2])
+        for i in range(1 if is_end(threads, p, 0) else 0, j):
             for k in range(3):
                 dy[v + 3 * i + k] += nodes[first + i].af[k]
     copies = threads[p].copies
@@ -100,13 +116,10 @@ def spring_thread(y, s, model, p, loaded, dy):
     add_wrench(
         bodies[threads[p].body].F, threads[p].d[0], threads[p].d[1], threads[p].d[2], pull * ex, pull * ey, pull * ez
     )
-    if threads[p].drive == FREE_SPOOL:
-        k = threads[p].spool_v
-        dy[threads[p].spool_q] = y[k]
-        dy[k] = (threads[p].radius * T + threads[p].spool_torque) / threads[p].spool
-        threads[p].b[2] = threads[p].radius * dy[k]
+    if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
+        pull_spool(model, p, T)
         dissipated += damping * rate * (stretch_rate - b1)
-        power = threads[p].spool_torque * y[k]
+        return copies * dissipated, driven
     else:
         # what is left of the boundary's power once strain energy and dissipation are taken out
         dissipated += damping * rate * rate

@@ -9,12 +9,12 @@ from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.drive import drive
 from evolvent.kernels.rigid import add_ring, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.thread.end import carry_end, place_end
+from evolvent.kernels.thread.spool import carry_spool, note_spool, outer_radius, paid_out, ring_radius
 from evolvent.model import MODEL
 
 #: Kinds of threads, by their segments.
 SPRINGS, INEXTENSIBLE = 0, 1
-#: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
-TINY = 1e-9
 
 
 @inlined
@@ -30,12 +30,14 @@ def reels(t, y, s, model):
     """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
     threads, bodies, parameters = model.threads, model.bodies, model.parameters
     for p in range(threads.size):
-        b, r = threads[p].body, threads[p].radius
+        b = threads[p].body
         phi, rate, acceleration = spool(t, y, threads, parameters, p)
+        r = threads[p].r = outer_radius(threads, p, phi)
         threads[p].phi = phi
-        threads[p].b[0] = max(r * phi - (s[p] - 1) * threads[p].segment, 0.0)
+        threads[p].b[0] = max(paid_out(threads, p, phi) - (s[p] - 1) * threads[p].segment, 0.0)
         threads[p].b[1] = r * rate
-        threads[p].b[2] = r * acceleration
+        threads[p].b[2] = r * acceleration - threads[p].coiling * rate * rate
+        note_spool(t, y, s, model, p)
         Q = threads[p].departure
         dx, dy, dz, vx, vy, vz = point_kinematics(bodies, b, Q[0], Q[1], Q[2])
         threads[p].d[0], threads[p].d[1], threads[p].d[2] = dx, dy, dz
@@ -47,6 +49,8 @@ def reels(t, y, s, model):
         threads[p].Q[3], threads[p].Q[4], threads[p].Q[5] = vx, vy, vz
         X = threads[p].payout_axis
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
+        if threads[p].end >= 0:
+            place_end(y, model, p)
 
 
 @inlined
@@ -104,15 +108,21 @@ def carry_wound(s, model):
     power = 0.0
     for p in range(threads.size):
         threads[p].spool = threads[p].spool_inertia
+        if threads[p].end >= 0:
+            power += carry_end(model, p)
         if not threads[p].carried:
+            carry_spool(model, p)
             continue
-        b, r = threads[p].body, threads[p].radius
+        b, r = threads[p].body, ring_radius(threads, p, threads[p].n - s[p])
         wound = wound_mass(s, threads, nodes, p)
         threads[p].spool += wound * r * r
         # a node that is leaving (during an impulse) is at Q already
         m = threads[p].copies * (wound - threads[p].leaving)
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
-        add_ring(bodies, b, m, r, cx, cy, cz, nx, ny, nz, threads[p].b[1] / r, threads[p].b[2] / r)
+        rate, b2 = threads[p].b[1] / threads[p].r, threads[p].b[2]
+        b2 += threads[p].coiling * rate * rate  # less what the change of the radius adds
+        add_ring(bodies, b, m, r, cx, cy, cz, nx, ny, nz, rate, b2 / threads[p].r)
+        carry_spool(model, p)
         if gx != 0.0 or gy != 0.0 or gz != 0.0:
             add_wrench(bodies[b].F, cx, cy, cz, m * gx, m * gy, m * gz)
             vx, vy, vz = cross(bodies[b].w[0], bodies[b].w[1], bodies[b].w[2], cx, cy, cz)
@@ -126,25 +136,35 @@ def carry_power(s, model):
 
     Notes
     -----
-    m r^2 (phi'' + n . omega') phi', n the spool's axis, less what fields do there (`wound_fields`). A free spool's phi'' is known only now; its reaction on a
-    driven body joins the body's wrench (a body that spins has its axis across the spool's).
+    m r^2 (phi'' + n . omega') phi', n the spool's axis, of spools that a law turns, less what fields do there
+    (`wound_fields`).
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
     power = 0.0
     for p in range(threads.size):
-        if not threads[p].carried:
+        if not threads[p].carried or threads[p].drive == FREE_SPOOL:
             continue
-        r, b1, b2 = threads[p].radius, threads[p].b[1], threads[p].b[2]
-        m = threads[p].copies * wound_mass(s, threads, nodes, p)
+        r, b1, b2 = threads[p].r, threads[p].b[1], threads[p].b[2]
+        b2 += threads[p].coiling * (b1 / r) * (b1 / r)
+        share = ring_radius(threads, p, threads[p].n - s[p]) / r
+        m = share * share * threads[p].copies * wound_mass(s, threads, nodes, p)
         cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
-        a, F = bodies[threads[p].body].a, bodies[threads[p].body].F
-        if threads[p].drive == FREE_SPOOL:
-            F[3] -= m * r * b2 * nx
-            F[4] -= m * r * b2 * ny
-            F[5] -= m * r * b2 * nz
-        else:
-            power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5])) - threads[p].field
+        a = bodies[threads[p].body].a
+        power += m * b1 * (b2 + r * (nx * a[3] + ny * a[4] + nz * a[5])) - threads[p].field
     return power
+
+
+@inlined
+def share_radius(threads, nodes, p, k):
+    """Radius at which node k has the moment of inertia that the thread wound on spool p gains with it, m."""
+    if threads[p].coiling == 0.0:
+        return threads[p].radius
+    first, n = threads[p].node, threads[p].n
+    inside, wound = 0.0, first + n - k - 1
+    for i in range(k + 1, first + n):
+        inside += nodes[i].mass
+    less, more = ring_radius(threads, p, wound), ring_radius(threads, p, wound + 1)
+    return math.sqrt(more * more + inside * (more * more - less * less) / nodes[k].mass)
 
 
 @kernel
@@ -159,7 +179,7 @@ def leave_spool(threads, nodes, bodies, p, k, couple):
     -------
     force impulse at Q, N s : three floats; `couple` goes with it
     """
-    b, r, m = threads[p].body, threads[p].radius, nodes[k].mass
+    b, r, m = threads[p].body, share_radius(threads, nodes, p, k), nodes[k].mass
     w, Q, x, u = bodies[b].w, threads[p].Q, nodes[k].x, nodes[k].v
     cx, cy, cz, nx, ny, nz = spool_axis(threads, bodies, p)
     vx, vy, vz = cross(w[0], w[1], w[2], cx, cy, cz)
@@ -169,7 +189,7 @@ def leave_spool(threads, nodes, bodies, p, k, couple):
     hx, hy, hz = cross(x[0] - Q[0], x[1] - Q[1], x[2] - Q[2], px, py, pz)
     gx, gy, gz = cross(cx - threads[p].d[0], cy - threads[p].d[1], cz - threads[p].d[2], vx, vy, vz)
     k2 = 0.5 * m * r * r
-    turning = k2 * (w[0] * nx + w[1] * ny + w[2] * nz) + m * r * threads[p].b[1]
+    turning = k2 * (w[0] * nx + w[1] * ny + w[2] * nz) + m * r * (threads[p].b[1] * (r / threads[p].r))
     couple[0] = hx - gx - k2 * w[0] - turning * nx
     couple[1] = hy - gy - k2 * w[1] - turning * ny
     couple[2] = hz - gz - k2 * w[2] - turning * nz

@@ -1,0 +1,143 @@
+"""End of a thread that is fixed to a place of a body or to a point mass.
+
+Node 0 is then that place itself: the tension of the outermost segment acts there, and the mass of the node (half a
+segment and the tip mass) moves with it. On a body the mass is carried at the place; that of a point mass is part of the
+point's own mass, and the node has none. The node's coordinates in the state are not used.
+"""
+
+import math
+
+import numpy as np
+from numba import types, void
+
+from evolvent.jit import REAL, indirect, inlined
+from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
+from evolvent.kernels.sides import ON_BODY as SIDE_ON_BODY
+from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
+from evolvent.kernels.sparse import SPARSE
+from evolvent.kernels.springs import ON_BODY, marker_kinematics, push_marker
+from evolvent.model import MODEL
+
+#: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
+TINY = 1e-9
+
+
+@inlined
+def is_end(threads, p, i):
+    """Whether node i of thread p is a place of a body or a point mass."""
+    return i == 0 and threads[p].end >= 0
+
+
+@inlined
+def place_end(y, model, p):
+    """Position and velocity of the place that thread p ends at, into those of its node 0."""
+    k = model.threads[p].node
+    found = marker_kinematics(y, model.markers, model.points, model.bodies, model.threads[p].end)
+    x, v = model.nodes[k].x, model.nodes[k].v
+    x[0], x[1], x[2], v[0], v[1], v[2] = found
+
+
+@inlined
+def carry_end(model, p):
+    """Mass, weight and inertial force of the end of thread p onto its body; returns the power of the weight, W."""
+    bodies, nodes, markers, gravity = model.bodies, model.nodes, model.markers, model.info.gravity
+    k, e = model.threads[p].node, model.threads[p].end
+    if markers[e].kind != ON_BODY:
+        return 0.0
+    b, m, x, v = markers[e].index, nodes[k].mass, nodes[k].x, nodes[k].v
+    dx, dy, dz = x[0] - bodies[b].x[0], x[1] - bodies[b].x[1], x[2] - bodies[b].x[2]
+    cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+    gx, gy, gz = gravity[0], gravity[1], gravity[2]
+    add_wrench(bodies[b].F, dx, dy, dz, m * (gx - cx), m * (gy - cy), m * (gz - cz))
+    add_mass(bodies, b, m, dx, dy, dz)
+    return m * (gx * v[0] + gy * v[1] + gz * v[2])
+
+
+@inlined
+def pull_end(model, p, fx, fy, fz):
+    """A force on the place that thread p ends at."""
+    x = model.nodes[model.threads[p].node].x
+    push_marker(model.markers, model.points, model.bodies, model.threads[p].end, x[0], x[1], x[2], fx, fy, fz)
+
+
+# ---------------------------------------------------------------------------------------------- implicit methods
+
+
+@inlined
+def clear_end_force(model, p):
+    """No force yet on the point mass that thread p ends at; its other forces are in the residual already."""
+    e = model.threads[p].end
+    if e >= 0 and model.markers[e].kind != ON_BODY:
+        for c in range(3):
+            model.points[model.markers[e].index].f[c] = 0.0
+
+
+@inlined
+def add_end_residual(n_q, model, p, r):
+    """The force of thread p on its point mass, from `pull_end`, into the residual r."""
+    e, points = model.threads[p].end, model.points
+    if e < 0 or model.markers[e].kind == ON_BODY:
+        return
+    i = model.markers[e].index
+    for c in range(3):
+        r[points[i].iv - n_q + c] -= points[i].f[c]
+        points[i].f[c] = 0.0
+
+
+@indirect(void(REAL, REAL, types.int64, MODEL, SPARSE))
+def add_end_tangent(along, tension, p, model, matrix):
+    """Tangent of the outermost segment of thread p, whose outer end is a place.
+
+    Parameters
+    ----------
+    along : float, N/m, stiffness along the segment; tension : float, N
+    """
+    threads, nodes, markers, f = model.threads, model.nodes, model.markers, model.flexible
+    first, s, e = threads[p].node, f.switches, threads[p].end
+    Ja, Jb = f.J[0], f.J[1]
+    whole = s[p] == 1  # the segment ends at the departure point
+    x, z, Q = nodes[first].x, nodes[first + (0 if whole else 1)].x, threads[p].Q
+    if whole:
+        dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
+    else:
+        dx, dy, dz = x[0] - z[0], x[1] - z[1], x[2] - z[2]
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if length > TINY:
+        ex, ey, ez, across = dx / length, dy / length, dz / length, tension / length
+    else:
+        ex, ey, ez, across = threads[p].X[0], threads[p].X[1], threads[p].X[2], 0.0
+    k = along - across
+    K00, K11, K22 = across + k * ex * ex, across + k * ey * ey, across + k * ez * ez
+    K01, K02, K12 = k * ex * ey, k * ex * ez, k * ey * ez
+    body = markers[e].index if markers[e].kind == ON_BODY else -1
+    if body >= 0:
+        a, n = side_columns(model, SIDE_ON_BODY, body, -1, markers[e].local, True, Ja)
+    else:
+        a, n = side_columns(model, ON_COORDINATES, -1, model.points[markers[e].index].iv, markers[e].local, True, Ja)
+    if whole:
+        b, m = side_columns(model, SIDE_ON_BODY, threads[p].body, -1, threads[p].departure, True, Jb)
+    else:
+        b, m = side_columns(model, ON_COORDINATES, -1, threads[p].iv + 3, threads[p].departure, True, Jb)
+    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, a, n, Ja, 1.0)
+    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, b, m, Jb, 1.0)
+    add_product(matrix, a, n, Ja, K00, K01, K02, K11, K12, K22, b, m, Jb, -1.0)
+    add_product(matrix, b, m, Jb, K00, K01, K02, K11, K12, K22, a, n, Ja, -1.0)
+    if body >= 0:
+        add_turning(matrix, model, body, markers[e].local, tension * ex, tension * ey, tension * ez)
+    if whole:
+        add_turning(matrix, model, threads[p].body, threads[p].departure, -tension * ex, -tension * ey, -tension * ez)
+
+
+def add_end_bound(model, row, body, point):
+    """Add the outermost segment to the stiffness and damping that its place feels. Not compiled."""
+    marker, node = model.markers[int(row["end"])], model.nodes[int(row["node"])]
+    index = int(marker["index"])
+    d = np.array(node["x"]) - row["Q"][:3]
+    length = float(np.linalg.norm(d))
+    e = d / length if length > TINY else np.array(row["X"])
+    for what, value in enumerate((row["stiffness"], row["damping"])):
+        if marker["kind"] != ON_BODY:
+            point[what, index] += 2.0 * value * np.outer(e, e)
+        elif model.bodies["motion"][index] != DRIVEN:
+            J = np.concatenate([e, np.cross(node["x"] - model.bodies["x"][index], e)])
+            body[what, index] += 2.0 * value * np.outer(J, J)
