@@ -75,6 +75,8 @@ def iterate(t1, h, coasts, model, matrix, work):
     c_rate = gamma / (beta * h)
     c_step = 1.0 / (beta * h * h)
     scale = c_mass * options.mass
+    info = model.info
+    info.compliance = 1.0 / scale
     a0, dv0, a1, dv1 = work.a0, work.dv0, work.a1, work.dv1
     for i in range(n_v):
         if coasts:

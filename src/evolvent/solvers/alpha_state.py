@@ -158,6 +158,8 @@ def turned(y0, q, px, py, pz, y):
 @indirect(_I(REAL, VECTOR, VECTOR, REAL, REAL, REAL, MODEL, SPARSE, WORKSPACE))
 def factor_at(t, y, la, c_mass, c_rate, scale, model, matrix, work):
     """Assemble and factor the matrix; returns what `sparse_lu.factor` returns."""
+    info = model.info
+    info.compliance = 1.0 / scale
     tangent(t, y, la, c_mass, c_rate, scale, model, matrix)
     found = sparse_lu.factor(matrix)
     work.loop.factorizations += 1

@@ -210,6 +210,8 @@ def iterate(most, searches, model, matrix, work):
     step, loop, options = work.step, work.loop, work.options
     n_v, n_j = model.info.nv, step.la.size
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
+    info = model.info
+    info.compliance = 1.0 / scale
     rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set

@@ -31,7 +31,8 @@ from evolvent.kernels import (
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
-from evolvent.solvers import energy_loop, implicit
+from evolvent.solvers import energy_loop, implicit, redundancy
+from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
@@ -251,7 +252,12 @@ class Run(implicit.Run):
         return workspace(self.plan)
 
     def begin(self) -> str:
-        """Start the loop."""
+        """Start the loop; as of generalized-alpha."""
+        of, t = self.plan, self.reached
+        if bool(np.any(redundancy.is_held(self.model.flexible.joints, t))):
+            inertia = SHORT / float(of.times[-1] - of.times[0]) ** 2, float(of.options.mass)
+            if redundancy.undetermined(self.model.copy(), of.matrix, t, self.assembly.y, inertia) > 0:
+                self.redundancy = redundancy.allow(self.assembly, of.matrix, of.weight, inertia[1], t, self.assembly.y)
         energy_loop.begin(self.model, self.plan.matrix, self.work)
         if self.has_layers:
             self._couple_layers()
@@ -275,6 +281,10 @@ class Run(implicit.Run):
             if code != energy_loop.BUDGET:
                 break
         return code == energy_loop.BUDGET, "" if code >= 0 else self.why(code)
+
+    def gaps(self) -> np.ndarray:
+        """Gaps of the joints at the end of the last step, (nj,)."""
+        return np.array(self.work.step.gap1)
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""

@@ -17,10 +17,10 @@ from evolvent.flow import needs
 from evolvent.kernels import rigid
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
-from evolvent.solvers import alpha_loop, alpha_samples, alpha_state, reactions
+from evolvent.solvers import alpha_loop, alpha_samples, alpha_state, reactions, redundancy
 from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
-from evolvent.solvers.implicit_messages import reason, redundant, stalled
+from evolvent.solvers.implicit_messages import reason, stalled
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, options_of, sizes, workspace
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
@@ -191,6 +191,7 @@ class Run:
     name : str, of the method
     work : alpha_state.Workspace
     releases : Releases, of a model with threads, else None
+    redundancy : Redundancy, of a model whose constraints repeat one another, else None
     """
 
     name: ClassVar[str] = NAME
@@ -198,6 +199,7 @@ class Run:
     def __init__(self, of: Any) -> None:
         self.plan, self.assembly, self.model = of, of.assembly, of.assembly.model
         self.releases: Releases | None = None
+        self.redundancy: redundancy.Redundancy | None = None
         began = clock.perf_counter()
         self.work: Any = self._loaded()
         self.compile_time = clock.perf_counter() - began
@@ -229,13 +231,17 @@ class Run:
         Raises
         ------
         InputError
-            For redundant constraints.
+            For redundant constraints that cannot be allowed.
         """
         if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
             return reason_of_outrun(self.reached)
         code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
         if code == alpha_state.REDUNDANT:
-            raise InputError(redundant(self.assembly, self.plan.matrix))
+            mass = float(self.plan.options.mass)
+            self.redundancy = redundancy.allow(
+                self.assembly, self.plan.matrix, self.plan.weight, mass, self.reached, self.work.y
+            )
+            code = alpha_loop.begin(self.model, self.plan.matrix, self.work)
         return "" if code == alpha_state.DONE else self.why(code)
 
     def advance(self, budget: int) -> tuple[bool, str]:
@@ -262,9 +268,14 @@ class Run:
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
             failure = law_failure(self.assembly, error, self.moments())
             status, message = "failed", f"{failure}; what was computed is kept"
+        if self.redundancy is not None:
+            message = f"{message}; {self.redundancy.text}"
         wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.name)
-        return self.counted(self._solution(status, message, wall_time))
+        found = self.counted(self._solution(status, message, wall_time))
+        if self.redundancy is not None:
+            found.statistics |= {"constraints": self.redundancy.constraints, "rank": self.redundancy.rank}
+        return found
 
     def _loop(self, progress: Callable[[float], None] | None) -> str:
         """Call the compiled loop until it ends; returns why it failed, '' where it did not."""
@@ -273,6 +284,8 @@ class Run:
         while True:
             slice_began = clock.perf_counter()
             goes_on, failure = self.advance(budget)
+            if self.redundancy is not None and not failure:
+                failure = self.redundancy.contradiction(self.gaps(), self.reached)
             if failure or not goes_on:
                 break
             now = clock.perf_counter()
@@ -291,6 +304,10 @@ class Run:
                 failure = reason_of_outrun(self.reached)
             alpha_samples.keep_sample(work.samples.size - 1, 1.0, self.reached, 0.0, self.model, work)
         return failure
+
+    def gaps(self) -> np.ndarray:
+        """Gaps of the joints at the end of the last step, (nj,)."""
+        return np.array(self.model.flexible.joints["gap"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""

@@ -20,6 +20,7 @@ from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.modal import Modes
 from evolvent.solvers.places import rigid_motions
+from evolvent.solvers.redundancy import independent
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, places_of
@@ -114,6 +115,7 @@ def at_equilibrium(
     assembly = dataclasses.replace(assembly, s=equilibrium.s[-1].copy())
     try:
         work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
+        work.allow_redundant()
         work.balance.la[:] = equilibrium.la[-1]
         return assembly, equilibrium, work, matrices(work, damped=damped)
     except EvolventError:
@@ -137,6 +139,8 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
+    if work.redundancy is not None:
+        G = independent(G)
     K = _completed(work, K)
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]

@@ -89,7 +89,7 @@ def solve_static(
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
     with refusing_laws(assembly):
-        work.refuse_redundant()
+        work.allow_redundant()
     search = Search(work, tolerance, most_steps, progress)
     try:
         if arc_length:
@@ -107,7 +107,11 @@ def solve_static(
         search.status, search.message = "failed", f"beyond load factor {search.reached:.6g}, {failure}; {_KEPT}"
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
-    return search.solution(wall_time, compile_time)
+    found = search.solution(wall_time, compile_time)
+    if work.redundancy is not None:
+        found.message = f"{found.message}; {work.redundancy.text}"
+        found.statistics |= {"constraints": work.redundancy.constraints, "rank": work.redundancy.rank}
+    return found
 
 
 def _targets(load_steps: int | Sequence[float] | None) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,7 @@ from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.pointer import zeros_record
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers import ordering
-from evolvent.solvers.implicit_messages import redundant
+from evolvent.solvers import ordering, redundancy
 from evolvent.solvers.implicit_setup import clear_history, matrix_of, sizes
 
 Array = np.ndarray
@@ -105,6 +105,7 @@ class Work:
         n_u = self.n_v + self.n_j
         rubs = [np.any(rows["friction"] > 0.0) for rows in (model.flexible.cylinders, model.flexible.body_contacts)]
         self.step = 1.0 if any(rubs) else -1.0
+        self.redundancy: redundancy.Redundancy | None = None
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
@@ -141,12 +142,20 @@ class Work:
         if model.flexible.body_contacts.size:
             body_contact.end_body_contacts(model)
 
-    def refuse_redundant(self) -> None:
-        """Refuse constraints that others imply: the tangent with masses is singular only by them."""
-        b = self.balance
+    def allow_redundant(self) -> None:
+        """Allow constraints that others imply: the tangent with masses is singular only by them."""
+        b, model = self.balance, self.model
         self.probe(0.0, 1e12)
-        if b.loop.loose > 0:
-            raise InputError(redundant(self.assembly, self.matrix))
+        if b.loop.loose <= 0:
+            return
+        own, mass = dataclasses.replace(self.assembly, model=model), sizes(self.assembly)[1]
+        self.redundancy = redundancy.allow(own, self.matrix, b.weight, mass, self.time, b.y)
+        self.probe(1.0)
+        length = self.redundancy.length
+        load = float(np.max(np.abs(model.flexible.P) * b.weight, initial=0.0))
+        energy = max(float(b.loop.stiffest), load) or mass * length**2
+        info = model.info
+        info.compliance = length**2 / energy
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
         """Unbalance and factors of the tangent of the state."""

@@ -1,0 +1,182 @@
+"""Constraints that repeat one another: their rank at the start, and what lets solvers run with them.
+
+Where the rows of the gradient G depend on one another, the multipliers are not unique. A compliance far below that of
+what the constraints hold, g - c la = 0, takes those of least norm: at the solution c la is in the range of G, as g is.
+Directions count with the size of the system, so that moments are forces at that distance.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from evolvent import model as mdl
+from evolvent.builder import Assembly
+from evolvent.errors import InputError
+from evolvent.families import owner
+from evolvent.flow.implicit import residual, tangent
+from evolvent.flow.powers import N_POWERS
+from evolvent.kernels import joint, sides, sparse_lu
+from evolvent.kernels.sparse import LOST, SparseBlocks
+from evolvent.solvers import ordering
+from evolvent.solvers.implicit_messages import redundant
+
+Array = np.ndarray
+
+#: Most constraints whose rank is found from singular values; of more, it is that of the factors of the tangent.
+MOST = 1500
+#: Singular value, beside the largest, that is zero.
+_ZERO = 1e-9
+#: Part in a dependence from which on a constraint counts as one of those that repeat one another.
+_PART = 1e-6
+#: Compliance beside that of a typical mass, and at least beside that of the lightest that takes part: round-off of its
+#: pivots must be far below.
+_COMPLIANCE, _ROUND_OFF = 1e-7, 2e-12
+#: What multiplies a mass so that the stiffness beside it is round-off.
+_HUGE = 1e40
+#: What constraints may be off, beside the size of the system, before they contradict one another.
+_CONTRADICTS = 1e-5
+
+
+@dataclasses.dataclass(frozen=True)
+class Redundancy:
+    """Constraints that repeat one another.
+
+    Attributes
+    ----------
+    constraints, rank : int, number of scalar constraints, and of independent ones
+    names : list of str, parts whose constraints depend on one another
+    rows : (n,) int, rows of the family joints that take part, with what they are connected to
+    length : float, m, size of the system
+    """
+
+    constraints: int
+    rank: int
+    names: list[str]
+    rows: Array
+    length: float
+
+    @property
+    def text(self) -> str:
+        """What is reported."""
+        return (
+            f"{self.rank} of {self.constraints} constraints are independent, those of {_listed(self.names)} repeat one "
+            f"another: their multipliers are those of least norm"
+        )
+
+    def contradiction(self, gaps: Array, t: float) -> str:
+        """Why a run must end at t, by the gaps of all joints; '' where the constraints still agree."""
+        off = float(np.abs(gaps[self.rows]).max(initial=0.0))
+        if off <= _CONTRADICTS * self.length:
+            return ""
+        return (
+            f"the constraints of {_listed(self.names)} contradict one another at t = {t:.6g} s, where they are "
+            f"{off:.3g} off; leave out what repeats the others, or give one of them a `stiffness`"
+        )
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(repr(name) for name in names[:6])
+    return shown + (f" and {len(names) - 6} others" if len(names) > 6 else "")
+
+
+def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, inertia: tuple[float, float]) -> int:
+    """Number of unknowns that the tangent with masses leaves open at a state, by its factors, which stay in `matrix`.
+
+    Parameters
+    ----------
+    inertia : c_mass (1/s2) so great that stiffness does not count, and a typical mass (kg)
+    """
+    n_v, n_j = int(model.info.nv), model.flexible.joints.size
+    la = np.zeros(n_j)
+    residual(t, y, np.zeros(n_v), la, 0.0, 1.0, model, np.zeros(n_v + n_j), np.zeros(N_POWERS))
+    c_mass, mass = inertia
+    tangent(t, y, la, c_mass, 0.0, c_mass * mass, model, matrix)
+    return int(sparse_lu.factor(matrix))
+
+
+def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, t: float, y: Array) -> Redundancy:
+    """Let the constraints of a model depend on one another: give them their share of the compliance.
+
+    Parameters
+    ----------
+    assembly : of the run's own, whose joints are changed
+    matrix : of which the last `factor` left unknowns open; its entries are lost
+    weight, mass : (nv,) float, size of each unknown that counts as 1, and a typical mass, kg
+    y : (ny,) float, state
+
+    Raises
+    ------
+    InputError
+        Where something beside the joints is undetermined, a driven joint is among them, or one holds what cannot move.
+    """
+    model, n_v = assembly.model, int(assembly.model.info.nv)
+    unknowns = ordering.redundant_unknowns(matrix)
+    if np.any(unknowns < n_v):
+        raise InputError(redundant(assembly, matrix))
+    unresolved = unknowns.size + int(matrix.counts[LOST])
+    la = np.zeros(model.flexible.joints.size)
+    tangent(t, y, la, _HUGE, 0.0, 1.0, model, matrix)
+    values, places, columns = ordering.entries(matrix)
+    whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + la.size, n_v + la.size)).tocsr()
+    G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
+    joints = model.flexible.joints
+    length = float(weight.max(initial=1.0))
+    held = np.flatnonzero(is_held(joints, t))
+    scale = 1.0 / np.where(_turns(joints[held]), 1.0, length)
+    part = sparse.diags(scale) @ G[held] @ sparse.diags(weight)
+    size = np.asarray(abs(part).max(axis=1).todense()).ravel() if held.size else np.zeros(0)
+    for k in held[size <= 1e-12]:
+        raise InputError(
+            f"{owner(assembly, 'joints', int(k))!r} is redundant: nothing that it joins can move as it forbids"
+        )
+    rank, share = _rank_of(part, size, unresolved)
+    taking = held[share > _PART] if share is not None else held
+    for k in taking:
+        if joints["path"][k] != joint.STILL or joints["kind"][k] == joint.ANGLE:
+            name = owner(assembly, "joints", int(k))
+            raise InputError(f"{name!r} is redundant: it drives what the other joints already hold or drive")
+    names = sorted({owner(assembly, "joints", int(k)) for k in taking})
+    _, group = connected_components(part @ part.T, directed=False)
+    rows = held[np.isin(group, group[np.isin(held, taking)])]
+    size = np.where(_turns(joints[rows]), 1.0 / length**2, 1.0)
+    yields = np.einsum("ij,ji->i", G[rows].toarray(), splu(M.tocsc()).solve(G[rows].T.toarray()))
+    joints["slack"][rows] = size * max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
+    return Redundancy(held.size, rank, names, rows, length)
+
+
+def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
+    """Rank of the gradients, and the largest part of each row in a dependence; None where there are too many rows."""
+    n = part.shape[0]
+    if n > MOST:
+        return n - unresolved, None
+    U, values, _ = np.linalg.svd((sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
+    rank = min(int(np.sum(values > _ZERO * values[0])), n - 1)
+    return rank, np.abs(U[:, rank:]).max(axis=1)
+
+
+def independent(G: sparse.csr_matrix) -> sparse.csr_matrix:
+    """Rows of gradients that span those of all."""
+    from scipy.linalg import qr
+
+    norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    _, R, order = qr((sparse.diags(1.0 / norms) @ G).toarray().T, mode="economic", pivoting=True)
+    size = np.abs(np.diag(R))
+    return G[np.sort(order[: int(np.sum(size > 1e-8 * size[0]))])]
+
+
+def is_held(joints: Array, t: float) -> Array:
+    """Which joints are constraints that hold at t: (nj,) bool."""
+    found: Array = (joints["stiffness"] == 0.0) & (t <= joints["until"])
+    return found
+
+
+def _turns(joints: Array) -> Array:
+    """Which joints hold directions, whose gaps have no unit: (n,) bool."""
+    directions = (joints["kind"] == joint.DIRECTION) | (joints["kind"] == joint.ANGLE)
+    return np.asarray(directions | ((joints["kind"] == joint.ALONG) & (joints["on"][:, 0] == sides.ON_NODE)))
