@@ -6,7 +6,7 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `custom`
-(users' laws between places), `flexible` (beams), `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`,
+(users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `contact` (with `contact_laws` and `layers`), `loads`,
 and for threads the package `thread`. The functions of `evolvent.flow` call them, family by family.
 """
 
@@ -32,6 +32,7 @@ from evolvent.kernels import (
     loads,
     profile,
     rigid,
+    rod,
     sides,
     springs,
     thread,
@@ -52,7 +53,7 @@ SOLVERS = {
 }
 EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
-PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places")
+PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "rod_elements")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -196,6 +197,10 @@ FAMILIES = (
         tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),
     Family(
+        "a rod", "rods", EVERY, forces=(rod.add_rod_forces, rod.add_rod_energies),
+        tangents=(rod.add_rod_tangents, rod.add_mass_damping_tangents),
+    ),
+    Family(
         "a contact without friction", "cylinders", EVERY,
         which=lambda found: (
             (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
@@ -279,6 +284,10 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
         return assembly.joint_parts[index]
+    if family == "bodies":
+        for k, row in enumerate(assembly.model.flexible.rods):
+            if 0 <= index - int(row["first_body"]) <= row["elements"]:
+                return owner(assembly, "rods", k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
 
 

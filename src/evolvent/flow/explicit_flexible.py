@@ -1,4 +1,4 @@
-"""Beams, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
+"""Beams, rods, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
@@ -6,7 +6,7 @@ A constraint must be a penalty here (`stiffness` above 0), and contact cannot st
 from numba import types, void
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, points, rigid
+from evolvent.kernels import beam_loads, contact, custom, flexible, hinge, joint, points, rigid, rod
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -27,12 +27,13 @@ from evolvent.model import (
 def has_flexible(model):
     """Whether a model has any of these; `needs.is_flexible` for compiled code."""
     f = model.flexible
-    return f.beams.size > 0 or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
+    stiff = f.beams.size > 0 or f.rods.size > 0
+    return stiff or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_forces(t, y, s, model, dy):
-    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
+    """Forces of beams, rods, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
 
     Parameters
     ----------
@@ -61,6 +62,10 @@ def add_flexible_forces(t, y, s, model, dy):
         for k in range(f.cylinders.size):
             by_contact += f.cylinders[k].power
             dy[account + IMPULSE + k] = f.cylinders[k].normal
+    if f.rods.size > 0:
+        lost, viscous = rod.add_rod_forces(model)
+        by_mass += lost
+        by_stiffness += viscous
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(y, s, model, F)
         info = model.info
@@ -82,7 +87,7 @@ def add_flexible_forces(t, y, s, model, dy):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_inventory(t, y, s, model, out):
-    """Add beams, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
+    """Add beams, rods, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0
@@ -99,6 +104,11 @@ def add_flexible_inventory(t, y, s, model, out):
             contact.add_contacts(y, -1.0, model, F)
         for k in range(f.cylinders.size):
             out[ELASTIC] += f.cylinders[k].energy
+    if f.rods.size > 0:
+        part = model.sums[1]
+        part[1] = 0.0
+        rod.add_rod_energies(model, part)
+        out[ELASTIC] += part[1]
     if f.hinges.size > 0:
         energy, _ = hinge.add_hinges(y, s, model, F)
         out[ELASTIC] += energy

@@ -30,6 +30,7 @@ from evolvent.kernels import (
     loads,
     points,
     rigid,
+    rod,
     sparse,
     springs,
     thread,
@@ -67,6 +68,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.cylinders.size > 0:
             contact.add_contacts(y, step, model, F)
+    if f.rods.size > 0:
+        lost, viscous = rod.add_rod_forces(model)
+        powers[MASS_DAMPING] += lost
+        powers[STIFFNESS_DAMPING] += viscous
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost
@@ -120,6 +125,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
         if f.cylinders.size > 0:
             contact.add_contact_tangents(y, c_rate, model, matrix)
+    if f.rods.size > 0:
+        rod.add_rod_tangents(c_rate, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
@@ -136,7 +143,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
 def energies(t, y, model, out):
-    """out : (3,) = kinetic and elastic energy of everything, and the part of bending in cables, J.
+    """out : (3,) = kinetic and elastic energy of everything, and the part of bending in beams and rods, J.
 
     Contacts, hinges and penalties are those of the last `residual`.
     """
@@ -147,6 +154,8 @@ def energies(t, y, model, out):
         flexible.beam_energies(y, 0, f.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
+    if f.rods.size > 0:
+        rod.add_rod_energies(model, out)
     if model.springs.size > 0:
         out[1] += springs.springs_energy(y, model)
     if f.custom_forces.size > 0:
@@ -181,6 +190,9 @@ def is_isolated(t, model):
             return False
     for k in range(f.elements.size):
         if f.elements[k].alpha != 0.0:
+            return False
+    for k in range(f.rods.size):
+        if f.rods[k].alpha != 0.0:
             return False
     for k in range(f.joints.size):
         if joint.holds(t, f.joints, k):

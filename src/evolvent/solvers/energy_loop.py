@@ -191,7 +191,7 @@ def iterate(most, searches, model, matrix, work):
     step, loop, options = work.step, work.loop, work.options
     n_v, n_j = model.info.nv, step.la.size
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
-    rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size > 0 else 0.0
+    rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size + model.flexible.rods.size > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
     # what keeps momenta or energy takes a tangent of its own, for it converges to round-off
@@ -499,6 +499,9 @@ def _next_start(model, work):
     for k in range(step.strains.shape[0]):
         for i in range(step.strains.shape[1]):
             step.strains_before[k, i] = step.strains[k, i]
+    for k in range(step.rods.shape[0]):
+        for i in range(6):
+            step.rods_before[k, i] = step.rods[k, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
     for i in range(work.balance.size):
@@ -608,4 +611,7 @@ def advance(model, matrix, work, budget):
             for k in range(step.strains_before.shape[0]):
                 for i in range(step.strains_before.shape[1]):
                     step.strains_before[k, i] = 0.0
+            for k in range(step.rods_before.shape[0]):
+                for i in range(6):
+                    step.rods_before[k, i] = 0.0
     return BUDGET

@@ -109,6 +109,8 @@ def _couple_forces(graph: _Graph) -> None:
             elif marker["kind"] == springs.ON_BODY:
                 ends.append(int(graph.body[marker["index"]]))
         graph.couple(*ends)
+    for element in model.flexible.rod_elements:
+        graph.couple(graph.body[element["a"]], graph.body[element["b"]])
     for hinge in model.flexible.hinges:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
         graph.couple(second, graph.body[hinge["body"]])
