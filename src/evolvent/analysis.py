@@ -126,8 +126,9 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     model = assembly.model
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
-    if model.flexible.beams.size and families.ENERGY not in refused:
-        return energy_momentum.NAME, "beams: no step gains energy, whatever its length"
+    if (model.flexible.beams.size or model.flexible.rods.size) and families.ENERGY not in refused:
+        what = "beams" if model.flexible.beams.size else "rods"
+        return energy_momentum.NAME, f"{what}: no step gains energy, whatever its length"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
     if families.EXPLICIT in refused:

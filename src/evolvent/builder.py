@@ -14,7 +14,19 @@ from evolvent.errors import InputError, nearest
 from evolvent.flow.implicit import add_weight
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import load_preparation, load_weight
-from evolvent.kernels import ancf, constraint_rows, coordinate, custom, flexible, hinge, loads, rigid, springs, thread
+from evolvent.kernels import (
+    ancf,
+    constraint_rows,
+    coordinate,
+    custom,
+    flexible,
+    hinge,
+    loads,
+    rigid,
+    rod,
+    springs,
+    thread,
+)
 from evolvent.pointer import zeros_record
 from evolvent.references import Location, split_reference
 
@@ -200,6 +212,8 @@ class Builder:
             family, index = self._owner(name, where, key)
             if family == "beams":
                 return self._node(where, index, name, on, key)
+            if family == "rods":
+                return self._rod_node(where, index, name, on, key)
             if family == "points":
                 if on is not None:
                     raise InputError(f"{key} is {where!r}; {name!r} is a point mass, which has no {on!r}")
@@ -227,12 +241,12 @@ class Builder:
     def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
         """Family and index of the part that a place is on."""
         family, index = self.names.get(name, ("", -1))
-        if family not in ("bodies", "points", "beams"):
+        if family not in ("bodies", "points", "beams", "rods"):
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
                 advice = "; a mass at its end is its key `tip_mass`" if family == "threads" else ""
                 raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
-            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams")]
+            known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams", "rods")]
             raise InputError(
                 f"{key} is {where!r}; no body, point or beam is called {name!r}; {nearest(str(name), known)}"
             )
@@ -243,18 +257,29 @@ class Builder:
         d = pose.R @ at
         return Location("bodies", index, at, -1, -1, -1, pose.x + d, pose.v + np.cross(pose.w, d), alone)
 
-    def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
-        row = self.rows["beams"][index]
-        last = row["nodes"] - 1
+    def _number(self, where: str, name: str, on: str | int | None, last: int, key: str, what: str) -> int:
+        """Number of a node of a beam or rod, from 0 to `last`."""
         number = {"root": 0, "tip": last}.get(on) if isinstance(on, str) else on
         if number is None or number > last:
             wanted = f"'{name}.root', '{name}.tip' or a node from '{name}[0]' to '{name}[{last}]'"
-            what = "is a beam" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
-            raise InputError(f"{key} is {where!r}; {name!r} {what}; give {wanted}")
+            found = f"is a {what}" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
+            raise InputError(f"{key} is {where!r}; {name!r} {found}; give {wanted}")
+        return number
+
+    def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        row = self.rows["beams"][index]
+        number = self._number(where, name, on, row["nodes"] - 1, key, "beam")
         size = 3 * flexible.NODE_VECTORS[row["kind"]]
         iq, iv = row["iq"] + size * number, row["iv"] + size * number
         x, v = np.array(self.q[iq : iq + 3]), np.array(self.v[iv : iv + 3])
         return Location("beams", index, np.zeros(3), iq, iv, row["kind"], x, v, False)
+
+    def _rod_node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
+        row = self.rows["rods"][index]
+        number = self._number(where, name, on, row["elements"], key, "rod")
+        elements, last = self.rows["rod_elements"], number == row["elements"]
+        local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
+        return self._on_body(row["first_body"] + number, local, False)
 
     def velocity_of(self, where: Any, key: str = "a place") -> Array:
         """Velocity of a place at the start (`place`), m/s, inertial axes."""
@@ -391,6 +416,7 @@ class Builder:
             angles=np.zeros(int(beams["nodes"].sum())),
             custom=np.zeros(max((custom.scratch_size(row["places"]) for row in self.rows["custom_forces"]), default=0)),
             masses=_factor_masses(beams, families["elements"], pools),
+            rod=np.zeros(rod.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),

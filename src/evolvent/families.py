@@ -6,7 +6,7 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `custom`
-(users' laws between places), `flexible` (beams), `beam_loads`, `contact` (with `contact_laws` and `layers`),
+(users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `contact` (with `contact_laws` and `layers`),
 `body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them, family by
 family.
 """
@@ -36,6 +36,7 @@ from evolvent.kernels import (
     loads,
     profile,
     rigid,
+    rod,
     sides,
     springs,
     thread,
@@ -57,7 +58,9 @@ SOLVERS = {
 }
 EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
-PARTS_OF_OTHERS = ("info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points")
+PARTS_OF_OTHERS = (
+    "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points", "rod_elements",
+)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
@@ -243,6 +246,10 @@ FAMILIES = (
         tangents=(custom.add_custom_tangents, custom._add_place_block, *_MATRIX),
     ),
     Family(
+        "a rod", "rods", EVERY, forces=(rod.add_rod_forces, rod.add_rod_energies),
+        tangents=(rod.add_rod_tangents, rod.add_mass_damping_tangents),
+    ),
+    Family(
         "a contact without friction", "cylinders", EVERY,
         which=lambda found: (
             (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
@@ -355,6 +362,10 @@ def owner(assembly: Any, family: str, index: int) -> str:
         index = int(assembly.model.flexible.body_contacts["first"][index])
     if family == "spools":  # rows of threads that call a motor's law
         family = "threads"
+    if family == "bodies":
+        for k, row in enumerate(assembly.model.flexible.rods):
+            if 0 <= index - int(row["first_body"]) <= row["elements"]:
+                return owner(assembly, "rods", k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
 
 

@@ -86,6 +86,13 @@ RECORDS: dict[str, np.dtype] = {
     # form, bending, mass: places in the pools of `Flexible`, bending of the form of that alone; force, tangent, energy:
     # addresses of `kernels.element_calls`; stretch: 1 of a cable with engineering strain
     "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
+    # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
+    "rods": _record("first_element elements first_body", "length alpha"),
+    # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its ends,
+    # body axes; stiffness: per length, of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`
+    "rod_elements": _record(
+        "a b", "length beta arm_a arm_b stiffness rest", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6
+    ),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
@@ -172,7 +179,7 @@ RECORDS: dict[str, np.dtype] = {
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places", "body_contacts", "motors", "synchronizations",
+    "custom_places", "body_contacts", "motors", "synchronizations", "rods", "rod_elements",
 )  # fmt: skip
 
 
@@ -204,6 +211,7 @@ class Flexible(Struct):
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams,) float, scratch, angles about a layer's axis
     custom : (k,) float, scratch of users' laws between places (`kernels.custom`)
+    rod : (k,) float, scratch of an element of a rod (`kernels.rod`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K : scratch of an element
     J : (2, 3, 6) float, scratch
@@ -221,6 +229,8 @@ class Flexible(Struct):
     body_contacts: Array = array(1, RECORDS["body_contacts"])
     motors: Array = array(1, RECORDS["motors"])
     synchronizations: Array = array(1, RECORDS["synchronizations"])
+    rods: Array = array(1, RECORDS["rods"])
+    rod_elements: Array = array(1, RECORDS["rod_elements"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)
@@ -237,6 +247,7 @@ class Flexible(Struct):
     strands: Array = array(2)
     angles: Array = array(1)
     custom: Array = array(1)
+    rod: Array = array(1)
     F: Array = array(1)
     P: Array = array(1)
     work: Array = array(1)

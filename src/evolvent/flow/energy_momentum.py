@@ -19,7 +19,8 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`. Forces by users' laws are those of the mean place;
+`kernels.contact_step`, `kernels.layer_step` and `kernels.cord_step`, rods secants of functions of an angle
+(`kernels.rod_step`). Forces by users' laws are those of the mean place;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
 Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change
@@ -53,6 +54,7 @@ from evolvent.kernels import (
     loads,
     points,
     rigid,
+    rod_step,
     sparse,
     springs,
 )
@@ -77,6 +79,8 @@ class EnergyStep(Struct):
     la : (nj,) float, multipliers; r : (nv + nj,) float, residual
     dv, before : (nv,) float, changes of the velocities over this step and the one before
     strains, strains_before : (elements, 28) float, changes of the products of nodal vectors, likewise
+    rods0, rods1 : (rod elements, 15) float, of `rod_step.measure_rods` at both ends
+    rods, rods_before : (rod elements, 6) float, changes of the rods' strains over this step and the one before
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and places of bodies
     gap0, gap1 : (nj,) float, gaps of the joints; length0, length1 : (ns,) float, lengths of the springs
     hinge0, hinge1 : (nh, 3) float, of `hinge_step.measure_hinges`
@@ -95,6 +99,10 @@ class EnergyStep(Struct):
     before: np.ndarray = array(1)
     strains: np.ndarray = array(2)
     strains_before: np.ndarray = array(2)
+    rods0: np.ndarray = array(2)
+    rods1: np.ndarray = array(2)
+    rods: np.ndarray = array(2)
+    rods_before: np.ndarray = array(2)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)
@@ -134,6 +142,8 @@ def measure(end, model, work):
         a = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].a)
         b = springs.marker_kinematics(y, markers, model.points, bodies, model.springs[k].b)
         lengths[k] = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+    if model.flexible.rods.size > 0:
+        rod_step.measure_rods(model, work.rods1 if end == 1 else work.rods0)
     if model.flexible.custom_forces.size > 0:
         work.stored[end] = custom.custom_energies(t, y, model)
     if model.flexible.hinges.size > 0:
@@ -249,6 +259,12 @@ def residual(model, work):
         lost, rubbed = body_contact_step.add_body_contact_step(h, work.step.soft, work.step.chi, work.step.ratio, model)
         work.contact[0] += lost
         work.contact[1] += rubbed
+    if f.rods.size > 0:
+        lost, viscous = rod_step.add_rod_step(
+            model, h, work.step.chi, work.step.ratio, work.rods0, work.rods1, work.rods_before, work.rods
+        )
+        powers[MASS_DAMPING] += lost
+        powers[STIFFNESS_DAMPING] += viscous
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost
@@ -447,6 +463,11 @@ def tangent(scale, model, work, matrix):
                     layer_step.add_layer_step_tangents(work.y1, model, k, matrix)
     if f.body_contacts.size > 0:
         body_contact_step.add_body_contact_step_tangents(model, matrix)
+    if f.rods.size > 0:
+        rod_step.add_rod_step_tangents(
+            model, h, work.step.chi, work.step.ratio, work.dq, work.R0, work.R1, work.x1, work.rods0, work.rods1,
+            work.rods_before, work.rods, matrix,
+        )  # fmt: skip
     if model.springs.size > 0:
         springs.spring_tangents(tm, work.ym, c_rate, model, matrix)
     if f.hinges.size > 0:

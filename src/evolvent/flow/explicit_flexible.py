@@ -1,4 +1,4 @@
-"""Beams, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
+"""Beams, rods, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
@@ -18,6 +18,7 @@ from evolvent.kernels import (
     joint,
     points,
     rigid,
+    rod,
 )
 from evolvent.model import (
     BY_CONTACT,
@@ -39,14 +40,13 @@ from evolvent.model import (
 def has_flexible(model):
     """Whether a model has any of these; `needs.is_flexible` for compiled code."""
     f = model.flexible
-    if f.body_contacts.size > 0:
-        return True
-    return f.beams.size > 0 or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
+    stiff = f.beams.size > 0 or f.rods.size > 0 or f.body_contacts.size > 0
+    return stiff or model.info.penalties > 0 or f.hinges.size > 0 or f.custom_forces.size > 0
 
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_forces(t, y, s, model, dy):
-    """Forces of beams, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
+    """Forces of beams, rods, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
 
     Parameters
     ----------
@@ -81,6 +81,10 @@ def add_flexible_forces(t, y, s, model, dy):
         body_contact.add_body_contacts(-1.0, model)
         for k in range(f.body_contacts.size):
             by_contact += f.body_contacts[k].power
+    if f.rods.size > 0:
+        lost, viscous = rod.add_rod_forces(model)
+        by_mass += lost
+        by_stiffness += viscous
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(t, y, s, model, F)
         coordinate.write_account_rates(model, dy)
@@ -103,7 +107,7 @@ def add_flexible_forces(t, y, s, model, dy):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_inventory(t, y, s, model, out):
-    """Add beams, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
+    """Add beams, rods, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0
@@ -124,6 +128,11 @@ def add_flexible_inventory(t, y, s, model, out):
         body_contact.add_body_contacts(-1.0, model)
         for k in range(f.body_contacts.size):
             out[ELASTIC] += f.body_contacts[k].energy
+    if f.rods.size > 0:
+        part = model.sums[1]
+        part[1] = 0.0
+        rod.add_rod_energies(model, part)
+        out[ELASTIC] += part[1]
     if f.hinges.size > 0:
         energy, _ = hinge.add_hinges(t, y, s, model, F)
         out[ELASTIC] += energy

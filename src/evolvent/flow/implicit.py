@@ -33,6 +33,7 @@ from evolvent.kernels import (
     loads,
     points,
     rigid,
+    rod,
     sparse,
     springs,
     thread,
@@ -72,6 +73,10 @@ def residual(t, y, a, la, step, factor, model, r, powers):
             contact.add_contacts(y, step, model, F)
     if f.body_contacts.size > 0:
         body_contact.add_body_contacts(step, model)
+    if f.rods.size > 0:
+        lost, viscous = rod.add_rod_forces(model)
+        powers[MASS_DAMPING] += lost
+        powers[STIFFNESS_DAMPING] += viscous
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost
@@ -131,6 +136,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
             contact.add_contact_tangents(y, c_rate, model, matrix)
     if f.body_contacts.size > 0:
         body_contact.add_body_contact_tangents(c_rate, model, matrix)
+    if f.rods.size > 0:
+        rod.add_rod_tangents(c_rate, model, matrix)
     if model.springs.size > 0:
         springs.spring_tangents(t, y, c_rate, model, matrix)
     if f.hinges.size > 0:
@@ -149,7 +156,7 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
 def energies(t, y, model, out):
-    """out : (3,) = kinetic and elastic energy of everything, and the part of bending in cables, J.
+    """out : (3,) = kinetic and elastic energy of everything, and the part of bending in beams and rods, J.
 
     Contacts, hinges and penalties are those of the last `residual`.
     """
@@ -160,6 +167,8 @@ def energies(t, y, model, out):
         flexible.beam_energies(y, 0, f.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
+    if f.rods.size > 0:
+        rod.add_rod_energies(model, out)
     if model.springs.size > 0:
         out[1] += springs.springs_energy(y, model)
     if f.custom_forces.size > 0:
@@ -196,6 +205,9 @@ def is_isolated(t, model):
             return False
     for k in range(f.elements.size):
         if f.elements[k].alpha != 0.0:
+            return False
+    for k in range(f.rods.size):
+        if f.rods[k].alpha != 0.0:
             return False
     for k in range(f.joints.size):
         if joint.holds(t, f.joints, k):

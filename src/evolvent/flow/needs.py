@@ -15,9 +15,12 @@ from evolvent.model import Model
 
 
 def is_flexible(model: Model) -> bool:
-    """Whether a model has beams, joints by penalties, hinges or users' laws between places."""
+    """Whether a model has beams, rods, joints by penalties, hinges or users' laws between places."""
     f = model.flexible
-    return bool(f.beams.size or model.info.penalties or f.hinges.size or f.custom_forces.size or f.body_contacts.size)
+    return bool(
+        f.beams.size or f.rods.size or model.info.penalties or f.hinges.size or f.custom_forces.size
+        or f.body_contacts.size
+    )  # fmt: skip
 
 
 def forces(model: Model) -> Iterator[Any]:

@@ -17,6 +17,7 @@ from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
+from evolvent.parts.rod import Rod
 from evolvent.parts.rotational_spring import RotationalSpring
 from evolvent.parts.self_contact import SelfContact
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
@@ -60,6 +61,7 @@ __all__ = [
     "RampDrive",
     "Reel",
     "RigidBody",
+    "Rod",
     "RotationalSpring",
     "SelfContact",
     "SlopeLoad",

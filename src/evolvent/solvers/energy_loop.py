@@ -212,7 +212,8 @@ def iterate(most, searches, model, matrix, work):
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
     info = model.info
     info.compliance = 1.0 / scale
-    rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size > 0 else 0.0
+    flexible = model.flexible.elements.size + model.flexible.rods.size
+    rounding = min(ROUND_OFF, 1e4 * options.newton) if flexible > 0 else 0.0
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
     # what keeps momenta or energy takes a tangent of its own, for it converges to round-off
@@ -535,6 +536,9 @@ def _next_start(model, work):
     for k in range(step.strains.shape[0]):
         for i in range(step.strains.shape[1]):
             step.strains_before[k, i] = step.strains[k, i]
+    for k in range(step.rods.shape[0]):
+        for i in range(6):
+            step.rods_before[k, i] = step.rods[k, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
     for i in range(work.balance.size):
@@ -648,4 +652,7 @@ def advance(model, matrix, work, budget):
             for k in range(step.strains_before.shape[0]):
                 for i in range(step.strains_before.shape[1]):
                     step.strains_before[k, i] = 0.0
+            for k in range(step.rods_before.shape[0]):
+                for i in range(6):
+                    step.rods_before[k, i] = 0.0
     return BUDGET

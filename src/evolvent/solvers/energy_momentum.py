@@ -25,6 +25,8 @@ from evolvent.kernels import (
     joint,
     layer_step,
     rigid,
+    rod,
+    rod_step,
     sides,
     springs,
 )
@@ -152,6 +154,8 @@ def needed(model: Any) -> list[Any]:
     found = [flow.measure, flow.move, flow.residual, flow.tangent, *energy_loop.functions(), *needs.balance(model)]
     if model.flexible.elements.size:
         found += [flow.add_elements, flow.add_element_tangents]
+    if model.flexible.rods.size:
+        found += [rod_step.measure_rods, rod_step.add_stressed_elements, rod_step.add_rod_step_tangents]
     if model.springs.size:
         found.append(flow.add_springs)
     if np.any(model.flexible.joints["kind"] == joint.CORD):
@@ -191,6 +195,8 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         r=np.zeros(n_v + n_j),
         strains=np.zeros((f.elements.size, 28)),
         strains_before=np.zeros((f.elements.size, 28)),
+        **{name: np.zeros((f.rod_elements.size, rod.MEASURES)) for name in ("rods0", "rods1")},
+        **{name: np.zeros((f.rod_elements.size, 6)) for name in ("rods", "rods_before")},
         **{name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")},
         **{name: np.zeros((n_b, 3)) for name in ("x0", "x1")},
         **{name: np.zeros(n_j) for name in ("gap0", "gap1")},

@@ -118,6 +118,8 @@ def _couple_forces(graph: _Graph) -> None:
         for marker in model.markers[[spring["a"], spring["b"]]]:
             ends.append(_block_of_marker(graph, marker))
         graph.couple(*ends)
+    for element in model.flexible.rod_elements:
+        graph.couple(graph.body[element["a"]], graph.body[element["b"]])
     for hinge in model.flexible.hinges:
         second = graph.body[hinge["other"]] if hinge["on"] == sides.ON_BODY else graph.of(int(hinge["iv"]))
         graph.couple(second, graph.body[hinge["body"]])

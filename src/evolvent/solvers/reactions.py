@@ -37,7 +37,7 @@ def _without_contacts(model: mdl.Model) -> bool:
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
     f = model.flexible
-    stiff = f.elements.size + f.hinges.size + f.custom_forces.size + model.springs.size
+    stiff = f.elements.size + f.rods.size + f.hinges.size + f.custom_forces.size + model.springs.size
     return bool(stiff) or bool(np.any(f.joints["stiffness"] > 0.0))
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.builder import Assembly
+from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import is_flexible, load_preparation
 from evolvent.kernels import body_contact, points, rigid, springs, thread
@@ -48,7 +49,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     for i in range(model.points.size):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
-        best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), names["bodies", i]))
+        best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), owner(assembly, "bodies", i)))
     largest = 0.0
     if is_flexible(model):
         from evolvent.solvers.flexible import fastest_flexible_mode  # SciPy's sparse matrices take a moment to load

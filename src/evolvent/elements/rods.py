@@ -1,0 +1,136 @@
+"""Constants and strains of the elements of geometrically exact rods (`evolvent.kernels.rod`), in NumPy."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.elements.sections import CrossSection, Material
+
+Array = np.ndarray
+#: Gauss's four points of an element and their weights.
+_AT, _WEIGHT = np.polynomial.legendre.leggauss(4)
+
+
+class Lumped(NamedTuple):
+    """Mass (kg) and moments of inertia (3,) about x, y and z (kg m2) of an element's share of a node."""
+
+    mass: float
+    inertia: Array
+
+
+def section_stiffness(section: CrossSection, material: Material, at: float = 0.5) -> Array:
+    """(6, 6): forces (N, Q_y, Q_z) and moments (M_x, M_y, M_z) by the strains Gamma and K; N, N m and N m2."""
+    s, G = section.at(at).properties(material.nu), material.shear_modulus
+    E = material.E
+    return np.diag([E * s.area, s.shear_y * G * s.area, s.shear_z * G * s.area, G * s.J, E * s.Iy, E * s.Iz])
+
+
+def element_stiffness(length: float, section: CrossSection, material: Material, rest: Array) -> Array:
+    """Stiffness (6, 6) of an element per length, by the strains of the helix through its ends.
+
+    Parameters
+    ----------
+    rest : (6,) float, strains Gamma_0 and K_0 without stress
+
+    Notes
+    -----
+    Without loads along it an element's forces and moments S = (n, m) in the axes of its sections follow from those of
+    its middle: n' = -K_0 x n, m' = -K_0 x m - Gamma_0 x n, S(x) = exp(x A) S_m. With the mean T of exp(x A) the strains
+    of the helix are conjugate to T S_m, so that the compliance is T^-T (mean of exp(x A)^T C^-1 exp(x A)) T^-1. Of a
+    straight uniform element that of shear is 1/(k G A) + L^2/(12 E I) (residual bending flexibility, MacNeal 1978).
+    Elements with it are exact at their nodes in linear statics and do not lock.
+    """
+    A = np.zeros((6, 6))
+    A[:3, :3] = A[3:, 3:] = -skew(rest[3:])
+    A[3:, :3] = -skew(rest[:3])
+    found, mean = np.zeros((6, 6)), np.zeros((6, 6))
+    for x, weight in zip(0.5 * _AT, 0.5 * _WEIGHT, strict=True):
+        carry = term = np.eye(6)
+        for k in range(1, 13):
+            term = term @ A * (x * length / k)
+            carry = carry + term
+        found += weight * carry.T @ np.linalg.inv(section_stiffness(section, material, 0.5 + x)) @ carry
+        mean += weight * carry
+    stiffness = mean @ np.linalg.inv(found) @ mean.T
+    return 0.5 * (stiffness + stiffness.T)
+
+
+def element_inertia(length: float, section: CrossSection, material: Material) -> tuple[Lumped, Lumped]:
+    """Mass and rotary inertia of the section that an element gives to its first and its last node."""
+    shares = []
+    for side in range(2):
+        mass, inertia = 0.0, np.zeros(3)
+        for x, weight in zip(0.5 + 0.5 * _AT, 0.5 * _WEIGHT, strict=True):
+            s = section.at(x).properties(material.nu)
+            part = material.density * length * weight * (x if side else 1.0 - x)
+            mass += part * s.area
+            inertia += part * np.array([s.Iy + s.Iz, s.Iy, s.Iz])
+        shares.append(Lumped(mass, inertia))
+    return shares[0], shares[1]
+
+
+def strains(x: Array, R: Array, length: float) -> Array:
+    """Strains Gamma and K of the elements between nodes, as of `kernels.rod.measure_element` without those of rest.
+
+    Parameters
+    ----------
+    x, R : (..., n + 1, 3) float, m, and (..., n + 1, 3, 3) float, places and axes (columns) of the nodes
+    length : float, m, of an element
+
+    Returns
+    -------
+    (..., n, 6) float; Gamma without unit, (1, 0, 0) without stress, K in 1/m
+    """
+    A, B = R[..., :-1, :, :], R[..., 1:, :, :]
+    T = np.swapaxes(A, -1, -2) @ B
+    s = 0.5 * np.stack([T[..., 2, 1] - T[..., 1, 2], T[..., 0, 2] - T[..., 2, 0], T[..., 1, 0] - T[..., 0, 1]], axis=-1)
+    c = 0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0)
+    v = 0.5 / length * np.einsum("...ji,...j->...i", A + B, np.diff(x, axis=-2))
+    square = np.einsum("...i,...i->...", s, s)
+    angle, near = np.arctan2(np.sqrt(square), c), square < 1e-6
+    safe = np.where(near, 1.0, square)
+    phi = np.where(near & (c > 0.0), 1.0 + (1.0 - c) / 3.0 * (1.0 + 0.4 * (1.0 - c)), angle / np.sqrt(safe))
+    psi = np.where(near & (c > 0.0), -1.0 / 6.0 - 7.0 / 60.0 * (1.0 - c), (1.0 - phi) / safe)
+    along = np.einsum("...i,...i->...", s, v)
+    gamma = phi[..., None] * v + (psi * along)[..., None] * s
+    return np.concatenate([gamma, phi[..., None] * s / length], axis=-1)
+
+
+def rotation(vector: Array) -> Array:
+    """Rotation matrix of a rotation vector (3,), rad."""
+    angle = float(np.linalg.norm(vector))
+    K = skew(vector)
+    if angle < 1e-8:
+        return np.eye(3) + K
+    return np.asarray(np.eye(3) + math.sin(angle) / angle * K + (1.0 - math.cos(angle)) / angle**2 * K @ K)
+
+
+def advanced(curvature: Array, length: float) -> tuple[Array, Array]:
+    """Place (3,) and axes (3, 3) at the end of a curve of constant curvature (3,), 1/m, in the axes of its start."""
+    turn = np.asarray(curvature, dtype=float) * length
+    angle, K = float(np.linalg.norm(turn)), skew(turn)
+    b = 0.5 if angle < 1e-4 else (1.0 - math.cos(angle)) / angle**2
+    c = 1.0 / 6.0 if angle < 1e-4 else (angle - math.sin(angle)) / angle**3
+    return length * (np.eye(3) + b * K + c * K @ K)[:, 0], rotation(turn)
+
+
+def skew(a: Array) -> Array:
+    """[a]x."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
+def quaternion(R: Array) -> Array:
+    """Quaternion (4,), scalar part first, of a rotation matrix."""
+    K = np.array(
+        [
+            [np.trace(R), R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
+            [0.0, 2.0 * R[0, 0] - np.trace(R), R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
+            [0.0, 0.0, 2.0 * R[1, 1] - np.trace(R), R[1, 2] + R[2, 1]],
+            [0.0, 0.0, 0.0, 2.0 * R[2, 2] - np.trace(R)],
+        ]
+    )
+    found: Array = np.linalg.eigh(K + np.triu(K, 1).T)[1][:, -1]
+    return found if found[0] >= 0.0 else -found

@@ -1,0 +1,184 @@
+"""Geometrically exact rod."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder, Pose
+from evolvent.elements import rods
+from evolvent.elements.sections import AnySection, MaterialOrName
+from evolvent.errors import InputError
+from evolvent.kernels import rigid
+from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.beam import _across
+
+#: Largest angle between the ends of an element at the start, degrees.
+LARGEST_TURN = 90.0
+#: Places and axes of all nodes.
+RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (elements + 1, 4, 3)")]
+
+
+class Rod(Part):
+    """A geometrically exact rod (Reissner, Simo): extension, shear, bending and torsion, at any strain and rotation.
+
+    Its nodes turn as bodies do: "arm.root", "arm.tip" and its nodes, from "arm[0]", take joints, forces, torques and
+    springs as places of a body.
+
+    Parameters
+    ----------
+    length : float, m
+        Length of the axis without stress.
+    section : Rectangle, Tube, Rod, General or Taper
+        Cross-section; y is the rod's normal, z the third direction.
+    material : Material, or the name of a known one
+        Isotropic and linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, cfrp, kapton, steel.
+    elements : int
+        Number of elements.
+    position : (3,) float, m
+        Of the root at the start, inertial axes.
+    direction : (3,) float
+        Of the axis at the root, inertial axes.
+    normal : (3,) float, optional
+        Of the thickness (y of the section) at the root, inertial axes, across the axis; left out, as near to y as it
+        can be.
+    curvature : (3,) float, 1/m
+        Twist and curvatures about y and z without stress, in the axes of the section, the same all along.
+    nodes : (n + 1, 4, 3) float, optional, m and 1
+        Places and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and `normal`.
+    rest : {"straight", "start"}
+        Shape without stress where `nodes` are given: by `curvature`, or as they are at the start.
+    velocity : (3,) float, m/s
+        Of the root at the start, inertial axes.
+    angular_velocity : (3,) float, rad/s
+        At which the whole rod turns about its root at the start, inertial axes.
+    mass_damping : float, 1/s
+        Factor alpha of damping forces -alpha M v.
+    stiffness_damping : float, s
+        Factor beta of damping forces, which are beta times the rate of the elastic ones by the strains.
+
+    Notes
+    -----
+    Strains are those of the helix through both ends of an element, of which its energy is quadratic
+    (`evolvent.kernels.rod`). The masses are lumped: half of an element and its sections' rotary inertia to each of its
+    nodes; the centres of mass of the first and last node lie a sixth of an element inside the rod, which makes the
+    lumped masses exact to the fourth order in bending. An element must not bend or twist by more than 120 degrees.
+    """
+
+    kind: Literal["rod"] = "rod"
+    length: units.Length
+    section: AnySection
+    material: MaterialOrName
+    elements: Annotated[int, units.Whole(least=1, most=100_000)]
+    position: units.Position = (0.0, 0.0, 0.0)
+    direction: units.Direction = (1.0, 0.0, 0.0)
+    normal: units.Direction | None = None
+    curvature: units.Curvatures = (0.0, 0.0, 0.0)
+    nodes: RodNodes | None = None
+    rest: Literal["straight", "start"] = "straight"
+    velocity: units.Velocity = (0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
+    mass_damping: units.RateOrZero = 0.0
+    stiffness_damping: units.DurationOrZero = 0.0
+
+    def start(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
+        """Places (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
+        n = self.elements
+        if self.nodes is not None:
+            for key in ("position", "direction", "normal"):
+                if key in self.model_fields_set:
+                    raise InputError(f"{name}.nodes and {name}.{key} are both given; leave one of them out")
+            given = np.array(self.nodes, dtype=float)
+            if given.shape != (n + 1, 4, 3):
+                raise InputError(f"{name}.nodes has the shape {given.shape}; it must be {(n + 1, 4, 3)}")
+            R = np.swapaxes(given[:, 1:], 1, 2)
+            wrong = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2)) + np.abs(np.linalg.det(R) - 1.0)
+            if wrong.max() > 1e-6:
+                raise InputError(
+                    f"{name}.nodes[{int(wrong.argmax())}] has axes that are not a right-handed set of three "
+                    f"perpendicular unit vectors"
+                )
+            u, _, w = np.linalg.svd(R)
+            return given[:, 0], u @ w
+        e1 = unit(self.direction)
+        e2 = _across(e1) if self.normal is None else unit(self.normal)
+        if abs(e1 @ e2) > 1e-9:
+            raise InputError(
+                f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, {self.direction!r}"
+            )
+        x, R = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
+        x[0], R[0] = self.position, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+        for i in range(n):
+            step, turn = rods.advanced(np.array(self.curvature), (i + 1) * self.length / n)
+            x[i + 1], R[i + 1] = x[0] + R[0] @ step, R[0] @ turn
+        return x, R
+
+    def arms(self) -> np.ndarray:
+        """Nodes as seen from the centres of mass of their shares: (n + 1, 3), m, in the axes of the sections."""
+        found = np.zeros((self.elements + 1, 3))
+        found[0, 0], found[-1, 0] = -self.length / self.elements / 6.0, self.length / self.elements / 6.0
+        return found
+
+    def rest_strains(self, x: np.ndarray, R: np.ndarray) -> np.ndarray:
+        """Strains (n, 6) of the shape without stress."""
+        if self.rest == "start":
+            return rods.strains(x, R, self.length / self.elements)
+        return np.tile([1.0, 0.0, 0.0, *self.curvature], (self.elements, 1))
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the nodes into the family `bodies`, the rest into `rods` and `rod_elements`."""
+        n, h = self.elements, self.length / self.elements
+        x, R = self.start(name)
+        turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
+        if turns.max() > LARGEST_TURN:
+            k = int(turns.argmax())
+            raise InputError(
+                f"{name}.elements is {n}, but the ends of element {k} are turned by {turns[k]:.0f} deg to one another; "
+                f"at most {LARGEST_TURN:g} deg is allowed, take {int(n * turns[k] / 45.0) + 1} elements or more"
+            )
+        arms, rest = self.arms(), self.rest_strains(x, R)
+        pieces = [self.section.between(i / n, (i + 1) / n) for i in range(n)]
+        same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
+        stiffness, shares = [], []
+        for piece, strain in zip(pieces[: 1 if same else n], rest, strict=False):
+            self._check(name, rods.section_stiffness(piece, self.material))
+            stiffness.append(rods.element_stiffness(h, piece, self.material, strain))
+            shares.append(rods.element_inertia(h, piece, self.material))
+        if same:
+            stiffness, shares = n * stiffness, n * shares
+        first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
+        for i in range(n):
+            builder.add(
+                "rod_elements", a=first_body + i, b=first_body + i + 1, length=h, beta=self.stiffness_damping,
+                arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i], rest=rest[i],
+            )  # fmt: skip
+        index = builder.add(
+            "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping
+        )
+        builder.names[name] = ("rods", index)
+
+    def _check(self, name: str, stiffness: np.ndarray) -> None:
+        """Refuse a section without one of its stiffnesses."""
+        what = ("axial", "shear", "shear", "torsion", "bending", "bending")
+        for i, value in enumerate(np.diag(stiffness)):
+            if not value > 0.0:
+                raise InputError(f"{name}.section has no {what[i]} stiffness, {value:g}; a rod needs all six above 0")
+
+    def _write_nodes(self, builder: Builder, x: np.ndarray, R: np.ndarray, shares: list) -> int:
+        """Write the nodes as free bodies; returns the first one's index."""
+        arms, w = self.arms(), np.array(self.angular_velocity)
+        first = len(builder.rows["bodies"])
+        for i in range(self.elements + 1):
+            own = [share[1] for share in shares[max(i - 1, 0) : i]] + [share[0] for share in shares[i : i + 1]]
+            mass, inertia = sum(s.mass for s in own), sum((s.inertia for s in own), np.zeros(3))
+            centre = x[i] - R[i] @ arms[i]
+            velocity = np.array(self.velocity) + np.cross(w, centre - x[0])
+            q, v = builder.coordinates([*centre, *rods.quaternion(R[i])], [*velocity, *(R[i].T @ w)])
+            builder.poses.append(Pose(centre, R[i], velocity, w))
+            builder.add(
+                "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=np.diag(inertia),
+                axis=np.array([1.0, 0.0, 0.0]), R0=R[i], x0=centre, rate=0.0, spin_inertia=float(inertia[0]),
+            )  # fmt: skip
+        return first
