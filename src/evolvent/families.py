@@ -234,7 +234,7 @@ FAMILIES = (
     ),
     Family(
         "a motor", "motors", EVERY, forces=(coordinate.add_motors, profile.profile),
-        tangents=(coordinate.add_motor_slopes,),
+        tangents=(coordinate.measure_motor_slopes,),
     ),
     Family(
         "a synchronization", "synchronizations", EVERY, forces=(coordinate.add_synchronizations,),

@@ -108,15 +108,15 @@ RECORDS: dict[str, np.dtype] = {
     # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
     # its place `zero` to a second place. switch: the first of two switches, the angle in quarter turns, rounded, and 1
     # once latched. account: place of its accounts in the state (`COORDINATE_ACCOUNTS`).
-    # Of the last forces: torque, with derivatives slope and damper; applied: part of it from motors and
-    # synchronizations, with derivatives; u, g: second side, and derivative of the angle by it; bristle: deflection of
+    # Of the last forces: torque, with derivatives slope and damper but for those of motors, which the tangent finds;
+    # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and derivative of the angle by it; bristle: deflection of
     # the friction, slips: the sense in which it slips; lost, latch_lost: powers, W. Of the last step: before, pace,
     # bristle0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which
     # the latch has locked; peak: its largest torque
     "hinges": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
-        "angle rate torque before pace slope damper applied applied_slope applied_damper u g bristle slips lost "
+        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper u g bristle slips lost "
         "latch_lost bristle0 lost0 latch_lost0 anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),

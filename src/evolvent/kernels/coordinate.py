@@ -134,9 +134,11 @@ def motor_power(model):
 
 
 @indirect(void(MODEL))
-def add_motor_slopes(model):
-    """Add the derivatives of the motors' torques at the last evaluation to those of their coordinates."""
+def measure_motor_slopes(model):
+    """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
     hinges, motors = model.flexible.hinges, model.flexible.motors
+    for h in range(hinges.size):
+        hinges[h].motor_slope = hinges[h].motor_damper = 0.0
     for k in range(motors.size):
         h, t, x, v = motors[k].hinge, motors[k].time, motors[k].coordinate, motors[k].rate
         slope = damper = 0.0
@@ -149,8 +151,8 @@ def add_motor_slopes(model):
             d = _DIFFERENCE * max(1.0, abs(v))
             damper = _law_torque(t, x, v + d, motors, k, model) - _law_torque(t, x, v - d, motors, k, model)
             damper *= 0.5 / d
-        hinges[h].slope -= slope
-        hinges[h].damper -= damper
+        hinges[h].motor_slope -= slope
+        hinges[h].motor_damper -= damper
 
 
 # ------------------------------------------------------------------------------------------------ synchronizations

@@ -14,11 +14,11 @@ from evolvent.jit import INTEGERS, MATRIX, REAL, VECTOR, entry, indirect, inline
 from evolvent.kernels import rigid
 from evolvent.kernels.coordinate import (
     TRAVEL,
-    add_motor_slopes,
     add_motors,
     add_synchronizations,
     bristle_energy,
     friction_force,
+    measure_motor_slopes,
     note_peaks,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -264,12 +264,12 @@ def add_hinge_tangents(y, c_rate, model, matrix):
     hinges = flexible.hinges
     K = flexible.K12
     if flexible.motors.size > 0:
-        add_motor_slopes(model)
+        measure_motor_slopes(model)
     if flexible.synchronizations.size > 0:
         add_synchronization_tangents(c_rate, model, matrix)
     for k in range(hinges.size):
-        torque, damping = hinges[k].torque, hinges[k].damper
-        slope = hinges[k].slope + c_rate * damping
+        torque, damping = hinges[k].torque, hinges[k].damper + hinges[k].motor_damper
+        slope = hinges[k].slope + hinges[k].motor_slope + c_rate * damping
         u = _second_side(y, hinges, bodies, k)
         ux, uy, uz = u[0], u[1], u[2]
         if hinges[k].kind == TRAVEL:

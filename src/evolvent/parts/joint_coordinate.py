@@ -182,7 +182,7 @@ def find_coordinate(builder: Builder, key: str, name: str) -> int:
             f"{key} is {name!r}, {what}, which has no coordinate; name a RotationalSpring, a TranslationalSpring, or a "
             f"revolute or prismatic Joint; {_known(name, known)}"
         )
-    kinds: dict[str, type[CoordinateSpring]] = {"revolute": RotationalSpring, "prismatic": TranslationalSpring}
+    kinds: dict[str, Any] = {"revolute": RotationalSpring, "prismatic": TranslationalSpring}
     if spec.type not in kinds:
         raise InputError(
             f"{key} is {name!r}, a joint of type {spec.type!r}, which has no single coordinate; name a revolute or "
