@@ -292,11 +292,6 @@ FAMILIES = (
         "take energy-momentum, or `law` 'hunt-crossley'", which=lambda found: _is_conservative(found),
         forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
-    Family(
-        "a contact between two capsules", "body_contacts", EVERY - {MODES}, "lay spheres along one of them",
-        which=lambda found: (found["half_a"] > 0.0) & (found["half_b"] > 0.0),
-        forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
-    ),
 )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import families.beams
+import families.contacts
 import families.coordinates
 import families.lumped
 from evolvent import analysis
@@ -19,6 +20,7 @@ from observe.seeing import Seen, close
 
 assert families.beams
 assert families.coordinates
+assert families.contacts
 assert families.lumped
 #: Units of all variables.
 UNITS = {

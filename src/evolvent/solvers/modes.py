@@ -153,12 +153,16 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     return M, C.tocsr(), K, G.tocsr()
 
 
+def _rubs(model: Any) -> bool:
+    return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts))
+
+
 def is_conservative(work: Work) -> bool:
     """Whether no load turns with what it loads, and nothing rubs: K is symmetric then."""
     model = work.model
     if np.any(model.flexible.custom_forces["symmetric"] == 0.0):
         return False
-    if np.any(model.flexible.beam_loads["kind"] == FIELD) or np.any(model.flexible.cylinders["friction"] > 0.0):
+    if np.any(model.flexible.beam_loads["kind"] == FIELD) or _rubs(model):
         return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
@@ -222,6 +226,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         return K
     rest, spin = b.y.copy(), b.spin.copy()
     b.spin[:] = 0.0
+    closeness = 1e-7 if f.body_contacts.size else 1e-3  # bodies that touch stay in contact
 
     def forces(at: int, step: float) -> Array:
         b.d[:] = 0.0
@@ -232,7 +237,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         return np.array([b.r[: work.n_v], f.P])
 
     def derivative(at: int) -> Array:
-        h = 1e-3 * b.weight[at]
+        h = closeness * b.weight[at]
         near, far = ((forces(at, s * h) - forces(at, -s * h)) / (2.0 * s * h) for s in (1.0, 2.0))
         return (4.0 * near - far) / 3.0
 
