@@ -25,7 +25,11 @@ def reaction(found: Seen, name: str, place: Array) -> tuple[Array, Array]:
     return force, moment - np.cross(place - found.state(name, 3), force)
 
 
-TYPES = ["spherical", "revolute", "clamp", "distance"]
+TYPES = [
+    "spherical", "revolute", "clamp", "distance", "universal", "prismatic", "cylindrical", "point-on-line", "in-plane"
+]  # fmt: skip
+#: Types that hold no directions.
+FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane")
 
 
 @pytest.mark.parametrize("kind", TYPES)
@@ -41,6 +45,8 @@ def test_reactions_are_what_the_held_body_needs(kind: str, held: str) -> None:
     ends = {"a": ("a", (0.4, 0.1, 0.0)), "b": ("b", (-0.6, 0.1, 0.0))}
     if kind == "distance":
         ends["b"] = ("b", (-0.3, 0.2, 0.1))
+    if kind == "universal":
+        given["axis_b"] = (1.0, 0.0, 0.0)
     system.add(parts.Joint(**ends, type=kind, axis=(0.0, 1.0, 0.0), **given), "joint")
     samples = np.linspace(0.0, 0.5, 501)
     options = {"method": "rk4", "step": 1e-4} if held == "penalty" else {"step": 2.5e-4, "spectral_radius": 0.3}
@@ -53,12 +59,16 @@ def test_reactions_are_what_the_held_body_needs(kind: str, held: str) -> None:
     close(found.of("joint", "force"), force, part=1e-4)
     scale = float(np.abs(moment).max()) + float(np.abs(force).max())
     np.testing.assert_allclose(found.of("joint", "moment"), moment, atol=1e-4 * scale)
-    if kind in ("spherical", "distance"):
+    if kind in FREE_TO_TURN:
         np.testing.assert_allclose(found.of("joint", "moment"), 0.0, atol=1e-4 * scale)
     else:
         assert float(np.abs(moment).max()) > 0.02
-    if kind == "revolute":
-        axis = turned(found.rotation("a"), (0.0, 1.0, 0.0))
+    axis = turned(found.rotation("a"), (0.0, 1.0, 0.0))
+    if kind in ("prismatic", "cylindrical", "point-on-line"):
+        np.testing.assert_allclose(np.sum(axis * force, axis=1), 0.0, atol=1e-2 * scale)
+    if kind == "in-plane":
+        np.testing.assert_allclose(np.cross(axis, force), 0.0, atol=1e-2 * scale)
+    if kind in ("revolute", "cylindrical", "universal"):
         np.testing.assert_allclose(np.sum(axis * found.of("joint", "moment"), axis=1), 0.0, atol=1e-2 * scale)
     if kind == "distance":
         apart = place - found.state("a", 3) - turned(found.rotation("a"), ends["a"][1])

@@ -341,12 +341,18 @@ def test_what_nothing_holds_is_named():
     assert hangs.y[-1, 12 * 4 + 2] < -0.99  # it swings down
 
 
-def test_redundant_joints_are_named():
+def test_redundant_joints_are_named_and_share_what_they_carry():
     def twice(system: System) -> None:
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root"), "again")
 
-    with pytest.raises(InputError, match="'again' is redundant"):
-        solve_static(beam("cable", 4, more=twice))
+    once, found = solve_static(beam("cable", 4)), solve_static(beam("cable", 4, more=twice))
+    assert found.success
+    assert "constraints are independent, those of 'again'" in found.message
+    assert found.y[-1] == pytest.approx(once.y[-1], abs=1e-8)
+    assert found.statistics["constraints"] - found.statistics["rank"] == 3
+    first, again = found.la[-1, :3], found.la[-1, -3:]
+    assert first == pytest.approx(again, rel=1e-6, abs=1e-9)
+    assert first + again == pytest.approx(once.la[-1, :3], rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize(
