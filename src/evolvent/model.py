@@ -66,7 +66,9 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
-    "loads": _record("kind target law first last", ""),
+    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the law
+    # of a force or torque; node: of a thread
+    "loads": _record("kind target law first last law_first law_last node", ""),
     "events": _record("law first last stops", ""),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
     "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
@@ -125,9 +127,11 @@ RECORDS: dict[str, np.dtype] = {
         n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
-    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector; first, last:
-    # places of a profile among the parameters
-    "beam_loads": _record("kind beam iq iv first last", "value centre axis start end ramp", centre=_3, axis=_3),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on a
+    # node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value
+    "beam_loads": _record(
+        "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
+    ),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (

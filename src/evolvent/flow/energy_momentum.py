@@ -49,6 +49,7 @@ from evolvent.kernels import (
     joint,
     layer_step,
     loads,
+    node_loads,
     points,
     rigid,
     sparse,
@@ -442,6 +443,8 @@ def tangent(scale, model, work, matrix):
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
+    loads.add_law_tangents(tm, work.ym, c_rate, model, matrix)
+    node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

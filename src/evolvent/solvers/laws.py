@@ -125,9 +125,10 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
-    for family, rows in (("springs", model.springs), ("loads", model.loads), ("events", model.events)):
+    families = (("springs", model.springs), ("loads", model.loads), ("events", model.events))
+    for family, rows in (*families, ("beam_loads", model.flexible.beam_loads)):
         for k, row in enumerate(rows):
-            if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
+            if row["law"] != 0:
                 yield _Use(family, k, row)
     for k, row in enumerate(model.fields):
         if row["law"] != 0:
@@ -149,6 +150,18 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         length = float(np.linalg.norm(b[:3] - a[:3]))
         rate = float((b - a)[:3] @ (b - a)[3:]) / length if length > 0.0 else 0.0
         yield length - float(use.row["length"]), rate, time
+    elif use.family == "loads" and use.row["kind"] >= loads.AT_MARKER:
+        marker = model.markers[use.row["target"]]
+        found = springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row["target"])
+        is_torque = use.row["kind"] == loads.TORQUE
+        v = model.bodies["w"][marker["index"]].copy() if is_torque else np.array(found[3:])
+        yield np.array(found[:3]), v, time
+    elif use.family == "beam_loads":
+        iq, iv = (int(use.row[key]) for key in ("iq", "iv"))
+        if iq < 0:
+            beam = model.flexible.beams[use.row["beam"]]
+            iq, iv = int(beam["iq"]), int(beam["iv"])
+        yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
     elif use.family == "loads":
         thread = model.threads[use.row["target"]]
         if everywhere:  # where the last evaluation of the forces has put them
@@ -197,15 +210,23 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
 
 def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
     """The law that a row calls, and, of an expression, what messages call it."""
-    if use.row["last"] > use.row["first"] and int(use.row["first"]) in assembly.expressions:
-        return assembly.expressions[int(use.row["first"])]
+    first, last = _range(use)
+    if last > first and first in assembly.expressions:
+        return assembly.expressions[first]
     return assembly.laws[int(use.row["law"])], ""
 
 
 def _parameters(assembly: Assembly, use: _Use) -> Array:
     """The parameters that a row gives its law, in an array of their own."""
-    found: Array = assembly.model.parameters[int(use.row["first"]) : int(use.row["last"])].copy()
+    first, last = _range(use)
+    found: Array = assembly.model.parameters[first:last].copy()
     return found
+
+
+def _range(use: _Use) -> tuple[int, int]:
+    """Where the parameters of a row's law stand."""
+    own = use.family == "loads" and use.row["kind"] != loads.LAW
+    return int(use.row["law_first" if own else "first"]), int(use.row["law_last" if own else "last"])
 
 
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:

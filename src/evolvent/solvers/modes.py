@@ -156,6 +156,8 @@ def is_conservative(work: Work) -> bool:
         return False
     if np.any(model.flexible.beam_loads["kind"] == FIELD) or np.any(model.flexible.cylinders["friction"] > 0.0):
         return False
+    if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
+        return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
         on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
