@@ -120,7 +120,13 @@ _FIELD_TANGENT = (fields.add_field_tangents, fields._add_body_point, *_MATRIX)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
-    Family("a driven body", "bodies", EVERY, which=_is("motion", rigid.DRIVEN)),
+    Family(
+        "a driven body", "bodies", EVERY, which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] == 0)
+    ),
+    Family(
+        "a body driven along a line", "bodies", EVERY,
+        which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0), forces=(rigid.move_along,),
+    ),
     Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
     Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
     Family("a point mass", "points", EVERY),
@@ -164,6 +170,7 @@ FAMILIES = (
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
         forces=(profile.profile,),
     ),
+    Family("light on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
     Family(
         "a force or torque by a law", "loads", EVERY,
         which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),
@@ -270,7 +277,7 @@ def _is_conservative(found: Array) -> Array:
 
 
 def _at_markers(found: Array) -> Array:
-    return np.asarray(found["kind"] >= loads.AT_MARKER)
+    return np.asarray((found["kind"] >= loads.AT_MARKER) & (found["kind"] != loads.PANEL))
 
 
 def follows(found: Array) -> Array:

@@ -44,11 +44,13 @@ RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties; step: a
     # bound for fixed steps, s
     "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step", gravity=_3),
+    # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
+    # acceleration, m/s2
     "bodies": _record(
-        "motion iq iv",
-        "mass inertia axis R0 x0 rate spin_inertia",
-        "R x v w M L F J a",
-        inertia=_33, axis=_3, R0=_33, x0=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+        "motion iq iv path path_first path_last path_law",
+        "mass inertia axis R0 x0 rate spin_inertia direction",
+        "R x v w M L F J a along",
+        inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
     ),
     "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
@@ -127,8 +129,8 @@ RECORDS: dict[str, np.dtype] = {
         n0=_3, n1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
-    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on a
-    # node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
+    # a node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value
     "beam_loads": _record(
         "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
     ),

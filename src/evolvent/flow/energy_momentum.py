@@ -402,8 +402,9 @@ def _add_bodies(model, work):
     for b in range(bodies.size):
         at, G = bodies[b].iv - n_q, bodies[b].F
         if bodies[b].motion == rigid.DRIVEN:
-            if bodies[b].rate != 0.0:
-                power -= bodies[b].w[0] * G[3] + bodies[b].w[1] * G[4] + bodies[b].w[2] * G[5]
+            if bodies[b].rate != 0.0 or bodies[b].path != 0:
+                w, v = bodies[b].w, bodies[b].v
+                power -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5] + v[0] * G[0] + v[1] * G[1] + v[2] * G[2]
             continue
         x, y, z = turn_back(work.R0[b], G[3], G[4], G[5])
         if bodies[b].motion == rigid.SPIN:

@@ -14,10 +14,12 @@ from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.model import MODEL
 
-#: Kinds of loads: a force on a node of a thread, forces per length of threads, a force and a torque at markers.
-NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE = -1, 0, 1, 2, 3, 4
+#: Kinds of loads: a force on a node of a thread, forces per length of threads, a force, a torque and
+#: light on a panel at markers.
+NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE, PANEL = -1, 0, 1, 2, 3, 4, 5
 #: Parameters of a force or torque: the vector, its frame, start, end and ramp (s); a profile may follow. Of a force by
-#: a law the vector is (1, 1, 1), which multiplies what the law returns.
+#: a law the vector is (1, 1, 1), which multiplies what the law returns. Of a panel the vector is pressure times area
+#: along the light, and its normal (body axes), specular and diffuse reflectivity follow.
 FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
 
 
@@ -34,6 +36,25 @@ def radiation(pressure_width, reflectivity, sx, sy, sz, nx, ny, nz):
     k = pressure_width * abs(c)
     a, d = k * (1.0 - reflectivity), 2.0 * k * reflectivity * c
     return a * sx + d * nx, a * sy + d * ny, a * sz + d * nz
+
+
+@inlined
+def panel_force(px, py, pz, nx, ny, nz, specular, diffuse):
+    """Force of light on a flat panel, N; p : pressure times area along the light, n : unit normal of either side.
+
+    Notes
+    -----
+    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], s the direction in which the light travels, c =
+    s.n, m the normal on the dark side (McInnes, 1999, eq. 2.17): what is neither reflected specularly nor diffusely, by
+    Lambert's law, is absorbed.
+    """
+    size = math.sqrt(px * px + py * py + pz * pz)
+    if size == 0.0:
+        return 0.0, 0.0, 0.0
+    c = (px * nx + py * ny + pz * nz) / size
+    a, sign = abs(c), 1.0 if c > 0.0 else -1.0
+    along, across = a * (1.0 - specular), sign * a * size * (2.0 * specular * a + 2.0 / 3.0 * diffuse)
+    return along * px + across * nx, along * py + across * ny, along * pz + across * nz
 
 
 @inlined
@@ -104,7 +125,7 @@ def concentrated_loads(t, y, model):
         value = window(t, p[START], p[END], p[RAMP])
         if value == 0.0:
             continue
-        if p.size > PROFILE:
+        if p.size > PROFILE and loads[k].kind != PANEL:
             value *= profile(t, loads[k].first + PROFILE, model)
         m = loads[k].target
         i = markers[m].index
@@ -116,7 +137,10 @@ def concentrated_loads(t, y, model):
             fx, fy, fz = fx * gx, fy * gy, fz * gz
         if p[FRAME] != 0.0:
             fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
-        if loads[k].kind == AT_MARKER:
+        if loads[k].kind == PANEL:
+            nx, ny, nz = turn(bodies[i].R, p[7], p[8], p[9])
+            fx, fy, fz = panel_force(fx, fy, fz, nx, ny, nz, p[10], p[11])
+        if loads[k].kind != TORQUE:
             x, yy, z, vx, vy, vz = marker_kinematics(y, markers, points, bodies, m)
             push_marker(markers, points, bodies, m, x, yy, z, fx, fy, fz)
             power += fx * vx + fy * vy + fz * vz

@@ -29,7 +29,8 @@ def observe_load(view: View, name: str) -> Observed:
         return observe_thread_load(view, view.index(name))
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
-    at = first + kernels.PROFILE if values.size > kernels.PROFILE else -1
+    is_panel = bool(row["kind"] == kernels.PANEL)
+    at = first + kernels.PROFILE if values.size > kernels.PROFILE and not is_panel else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
     after, before = strength(view, *times, at)
     marker = view.model.markers[int(row["target"])]
@@ -40,6 +41,9 @@ def observe_load(view: View, name: str) -> Observed:
         v = view.pose(int(marker["index"])).w
     if row["law"] != 0:
         vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
+    if is_panel:
+        n = turned(view.pose(int(marker["index"])).R, values[7:10])
+        vector = np.array([kernels.panel_force(*values[:3], *normal, *values[10:12]) for normal in n])
     if values[kernels.FRAME] != 0.0:
         vector = turned(view.pose(int(marker["index"])).R, vector)
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")

@@ -10,7 +10,7 @@ from evolvent.parts.field import AccelerationField, Orbit
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
-from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.load import Force, LawLoad, PanelRadiation, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
 from evolvent.parts.reel import Reel
@@ -41,6 +41,7 @@ __all__ = [
     "LineLoad",
     "Link",
     "Orbit",
+    "PanelRadiation",
     "Point",
     "PrescribedMotion",
     "PrescribedRotation",

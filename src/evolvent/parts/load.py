@@ -90,6 +90,63 @@ class RadiationPressure(Part):
         _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), **fields)
 
 
+class PanelRadiation(Part):
+    """Light on a flat panel of a body, both of whose sides are alike.
+
+    Parameters
+    ----------
+    at : place
+        The panel's centre, a point of a body.
+    area : float, m^2
+        Of one side.
+    normal : (3,) float
+        Across the panel, body axes.
+    pressure : float, Pa
+        Of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit).
+    direction : (3,) float
+        In which the light travels, inertial axes.
+    specular, diffuse : float
+        Shares that are reflected as by a mirror and by Lambert's law; the rest is absorbed.
+    start : float, s
+        When the light begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
+
+    Notes
+    -----
+    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], s the direction of the light, c its cosine with
+    the normal, m the normal on the dark side (McInnes, Solar Sailing, 1999). No panel stands in another's shadow.
+    """
+
+    kind: Literal["panel-radiation"] = "panel-radiation"
+    at: Place
+    area: units.Area
+    normal: units.Direction
+    pressure: units.PressureOrZero
+    direction: units.Direction = (0.0, 0.0, 1.0)
+    specular: units.Fraction = 0.0
+    diffuse: units.Fraction = 0.0
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the load into the family `loads`."""
+        if self.specular + self.diffuse > 1.0 + 1e-12:
+            raise InputError(
+                f"{name}.specular and {name}.diffuse add up to {self.specular + self.diffuse:g}; they share at most 1"
+            )
+        target = builder.marker(self.at, f"{name}.at")
+        if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
+            raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
+        end = _window(builder, name, self)
+        light = self.pressure * self.area * unit(self.direction)
+        values = [*light, 0.0, self.start, end, self.ramp, *unit(self.normal), self.specular, self.diffuse]
+        _add(builder, name, kernels.PANEL, target, **_parameters(builder, values))
+
+
 class LawLoad(Part):
     """A force per length along a thread, by a law: it acts on the thread's length, not on a tip mass.
 
@@ -323,14 +380,20 @@ def _write_at_marker(builder: Builder, name: str, kind: int, load: Force | Torqu
     _write_load(builder, name, kind, target, load, vector)
 
 
-def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force | Torque, vector: Sequence[float],
-                **fields: int) -> None:  # fmt: skip
-    """Append a force or torque to the family `loads`."""
+def _window(builder: Builder, name: str, load: Force | Torque | PanelRadiation) -> float:
+    """Time at which a load ends, s; its times become breaks."""
     end = math.inf if load.end is None else load.end
     if not end > load.start:
         raise InputError(f"{name}.end is {end!r}; it must be after start {load.start!r}")
     times = (load.start, load.start + load.ramp if load.ramp else 0.0, end)
     builder.breaks.update(t for t in times if math.isfinite(t) and t > 0.0)
+    return end
+
+
+def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force | Torque, vector: Sequence[float],
+                **fields: int) -> None:  # fmt: skip
+    """Append a force or torque to the family `loads`."""
+    end = _window(builder, name, load)
     values = [*vector, FRAMES[load.frame], load.start, end, load.ramp]
     if load.profile is not None:
         values += write_profile(builder, f"{name}.profile", load.profile)

@@ -45,7 +45,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
     for use in _uses(assembly):
-        if use.family in ("threads", "joints"):
+        if use.family in ("threads", "joints", "bodies"):
             for time in (start, end):
                 _try(assembly, use, time, (time,))
             continue
@@ -125,6 +125,9 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
+    for k, row in enumerate(model.bodies):
+        if row["path_law"] != 0:
+            yield _Use("bodies", k, row)
     families = (("springs", model.springs), ("loads", model.loads), ("events", model.events))
     for family, rows in (*families, ("beam_loads", model.flexible.beam_loads)):
         for k, row in enumerate(rows):
@@ -140,7 +143,7 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
     """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
     model, (time, y, _) = assembly.model, moment
-    if use.family in ("threads", "joints"):
+    if use.family in ("threads", "joints", "bodies"):
         yield (time,)
     elif use.family == "springs":
         a, b = (
@@ -200,7 +203,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         placed = False
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
-            if use.family not in ("threads", "joints", "loads") and not placed:
+            if use.family not in ("threads", "joints", "bodies", "loads") and not placed:
                 with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
@@ -213,7 +216,7 @@ def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
     first, last = _range(use)
     if last > first and first in assembly.expressions:
         return assembly.expressions[first]
-    return assembly.laws[int(use.row["law"])], ""
+    return assembly.laws[int(use.row["path_law" if use.family == "bodies" else "law"])], ""
 
 
 def _parameters(assembly: Assembly, use: _Use) -> Array:
@@ -225,8 +228,12 @@ def _parameters(assembly: Assembly, use: _Use) -> Array:
 
 def _range(use: _Use) -> tuple[int, int]:
     """Where the parameters of a row's law stand."""
-    own = use.family == "loads" and use.row["kind"] != loads.LAW
-    return int(use.row["law_first" if own else "first"]), int(use.row["law_last" if own else "last"])
+    before = ""
+    if use.family == "bodies":
+        before = "path_"
+    elif use.family == "loads" and use.row["kind"] != loads.LAW:
+        before = "law_"
+    return int(use.row[before + "first"]), int(use.row[before + "last"])
 
 
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:

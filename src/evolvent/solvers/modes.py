@@ -158,6 +158,8 @@ def is_conservative(work: Work) -> bool:
         return False
     if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
         return False
+    if np.any(model.loads["kind"] == loads.PANEL):
+        return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]
         on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
