@@ -12,6 +12,9 @@ from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import thread
+from evolvent.parts.load import Force, LawLoad
+from evolvent.parts.thread import Thread
+from evolvent.references import split_reference
 from evolvent.solvers import drive, energy_momentum, implicit, payout
 from evolvent.solvers.laws import refusing_laws
 
@@ -245,8 +248,27 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
 
 
 def warning_of(solution: Solution) -> str:
-    """Sentences on a run whose method has taken much of its energy, and on threads that push; '' of others."""
-    return "; ".join(text for text in (_numerical_loss(solution), slack_threads(solution)) if text)
+    """Sentences on energy that the method has taken, on threads that push and on unloaded tip masses; '' of others."""
+    found = (_numerical_loss(solution), slack_threads(solution), unloaded_tips(solution.assembly))
+    return "; ".join(text for text in found if text)
+
+
+def unloaded_tips(assembly: Assembly) -> str:
+    """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
+    threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
+    at_nodes = {
+        split_reference(part.at)[0]
+        for part in assembly.parts.values()
+        if isinstance(part, Force) and isinstance(part.at, str)
+    }
+    for name, part in assembly.parts.items():
+        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_nodes:
+            return (
+                f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
+                f"{threads[part.thread].tip_mass:g} kg; for that add a Force at '{part.thread}.tip', or take an "
+                f"AccelerationField"
+            )
+    return ""
 
 
 def _numerical_loss(solution: Solution) -> str:

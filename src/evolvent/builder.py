@@ -442,7 +442,9 @@ class Builder:
                 if load["kind"] >= loads.AT_MARKER or load["target"] != p:
                     continue
                 values = np.array(self.values[load["first"] : load["last"]])
-                if load["kind"] == loads.UNIFORM:
+                if load["kind"] == loads.NODE:
+                    off = load["law"] != 0 or _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+                elif load["kind"] == loads.UNIFORM:
                     off = _off(body["axis"] if values[3] != 0.0 else axis, values[:3])
                 else:
                     off = load["kind"] == loads.LAW or _off(axis, values[2:5])

@@ -34,6 +34,7 @@ from evolvent.kernels import (
     joint,
     layers,
     loads,
+    node_loads,
     profile,
     rigid,
     rod,
@@ -137,7 +138,13 @@ _FIELD_TANGENT = (fields.add_field_tangents, fields._add_body_point, *_MATRIX)
 _CONTACT = (contact.add_contact_tangents, contact.end_contact_step, *_ON_BODIES)
 
 FAMILIES = (
-    Family("a driven body", "bodies", EVERY, which=_is("motion", rigid.DRIVEN)),
+    Family(
+        "a driven body", "bodies", EVERY, which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] == 0)
+    ),
+    Family(
+        "a body driven along a line", "bodies", EVERY,
+        which=lambda found: (found["motion"] == rigid.DRIVEN) & (found["path"] != 0), forces=(rigid.move_along,),
+    ),
     Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
     Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
     Family("a point mass", "points", EVERY),
@@ -165,15 +172,26 @@ FAMILIES = (
         which=_is("drive", FREE),
         forces=(thread.spring_thread, profile.profile, *_THREAD),
     ),
-    Family("a load on a thread", "loads", _IN_TIME, which=lambda found: found["kind"] < loads.AT_MARKER),
+    Family(
+        "a load on a thread", "loads", _IN_TIME,
+        which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
+    ),
+    Family(
+        "a force on a node of a thread", "loads", _IN_TIME, which=_is("kind", loads.NODE), forces=(profile.profile,)
+    ),
     Family(
         "a force or torque", "loads", EVERY,
-        which=lambda found: (found["kind"] >= loads.AT_MARKER) & ~_has_profile(found, loads.PROFILE),
+        which=lambda found: _at_markers(found) & ~_has_profile(found, loads.PROFILE) & (found["law"] == 0),
     ),
     Family(
         "a force or torque by a profile", "loads", EVERY,
-        which=lambda found: (found["kind"] >= loads.AT_MARKER) & _has_profile(found, loads.PROFILE),
+        which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
         forces=(profile.profile,),
+    ),
+    Family("light on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family(
+        "a force or torque by a law", "loads", EVERY,
+        which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),
     ),
     Family(
         "an orbital frame", "fields", _NOT_MODES, "take simulate or equilibrium", which=_is("kind", fields.ORBIT),
@@ -192,12 +210,25 @@ FAMILIES = (
         which=_is("paper", 1), forces=_BEAM, tangents=(flexible.add_element_tangents,),
     ),
     Family(
-        "a load on a beam", "beam_loads", EVERY, which=lambda found: ~_has_profile(found, 0),
+        "a load on a beam", "beam_loads", EVERY,
+        which=lambda found: ~_has_profile(found, 0) & ~follows(found),
         forces=(beam_loads.add_beam_loads,),
     ),
     Family(
-        "a load on a beam by a profile", "beam_loads", EVERY, which=lambda found: _has_profile(found, 0),
+        "a load on a beam by a profile", "beam_loads", EVERY,
+        which=lambda found: _has_profile(found, 0) & ~follows(found),
         forces=(beam_loads.add_beam_loads, profile.profile),
+    ),
+    Family(
+        "a moment or follower force on a beam", "beam_loads", EVERY,
+        which=lambda found: follows(found) & (found["law"] == 0),
+        forces=(beam_loads.add_beam_loads, profile.profile, node_loads.add_following_load),
+        tangents=(node_loads.add_following_tangent,),
+    ),
+    Family(
+        "a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0,
+        forces=(beam_loads.add_beam_loads, node_loads.add_following_load),
+        tangents=(node_loads.add_following_tangent,),
     ),
     Family(
         "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
@@ -305,6 +336,15 @@ def _is_angle(found: Array) -> Array:
 
 def _is_conservative(found: Array) -> Array:
     return np.asarray(found["law"] == contact_laws.CONSERVATIVE)
+
+
+def _at_markers(found: Array) -> Array:
+    return np.asarray((found["kind"] >= loads.AT_MARKER) & (found["kind"] != loads.PANEL))
+
+
+def follows(found: Array) -> Array:
+    """Whether loads on beams follow their beam or a law: `node_loads.follows`."""
+    return np.asarray((found["kind"] == node_loads.MOMENT) | (found["frame"] != 0) | (found["law"] != 0))
 
 
 def _has_profile(found: Array, others: int) -> Array:

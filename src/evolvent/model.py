@@ -48,11 +48,13 @@ RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
     # spools that friction can hold; step: a bound for fixed steps, s
     "info": _record("nq nv ny ns ne bandwidth penalties brakes", "gravity", "step compliance", gravity=_3),
+    # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
+    # acceleration, m/s2
     "bodies": _record(
-        "motion iq iv",
-        "mass inertia axis R0 x0 rate spin_inertia",
-        "R x v w M L F J a",
-        inertia=_33, axis=_3, R0=_33, x0=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
+        "motion iq iv path path_first path_last path_law",
+        "mass inertia axis R0 x0 rate spin_inertia direction",
+        "R x v w M L F J a along",
+        inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
     ),
     "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
@@ -72,7 +74,9 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
-    "loads": _record("kind target law first last", ""),
+    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the law
+    # of a force or torque; node: of a thread
+    "loads": _record("kind target law first last law_first law_last node", ""),
     "events": _record("law first last stops", ""),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
     "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
@@ -172,9 +176,11 @@ RECORDS: dict[str, np.dtype] = {
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, f=_3, rubbing=_3, c=_3,
         moment_a=_3, moment_b=_3,
     ),
-    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector; first, last:
-    # places of a profile among the parameters
-    "beam_loads": _record("kind beam iq iv first last", "value centre axis start end ramp", centre=_3, axis=_3),
+    # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
+    # a node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value
+    "beam_loads": _record(
+        "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
+    ),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (

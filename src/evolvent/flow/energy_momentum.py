@@ -52,6 +52,7 @@ from evolvent.kernels import (
     joint,
     layer_step,
     loads,
+    node_loads,
     points,
     rigid,
     rod_step,
@@ -428,8 +429,9 @@ def _add_bodies(model, work):
     for b in range(bodies.size):
         at, G = bodies[b].iv - n_q, bodies[b].F
         if bodies[b].motion == rigid.DRIVEN:
-            if bodies[b].rate != 0.0:
-                power -= bodies[b].w[0] * G[3] + bodies[b].w[1] * G[4] + bodies[b].w[2] * G[5]
+            if bodies[b].rate != 0.0 or bodies[b].path != 0:
+                w, v = bodies[b].w, bodies[b].v
+                power -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5] + v[0] * G[0] + v[1] * G[1] + v[2] * G[2]
             continue
         x, y, z = turn_back(work.R0[b], G[3], G[4], G[5])
         if bodies[b].motion == rigid.SPIN:
@@ -476,6 +478,8 @@ def tangent(scale, model, work, matrix):
         custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
+    loads.add_law_tangents(tm, work.ym, c_rate, model, matrix)
+    node_loads.add_following_tangents(tm, work.ym, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

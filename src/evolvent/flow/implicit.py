@@ -31,6 +31,7 @@ from evolvent.kernels import (
     hinge,
     joint,
     loads,
+    node_loads,
     points,
     rigid,
     rod,
@@ -146,6 +147,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         custom.add_custom_tangents(t, y, c_rate, model, matrix)
     if model.fields.size > 0:
         fields.add_field_tangents(t, y, c_rate, model, matrix)
+    loads.add_law_tangents(t, y, c_rate, model, matrix)
+    node_loads.add_following_tangents(t, y, c_rate, model, matrix)
     for k in range(f.joints.size):
         joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)

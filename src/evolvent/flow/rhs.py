@@ -85,6 +85,9 @@ def accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy):
     rigid.factorise(bodies)
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
+        if bodies[b].path != 0:
+            for c in range(3):
+                bodies[b].a[c] = bodies[b].along * bodies[b].direction[c]
     if model.rows.size > 0:
         if constraint_rows.build_rows(y, s, model) >= 0:
             for i in range(y.size):

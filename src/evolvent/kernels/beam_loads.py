@@ -4,12 +4,12 @@ from numba import void
 
 from evolvent.jit import REAL, VECTOR, indirect, kernel
 from evolvent.kernels.flexible import NODE_VECTORS
+from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
-# kinds of beam loads
-FIELD, LINE, POINT = 0, 1, 2
+__all__ = ["FIELD", "LINE", "MOMENT", "POINT", "add_beam_loads", "follows"]
 
 
 @indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
@@ -19,17 +19,23 @@ def add_beam_loads(t, y, factor, model, P):
     Notes
     -----
     FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
-    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates. A load with
-    parameters has a profile, by which its value is multiplied.
+    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates. MOMENT and what
+    follows the beam or a law: `node_loads`. A load with parameters and no law has a profile, by which its value is
+    multiplied.
     """
     flexible, n_q = model.flexible, model.info.nq
     beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
     for k in range(beam_loads.size):
         value = factor * beam_loads[k].value * window(t, beam_loads[k].start, beam_loads[k].end, beam_loads[k].ramp)
+        beam_loads[k].now = value
         if value == 0.0:
             continue
-        if beam_loads[k].last > beam_loads[k].first:
+        if beam_loads[k].law == 0 and beam_loads[k].last > beam_loads[k].first:
             value *= profile(t, beam_loads[k].first, model)
+            beam_loads[k].now = value
+        if follows(beam_loads, k):
+            add_following_load(t, y, k, value, model, P)
+            continue
         z, centre = beam_loads[k].axis, beam_loads[k].centre
         if beam_loads[k].kind == POINT:
             at = beam_loads[k].iv - n_q

@@ -7,9 +7,10 @@ A body's wrench and twist are taken at its origin, which is its centre of mass, 
 import math
 
 import numpy as np
-from numba import void
+from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.kernels.drive import drive
 from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import (
@@ -46,14 +47,17 @@ def kinematics(t, y, model):
             else:
                 rate = bodies[b].rate
                 angle = rate * t
+                if bodies[b].path != 0:
+                    move_along(t, b, model)
                 if rate == 0.0:  # stands as it was assembled
                     for i in range(6):
                         bodies[b].F[i] = 0.0
                     continue
             rotation_about_axis(axis, angle, bodies[b].R0, R)
-            for i in range(3):
-                bodies[b].x[i] = bodies[b].x0[i]
-                bodies[b].v[i] = 0.0
+            if bodies[b].path == 0:
+                for i in range(3):
+                    bodies[b].x[i] = bodies[b].x0[i]
+                    bodies[b].v[i] = 0.0
             bodies[b].w[0], bodies[b].w[1], bodies[b].w[2] = turn(R, rate * axis[0], rate * axis[1], rate * axis[2])
         for i in range(6):
             bodies[b].F[i] = 0.0
@@ -61,6 +65,18 @@ def kinematics(t, y, model):
             bodies[b].J = bodies[b].spin_inertia
         elif bodies[b].motion == FREE:
             free_mass(bodies[b].mass, bodies[b].inertia, R, bodies[b].w, bodies[b].M, bodies[b].F)
+
+
+@indirect(void(REAL, types.int64, MODEL))
+def move_along(t, b, model):
+    """Place, velocity and acceleration of a driven body b that a drive moves along a line."""
+    bodies = model.bodies
+    p = model.parameters[bodies[b].path_first : bodies[b].path_last]
+    value, rate, acceleration = drive(bodies[b].path - 1, p, bodies[b].path_law, t)
+    for i in range(3):
+        bodies[b].x[i] = bodies[b].x0[i] + value * bodies[b].direction[i]
+        bodies[b].v[i] = rate * bodies[b].direction[i]
+    bodies[b].along = acceleration
 
 
 @kernel
@@ -304,8 +320,10 @@ def add_body_residual(a, n_q, bodies, F):
     power = 0.0
     for b in range(bodies.size):
         at, G, w = bodies[b].iv - n_q, bodies[b].F, bodies[b].w
-        if bodies[b].motion == DRIVEN and bodies[b].rate != 0.0:
-            power -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5]
+        if bodies[b].motion == DRIVEN:
+            if bodies[b].rate != 0.0 or bodies[b].path != 0:
+                v = bodies[b].v
+                power -= w[0] * G[3] + w[1] * G[4] + w[2] * G[5] + v[0] * G[0] + v[1] * G[1] + v[2] * G[2]
         elif bodies[b].motion == SPIN:
             n = bodies[b].axis
             x, yy, z = turn_back(bodies[b].R, G[3], G[4], G[5])

@@ -14,6 +14,7 @@ from evolvent.kernels import loads as kernels
 from evolvent.kernels.profile import profile
 from evolvent.kernels.thread import load_resultant
 from evolvent.model import N_INVENTORY
+from evolvent.observe.law_loads import law_values, line_resultant, node_vectors
 from evolvent.observe.threads import copies_drawn
 from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
@@ -28,17 +29,23 @@ def observe_load(view: View, name: str) -> Observed:
         return observe_thread_load(view, view.index(name))
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
-    at = first + kernels.PROFILE if values.size > kernels.PROFILE else -1
+    is_panel = bool(row["kind"] == kernels.PANEL)
+    at = first + kernels.PROFILE if values.size > kernels.PROFILE and not is_panel else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
     after, before = strength(view, *times, at)
     marker = view.model.markers[int(row["target"])]
     vector = np.broadcast_to(values[:3], (view.t.size, 3))
-    if values[kernels.FRAME] != 0.0:
-        vector = turned(view.pose(int(marker["index"])).R, values[:3])
     x, v = view.marker(int(row["target"]))
     is_torque = bool(row["kind"] == kernels.TORQUE)
     if is_torque:
         v = view.pose(int(marker["index"])).w
+    if row["law"] != 0:
+        vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
+    if is_panel:
+        n = turned(view.pose(int(marker["index"])).R, values[7:10])
+        vector = np.array([kernels.panel_force(*values[:3], *normal, *values[10:12]) for normal in n])
+    if values[kernels.FRAME] != 0.0:
+        vector = turned(view.pose(int(marker["index"])).R, vector)
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
     power = dot(vector, v)
     _add_work(found, view, after * power, before * power)
@@ -84,10 +91,13 @@ def strength(view: View, start: float, end: float, ramp: float, at: int) -> tupl
 def observe_beam_load(view: View, name: str) -> Observed:
     """Force at a beam's node, resultant force of a line load, or torque of one spread over the mass."""
     found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
-    at = int(row["first"]) if row["last"] > row["first"] else -1
+    at = int(row["first"]) if row["law"] == 0 and row["last"] > row["first"] else -1
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
     after, before = (row["value"] * factor for factor in strength(view, *times, at))
     nodes, rates = view.nodes(int(row["beam"]))
+    if beam_loads.follows(view.model.flexible.beam_loads, view.index(name)):
+        _add_following(found, view, row, after, before)
+        return found
     if row["kind"] == beam_loads.POINT:
         on = (int(row["iq"]) - int(view.model.flexible.beams["iq"][row["beam"]])) // 3
         what = "force" if on % nodes.shape[2] == 0 else "generalized_force"
@@ -106,6 +116,20 @@ def observe_beam_load(view: View, name: str) -> Observed:
         power = spread_rate(view, row, nodes)
     _add_work(found, view, after * power, before * power)
     return found
+
+
+def _add_following(found: Observed, view: View, row: Any, after: Array, before: Array) -> None:
+    """Add a moment, a follower force or a load by a law on a beam."""
+    nodes, rates = view.nodes(int(row["beam"]))
+    if row["kind"] == beam_loads.LINE:
+        vector, power = line_resultant(view, row, nodes, rates)
+        lengths = view.model.flexible.elements["length"][view.model.flexible.elements["beam"] == row["beam"]]
+        x, what = mean_of(nodes, lengths), "force"
+    else:
+        vector, power = node_vectors(view, row)
+        x, what = view.coordinates(int(row["iq"])), "torque" if row["kind"] == beam_loads.MOMENT else "force"
+    _add_vector(found, after[:, None] * vector, x, what)
+    _add_work(found, view, after * power, before * power)
 
 
 def mean_of(nodes: Array, lengths: Array) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import families, jit
 from evolvent.kernels import contact, flexible, rigid, sides, springs
+from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.motion import rotation_matrices
 from evolvent.observe.variables import cross, norm, turned
@@ -123,8 +124,13 @@ class View:
         else:
             angle, rate = body["rate"] * self.t, np.full(n, body["rate"])
         R = body["R0"] @ about(body["axis"], angle)
-        x = np.broadcast_to(body["x0"], (n, 3))
-        return Pose(x, R, np.zeros((n, 3)), turned(R, body["axis"]) * rate[:, None])
+        x, v = np.broadcast_to(body["x0"], (n, 3)), np.zeros((n, 3))
+        if body["path"] != 0:
+            p = self.model.parameters[int(body["path_first"]) : int(body["path_last"])]
+            kind, law = int(body["path"]) - 1, int(body["path_law"])
+            along = np.array([drive(kind, p, law, t)[:2] for t in self.t.tolist()]).reshape(-1, 2)
+            x, v = x + along[:, :1] * body["direction"], along[:, 1:] * body["direction"]
+        return Pose(x, R, v, turned(R, body["axis"]) * rate[:, None])
 
     def attitude_of(self, body: Any) -> Array:
         """Quaternion (nt, 4) of a free body, of unit length, scalar part first."""

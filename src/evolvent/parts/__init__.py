@@ -11,7 +11,7 @@ from evolvent.parts.field import AccelerationField, Orbit
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
-from evolvent.parts.load import Force, LawLoad, RadiationPressure, Torque, UniformLoad
+from evolvent.parts.load import Force, LawLoad, PanelRadiation, RadiationPressure, Torque, UniformLoad
 from evolvent.parts.motor import Motor
 from evolvent.parts.point import Point
 from evolvent.parts.profile import Profile
@@ -51,6 +51,7 @@ __all__ = [
     "Link",
     "Motor",
     "Orbit",
+    "PanelRadiation",
     "Plane",
     "PlaneContact",
     "Point",

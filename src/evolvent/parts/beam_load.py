@@ -14,6 +14,7 @@ from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.base import BeamName, Part, Place
 from evolvent.parts.beam import node_of
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
 
 
@@ -27,10 +28,11 @@ def add_beam_load(builder: Builder, name: str, kind: int, beam: int, value: floa
     first, last = 0, 0
     if profile is not None:
         first, last = builder.parameters(write_profile(builder, f"{name}.profile", profile))
-    whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3)}
+    whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3), "law": 0, "frame": 0,
+             "first": first, "last": last}  # fmt: skip
     index = builder.add(
         "beam_loads", kind=kind, beam=beam, value=value, start=start, end=math.inf if end is None else end, ramp=ramp,
-        first=first, last=last, **{**whole, **fields},
+        **{**whole, **fields},
     )  # fmt: skip
     builder.names[name] = ("beam_loads", index)
 
@@ -41,6 +43,20 @@ def _either(name: str, key: str, value: Any, other: str, profile: Any) -> None:
         raise InputError(f"{name}.{key} and {name}.profile are both given; give {key}, or {other}profile")
     if value is None and profile is None:
         raise InputError(f"{name}.{key} is missing; give {key}, or {other}profile")
+
+
+def refuse_beside_law(name: str, load: Any, keys: tuple[str, ...]) -> None:
+    """Refuse a load that has one of these keys beside its law."""
+    given = next((key for key in keys if getattr(load, key) is not None), None)
+    if given is not None:
+        raise InputError(f"{name}.law and {name}.{given} are both given; leave one of them out")
+
+
+def refuse_without_law(name: str, load: Any) -> None:
+    """Refuse parameters or constants of a load that has no law."""
+    for key in ("parameters", "constants"):
+        if getattr(load, key):
+            raise InputError(f"{name}.{key} is given without {name}.law, to which it belongs")
 
 
 class DistributedTorque(Part):
@@ -88,7 +104,7 @@ class DistributedTorque(Part):
 
 
 class LineLoad(Part):
-    """A force per length of a beam (of its length without stress), of one direction in space.
+    """A force per length of a beam (of its length without stress): of one direction in space, or by a law.
 
     Parameters
     ----------
@@ -100,6 +116,13 @@ class LineLoad(Part):
         Of a load that follows a profile, inertial axes.
     profile : optional
         Value of the load along `direction`, N/m, as a function of time.
+    law : list of three expressions, optional
+        fx, fy and fz, N/m, of the place x, y, z (m) of a point of the axis and its velocity vx, vy, vz (m/s), inertial
+        axes, and t (s); or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of expressions.
     start : float, s
         When the load begins.
     end : float, s, optional
@@ -113,12 +136,22 @@ class LineLoad(Part):
     force: units.LineForceVector | None = None
     direction: units.Direction | None = None
     profile: LineForceProfile | None = None
+    law: ForceLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
     start: units.Time = 0.0
     end: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load."""
+        times = (self.start, self.end, self.ramp)
+        if self.law is not None:
+            refuse_beside_law(name, self, ("force", "direction", "profile"))
+            law = write_law(builder, name, self.law, "force", self.parameters, self.constants)
+            add_beam_load(builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, **law)
+            return
+        refuse_without_law(name, self)
         _either(name, "force", self.force, "direction and ", self.profile)
         if (self.direction is None) != (self.profile is None):
             given = "is missing; it goes" if self.direction is None else "goes"
@@ -127,9 +160,8 @@ class LineLoad(Part):
         if self.direction is not None:
             axis /= np.linalg.norm(axis)
         add_beam_load(
-            builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, (self.start, self.end, self.ramp),
-            self.profile, axis=axis,
-        )  # fmt: skip
+            builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, self.profile, axis=axis
+        )
 
 
 class SlopeLoad(Part):

@@ -322,8 +322,11 @@ class _OneDrive:
 if TYPE_CHECKING:
     Drive = DriveKind
     PathDrive = DriveKind
+    LineDrive = DriveKind
 else:
     #: How a spool or a body turns.
     Drive = Annotated[_Keys[units.Angle, units.AngularRate], _OneDrive()]
     #: How a place is carried along a line (m, m/s) or round a circle (rad, rad/s).
     PathDrive = Annotated[_Keys[units.AngleOrLength, units.AngularRateOrSpeed], _OneDrive()]
+    #: How a body is carried along a line.
+    LineDrive = Annotated[_Keys[units.Coordinate, units.Speed], _OneDrive()]

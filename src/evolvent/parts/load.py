@@ -13,18 +13,21 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import beam_loads, springs
 from evolvent.kernels import loads as kernels
-from evolvent.parts.base import Part, Place, ThreadName
+from evolvent.kernels.flexible import CABLE
+from evolvent.parts.base import Part, Place, ThreadName, unit
 from evolvent.parts.beam import node_of
-from evolvent.parts.beam_load import add_beam_load
+from evolvent.parts.beam_load import add_beam_load, refuse_beside_law, refuse_without_law
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
-from evolvent.parts.profile import ForceProfile, Profile, TorqueProfile, write_profile
+from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
+from evolvent.references import split_reference
 
 FRAMES = {"inertial": 0.0, "body": 1.0}
 Frame = Literal["inertial", "body"]
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:
-    builder.names[name] = ("loads", builder.add("loads", kind=kind, target=target, **{"law": 0, **fields}))
+    whole = {"law": 0, "law_first": 0, "law_last": 0, "node": -1, **fields}
+    builder.names[name] = ("loads", builder.add("loads", kind=kind, target=target, **whole))
 
 
 def _parameters(builder: Builder, values: Sequence[float]) -> dict[str, int]:
@@ -33,7 +36,7 @@ def _parameters(builder: Builder, values: Sequence[float]) -> dict[str, int]:
 
 
 class UniformLoad(Part):
-    """The same force per length all along a thread.
+    """The same force per length all along a thread: it acts on the thread's length, not on a tip mass.
 
     Parameters
     ----------
@@ -87,8 +90,65 @@ class RadiationPressure(Part):
         _add(builder, name, kernels.RADIATION, builder.find(self.thread, "threads"), **fields)
 
 
+class PanelRadiation(Part):
+    """Light on a flat panel of a body, both of whose sides are alike.
+
+    Parameters
+    ----------
+    at : place
+        The panel's centre, a point of a body.
+    area : float, m^2
+        Of one side.
+    normal : (3,) float
+        Across the panel, body axes.
+    pressure : float, Pa
+        Of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit).
+    direction : (3,) float
+        In which the light travels, inertial axes.
+    specular, diffuse : float
+        Shares that are reflected as by a mirror and by Lambert's law; the rest is absorbed.
+    start : float, s
+        When the light begins.
+    end : float, s, optional
+        When it ends; never if left out.
+    ramp : float, s
+        Over which it grows smoothly; in statics it has grown.
+
+    Notes
+    -----
+    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], s the direction of the light, c its cosine with
+    the normal, m the normal on the dark side (McInnes, Solar Sailing, 1999). No panel stands in another's shadow.
+    """
+
+    kind: Literal["panel-radiation"] = "panel-radiation"
+    at: Place
+    area: units.Area
+    normal: units.Direction
+    pressure: units.PressureOrZero
+    direction: units.Direction = (0.0, 0.0, 1.0)
+    specular: units.Fraction = 0.0
+    diffuse: units.Fraction = 0.0
+    start: units.Time = 0.0
+    end: units.Time | None = None
+    ramp: units.DurationOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the load into the family `loads`."""
+        if self.specular + self.diffuse > 1.0 + 1e-12:
+            raise InputError(
+                f"{name}.specular and {name}.diffuse add up to {self.specular + self.diffuse:g}; they share at most 1"
+            )
+        target = builder.marker(self.at, f"{name}.at")
+        if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
+            raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
+        end = _window(builder, name, self)
+        light = self.pressure * self.area * unit(self.direction)
+        values = [*light, 0.0, self.start, end, self.ramp, *unit(self.normal), self.specular, self.diffuse]
+        _add(builder, name, kernels.PANEL, target, **_parameters(builder, values))
+
+
 class LawLoad(Part):
-    """A force per length along a thread, by a law.
+    """A force per length along a thread, by a law: it acts on the thread's length, not on a tip mass.
 
     Parameters
     ----------
@@ -101,6 +161,12 @@ class LawLoad(Part):
         Of a Python law.
     constants : mapping of names to float
         Of expressions.
+
+    Notes
+    -----
+    The load is per length: a node gets the law's value times the length of thread that it stands for, the tip half a
+    segment, whatever its mass. A force on the tip mass is a `Force` at "tether.tip"; an acceleration of every mass, the
+    tip mass among them, an `AccelerationField`.
     """
 
     kind: Literal["law-load"] = "law-load"
@@ -117,20 +183,29 @@ class LawLoad(Part):
 
 
 class Force(Part):
-    """A force at a place of a body or beam, or at a point: constant, or along a direction by a profile.
+    """A force at a place: constant, along a direction by a profile, or by a law of time and state.
 
     Parameters
     ----------
     at : place
-        A point of a body, a point mass, or a node of a beam ("boom.tip").
+        A point of a body, a point mass, a node of a beam ("boom.tip"), or a node of a thread, counted from its tip:
+        "tether.tip" (with the tip mass), "tether[3]". On a node of a thread that is wound no force acts.
     force : (3,) float, N, optional
         Of a constant force.
     direction : (3,) float, optional
         Of a force that follows a profile.
     profile : optional
         Value of the force along `direction`, N, as a function of time.
+    law : list of three expressions, optional
+        fx, fy and fz, N, of the place x, y, z (m) and its velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of expressions.
     frame : {"inertial", "body"}
-        Axes of `force` or `direction`.
+        Axes of `force` or `direction`, or of what `law` returns; "body": of the body, of a thread's node that of the
+        reel, of a beam's node those of its section: along the axis, y and z.
     start : float, s
         When the load begins.
     end : float, s, optional
@@ -144,6 +219,9 @@ class Force(Part):
     force: units.ForceVector | None = None
     direction: units.Direction | None = None
     profile: ForceProfile | None = None
+    law: ForceLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
     frame: Frame = "inertial"
     start: units.Time = 0.0
     end: units.Time | None = None
@@ -151,41 +229,53 @@ class Force(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`, on a beam's node into `beam_loads`; its times are breaks."""
-        vector = _vector(name, {"force": self.force, "direction": self.direction}, self.profile)
+        vector = _vector(name, self, ("force", "direction"))
+        thread = _thread_node(builder, name, self.at)
+        if thread is not None:
+            target, node = thread
+            _write_load(builder, name, kernels.NODE, target, self, vector, node=node)
+            return
         node = _node(builder, name, self.at)
         if node is None:
             _write_at_marker(builder, name, kernels.AT_MARKER, self, vector)
             return
-        if self.frame == "body":
-            raise InputError(f"{name}.frame is 'body', but {name}.at is {self.at!r}, a node of a beam; take 'inertial'")
-        beam, _, iq, iv = node
-        times = (self.start, self.end, self.ramp)
-        add_beam_load(
-            builder, name, beam_loads.POINT, beam, 1.0, times, self.profile, axis=np.array(vector), iq=iq, iv=iv
-        )
+        _write_at_node(builder, name, beam_loads.POINT, self, node, vector)
 
 
 class Torque(Part):
-    """A torque on a body: constant, or about an axis by a profile.
+    """A torque on a body or a node of a beam: constant, about an axis by a profile, or by a law of time and state.
 
     Parameters
     ----------
     at : str
-        The body.
+        The body, or a node of a beam ("boom.tip").
     torque : (3,) float, N m, optional
         Of a constant torque.
     axis : (3,) float, optional
         Of a torque that follows a profile.
     profile : optional
         Value of the torque about `axis`, N m, as a function of time.
+    law : list of three expressions, optional
+        Tx, Ty and Tz, N m, of the place x, y, z (m), the angular velocity vx, vy, vz (rad/s), inertial axes, and t (s);
+        or a function under ``@evolvent.force_law``: ``law(x, w, t, parameters) -> (Tx, Ty, Tz)``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of expressions.
     frame : {"inertial", "body"}
-        Axes of `torque` or `axis`.
+        Axes of `torque` or `axis`, or of what `law` returns; "body": of the body, of a beam's node those of its
+        section: along the axis, y and z.
     start : float, s
         When the load begins.
     end : float, s, optional
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
+
+    Notes
+    -----
+    On a beam's node the torque M does the work M . w, w the angular velocity of the section. A cable has no section:
+    the part of M along its tangent does no work and is left out.
     """
 
     kind: Literal["torque"] = "torque"
@@ -193,24 +283,42 @@ class Torque(Part):
     torque: units.TorqueVector | None = None
     axis: units.Direction | None = None
     profile: TorqueProfile | None = None
+    law: ForceLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
     frame: Frame = "inertial"
     start: units.Time = 0.0
     end: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the load into the family `loads`; its times are breaks."""
-        vector = _vector(name, {"torque": self.torque, "axis": self.axis}, self.profile)
-        if _node(builder, name, self.at) is not None:
-            raise InputError(
-                f"{name}.at is {self.at!r}, a node of a beam, which takes forces alone; clamp a body to it for a torque"
-            )
-        _write_at_marker(builder, name, kernels.TORQUE, self, vector)
+        """Write the load into the family `loads`, on a beam's node into `beam_loads`; its times are breaks."""
+        vector = _vector(name, self, ("torque", "axis"))
+        if _thread_node(builder, name, self.at) is not None:
+            raise InputError(f"{name}.at is {self.at!r}, a node of a thread, which takes forces alone")
+        node = _node(builder, name, self.at)
+        if node is None:
+            _write_at_marker(builder, name, kernels.TORQUE, self, vector)
+            return
+        if node[1] == CABLE and self.law is None:
+            tangent = unit(builder.q[node[2] + 3 : node[2] + 6])
+            if np.linalg.norm(np.cross(tangent, vector)) <= 1e-9 * np.linalg.norm(vector):
+                key = "torque" if self.torque is not None else "axis"
+                raise InputError(
+                    f"{name}.{key} is {getattr(self, key)!r}, along the cable at {self.at!r}, which has no torsion; "
+                    f"give one across it, or take a beam"
+                )
+        _write_at_node(builder, name, beam_loads.MOMENT, self, node, vector)
 
 
-def _vector(name: str, given: dict[str, Any], profile: Profile[Any] | None) -> tuple[float, float, float]:
-    """The constant vector of a load, or the unit vector along which its profile acts."""
-    (constant, vector), (direction, along) = given.items()
+def _vector(name: str, load: Force | Torque, keys: tuple[str, str]) -> tuple[float, float, float]:
+    """The constant vector of a load, or the unit vector along which its profile acts; ones, which a law multiplies."""
+    constant, direction = keys
+    if load.law is not None:
+        refuse_beside_law(name, load, (constant, direction, "profile"))
+        return 1.0, 1.0, 1.0
+    refuse_without_law(name, load)
+    vector, along, profile = getattr(load, constant), getattr(load, direction), load.profile
     if vector is not None and (along is not None or profile is not None):
         other = direction if along is not None else "profile"
         raise InputError(f"{name}.{constant} and {name}.{other} are both given; give {constant}, or {direction} and "
@@ -230,18 +338,66 @@ def _node(builder: Builder, name: str, at: Any) -> tuple[int, int, int, int] | N
     return node_of(builder, at, f"{name}.at") if builder.place(at, f"{name}.at").family == "beams" else None
 
 
+def _thread_node(builder: Builder, name: str, at: Any) -> tuple[int, int] | None:
+    """Index of the thread and number of its node (0 at the tip) that a place is; None for other places."""
+    thread, on = split_reference(at) if isinstance(at, str) else ("", None)
+    family, index = builder.names.get(thread, ("", -1))
+    if family != "threads":
+        return None
+    last = int(builder.rows["threads"][index]["n"]) - 1
+    number = 0 if on == "tip" else on
+    if not isinstance(number, int) or number > last:
+        what = "is a thread" if on is None else f"has no {f'node {on}' if isinstance(on, int) else repr(on)}"
+        raise InputError(f"{name}.at is {at!r}; {thread!r} {what}; give '{thread}.tip', or a node from its tip on, "
+                         f"'{thread}[0]' to '{thread}[{last}]'")  # fmt: skip
+    return index, number
+
+
+def _write_at_node(builder: Builder, name: str, kind: int, load: Force | Torque, node: tuple[int, int, int, int],
+                   vector: Sequence[float]) -> None:  # fmt: skip
+    """Write a force or torque on a node of a beam."""
+    beam, formulation, iq, iv = node
+    if load.frame == "body" and formulation == CABLE:
+        raise InputError(
+            f"{name}.frame is 'body', but {name}.at is {load.at!r}, a node of a cable, which has no section; take "
+            f"'inertial', or a beam"
+        )
+    law: dict[str, int] = {}
+    if load.law is not None:
+        law = write_law(builder, name, load.law, "force", load.parameters, load.constants)
+    add_beam_load(
+        builder, name, kind, beam, 1.0, (load.start, load.end, load.ramp), load.profile, axis=np.array(vector), iq=iq,
+        iv=iv, frame=int(FRAMES[load.frame]), **law,
+    )  # fmt: skip
+
+
 def _write_at_marker(builder: Builder, name: str, kind: int, load: Force | Torque, vector: Sequence[float]) -> None:
     """Write a force or torque on a body or point."""
     target = builder.marker(load.at, f"{name}.at")
     on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
     if not on_body and (load.frame == "body" or kind == kernels.TORQUE):
         raise InputError(f"{name}.at is {load.at!r}; this load needs a body")
+    _write_load(builder, name, kind, target, load, vector)
+
+
+def _window(builder: Builder, name: str, load: Force | Torque | PanelRadiation) -> float:
+    """Time at which a load ends, s; its times become breaks."""
     end = math.inf if load.end is None else load.end
     if not end > load.start:
         raise InputError(f"{name}.end is {end!r}; it must be after start {load.start!r}")
     times = (load.start, load.start + load.ramp if load.ramp else 0.0, end)
     builder.breaks.update(t for t in times if math.isfinite(t) and t > 0.0)
+    return end
+
+
+def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force | Torque, vector: Sequence[float],
+                **fields: int) -> None:  # fmt: skip
+    """Append a force or torque to the family `loads`."""
+    end = _window(builder, name, load)
     values = [*vector, FRAMES[load.frame], load.start, end, load.ramp]
     if load.profile is not None:
         values += write_profile(builder, f"{name}.profile", load.profile)
-    _add(builder, name, kind, target, **_parameters(builder, values))
+    if load.law is not None:
+        found = write_law(builder, name, load.law, "force", load.parameters, load.constants)
+        fields |= {"law": found["law"], "law_first": found["first"], "law_last": found["last"]}
+    _add(builder, name, kind, target, **_parameters(builder, values), **fields)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from evolvent import units
+from evolvent import jit, units
 from evolvent.builder import Builder, Pose
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.parts.base import Part, unit
+from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.shapes import AnyShape
 from evolvent.references import is_name
 
@@ -59,6 +60,10 @@ class RigidBody(Part):
         Body axes (spinning and driven bodies).
     rate : float, rad/s
         About `axis` (spinning and driven bodies).
+    drive : a drive of `evolvent.parts`, optional
+        Carries a driven body along `direction` from `position`, m: the table of a shaker. Its rate must not jump.
+    direction : (3,) float, optional
+        Of `drive`, inertial axes; x if left out.
 
     Notes
     -----
@@ -79,6 +84,8 @@ class RigidBody(Part):
     angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
     rate: units.AngularRate = 0.0
+    drive: LineDrive | None = None
+    direction: units.Direction | None = None
 
     def mass_properties(self, name: str = "body") -> tuple[float, np.ndarray]:
         """Mass (kg) and inertia (3, 3) in body axes (kg m2), given or of the shape; zero where neither says.
@@ -119,8 +126,30 @@ class RigidBody(Part):
             raise InputError(f"{given}; no body has it: one principal moment exceeds the sum of the others")
         return tensor
 
+    def _path(self, builder: Builder, name: str) -> tuple[dict[str, Any], tuple[float, float]]:
+        """Fields of the drive that carries the body, and the drive's value and rate at the start."""
+        if self.drive is None:
+            if self.direction is not None:
+                raise InputError(f"{name}.direction is given without {name}.drive, to which it belongs")
+            return {}, (0.0, 0.0)
+        if self.motion != "driven":
+            raise InputError(f"{name}.drive carries a driven body, but {name}.motion is {self.motion!r}; take 'driven'")
+        if isinstance(self.drive, FreeSpool):
+            raise InputError(f"{name}.drive is a free spool, which prescribes nothing; give another drive")
+        row = self.drive.write(builder, f"{name}.drive")
+        jumps = isinstance(self.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in self.drive.steps)
+        if jumps:
+            raise InputError(f"{name}.drive.steps holds one of no duration, at which the body jerks; give it a "
+                             f"duration above 0 s")  # fmt: skip
+        jit.load([rigid.move_along])
+        direction = np.array([1.0, 0.0, 0.0]) if self.direction is None else unit(self.direction)
+        fields = {"path": 1 + row.kind, "path_first": row.first, "path_last": row.last, "path_law": row.law}
+        value, rate, _ = self.drive.at(builder, row, 0.0)
+        return {**fields, "direction": direction}, (value, rate)
+
     def write(self, builder: Builder, name: str) -> None:
         """Write the body into the family `bodies`."""
+        path, begin = self._path(builder, name)
         motion = MOTIONS[self.motion]
         mass, tensor = self.mass_properties(name)
         axis, q4, x = unit(self.axis), unit(self.orientation), np.array(self.position)
@@ -143,7 +172,8 @@ class RigidBody(Part):
             q, v = (-1, -1) if motion == rigid.DRIVEN else builder.coordinates([0.0], [self.rate])
             turned = np.empty((3, 3))
             rotation_about_axis(axis, 0.0, R, turned)
-            pose = Pose(x, turned, np.zeros(3), turned @ axis * self.rate)
+            direction = path.get("direction", np.zeros(3))
+            pose = Pose(x + begin[0] * direction, turned, begin[1] * direction, turned @ axis * self.rate)
         builder.poses.append(pose)
         index = builder.add(
             "bodies",
@@ -157,6 +187,7 @@ class RigidBody(Part):
             x0=x,
             rate=self.rate,
             spin_inertia=spin_inertia,
+            **path,
         )
         builder.names[name] = ("bodies", index)
         builder.body_points[name] = dict(self.points)

@@ -111,6 +111,9 @@ class Thread(Part):
         l0 = length / n
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
+        if self.wound_mass == "carried" and builder.rows["bodies"][body].get("path"):
+            raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is carried along a line by a drive; "
+                             f"take 'ignored', or a free body")  # fmt: skip
         if self.copies > 1 and motion == rigid.FREE:
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
         X, Y, Z = reel.frame(self.reel)

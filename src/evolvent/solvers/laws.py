@@ -45,7 +45,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
     for use in _uses(assembly):
-        if use.family in ("threads", "joints") or _follows(use):
+        if _is_of_time(use):
             for time in (start, end):
                 _try(assembly, use, time, (time,))
             continue
@@ -125,9 +125,13 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
-    for family, rows in (("springs", model.springs), ("loads", model.loads), ("events", model.events)):
+    for k, row in enumerate(model.bodies):
+        if row["path_law"] != 0:
+            yield _Use("bodies", k, row)
+    families = (("springs", model.springs), ("loads", model.loads), ("events", model.events))
+    for family, rows in (*families, ("beam_loads", model.flexible.beam_loads)):
         for k, row in enumerate(rows):
-            if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
+            if row["law"] != 0:
                 yield _Use(family, k, row)
     for k, row in enumerate(model.fields):
         if row["law"] != 0:
@@ -144,15 +148,17 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
             yield _Use("motors", k, row)
 
 
-def _follows(use: _Use) -> bool:
-    """Whether a row is a motor whose law gives the motion that it follows."""
-    return bool(use.family == "motors" and use.row["kind"] == coordinate.BY_MOTION)
+def _is_of_time(use: _Use) -> bool:
+    """Whether a row's law is one of time alone: a drive."""
+    if use.family == "motors":
+        return bool(use.row["kind"] == coordinate.BY_MOTION)
+    return use.family in ("threads", "joints", "bodies")
 
 
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
     """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
     model, (time, y, _) = assembly.model, moment
-    if use.family in ("threads", "joints") or _follows(use):
+    if _is_of_time(use):
         yield (time,)
     elif use.family == "springs":
         a, b = (
@@ -164,6 +170,18 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         yield length - float(use.row["length"]), rate, time
     elif use.family == "spools":
         yield float(y[use.row["spool_q"]]), float(y[use.row["spool_v"]]), time
+    elif use.family == "loads" and use.row["kind"] >= loads.AT_MARKER:
+        marker = model.markers[use.row["target"]]
+        found = springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row["target"])
+        is_torque = use.row["kind"] == loads.TORQUE
+        v = model.bodies["w"][marker["index"]].copy() if is_torque else np.array(found[3:])
+        yield np.array(found[:3]), v, time
+    elif use.family == "beam_loads":
+        iq, iv = (int(use.row[key]) for key in ("iq", "iv"))
+        if iq < 0:
+            beam = model.flexible.beams[use.row["beam"]]
+            iq, iv = int(beam["iq"]), int(beam["iv"])
+        yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
     elif use.family == "loads":
         thread = model.threads[use.row["target"]]
         if everywhere:  # where the last evaluation of the forces has put them
@@ -206,7 +224,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         placed = False
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
-            if use.family not in ("threads", "joints", "loads") and not placed and not _follows(use):
+            if use.family != "loads" and not placed and not _is_of_time(use):
                 with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
@@ -216,15 +234,27 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
 
 def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
     """The law that a row calls, and, of an expression, what messages call it."""
-    if use.row["last"] > use.row["first"] and int(use.row["first"]) in assembly.expressions:
-        return assembly.expressions[int(use.row["first"])]
-    return assembly.laws[int(use.row["law"])], ""
+    first, last = _range(use)
+    if last > first and first in assembly.expressions:
+        return assembly.expressions[first]
+    return assembly.laws[int(use.row["path_law" if use.family == "bodies" else "law"])], ""
 
 
 def _parameters(assembly: Assembly, use: _Use) -> Array:
     """The parameters that a row gives its law, in an array of their own."""
-    found: Array = assembly.model.parameters[int(use.row["first"]) : int(use.row["last"])].copy()
+    first, last = _range(use)
+    found: Array = assembly.model.parameters[first:last].copy()
     return found
+
+
+def _range(use: _Use) -> tuple[int, int]:
+    """Where the parameters of a row's law stand."""
+    before = ""
+    if use.family == "bodies":
+        before = "path_"
+    elif use.family == "loads" and use.row["kind"] != loads.LAW:
+        before = "law_"
+    return int(use.row[before + "first"]), int(use.row[before + "last"])
 
 
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:

@@ -154,7 +154,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
 
 
 def _rubs(model: Any) -> bool:
-    return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts))
+    return any(
+        bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts)
+    )
 
 
 def is_conservative(work: Work) -> bool:
@@ -163,6 +165,10 @@ def is_conservative(work: Work) -> bool:
     if np.any(model.flexible.custom_forces["symmetric"] == 0.0):
         return False
     if np.any(model.flexible.beam_loads["kind"] == FIELD) or _rubs(model):
+        return False
+    if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
+        return False
+    if np.any(model.loads["kind"] == loads.PANEL):
         return False
     for load in model.loads[model.loads["kind"] >= loads.AT_MARKER]:
         marker = model.markers[load["target"]]

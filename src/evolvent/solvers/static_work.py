@@ -79,7 +79,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     flexible = copy.flexible
     rigid.kinematics(time, np.zeros(int(model.info.ny)), copy)
     driven = copy.bodies["motion"] == rigid.DRIVEN
-    copy.bodies["rate"][driven] = 0.0
+    copy.bodies["rate"][driven], copy.bodies["path"][driven] = 0.0, 0
     for scratch in ("v", "w", "F"):
         copy.bodies[scratch] = 0.0
     flexible.beam_loads["ramp"] = 0.0

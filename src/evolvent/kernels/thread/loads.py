@@ -6,8 +6,9 @@ from numba import types
 
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration
-from evolvent.kernels.loads import AT_MARKER, thread_load
+from evolvent.kernels.loads import AT_MARKER, node_share, thread_load
 from evolvent.kernels.thread.end import TINY, is_end
+from evolvent.kernels.thread.wound import TINY
 from evolvent.model import MODEL
 
 
@@ -49,10 +50,8 @@ def load_resultant(t, s, model, a, out):
         out[c] = 0.0
     for i in range(s[p]):
         node_motion(threads, nodes, s, p, i, e, position, velocity)
-        fx, fy, fz = thread_load(
-            t, loads, model.parameters, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
-        )
-        span = nodes[threads[p].node + i].span
+        fx, fy, fz = thread_load(t, loads, model, bodies, a, threads[p].body, threads[p].chord, position, velocity, e)
+        span = node_share(loads, a, i, nodes[threads[p].node + i].span)
         out[0] += fx * span
         out[1] += fy * span
         out[2] += fz * span
@@ -69,7 +68,7 @@ def load_resultant(t, s, model, a, out):
 def node_loads(t, s, model, p):
     """Accelerations by loads of the released nodes into af, from x and v; returns their power, W."""
     threads, nodes, bodies, loads = model.threads, model.nodes, model.bodies, model.loads
-    gravity, parameters, scratch = model.info.gravity, model.parameters, model.scratch
+    gravity, scratch = model.info.gravity, model.scratch
     first, j = threads[p].node, s[p]
     power = 0.0
     for i in range(j):
@@ -96,9 +95,10 @@ def node_loads(t, s, model, p):
                 if loads[a].kind >= AT_MARKER or loads[a].target != p:
                     continue
                 fx, fy, fz = thread_load(
-                    t, loads, parameters, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
+                    t, loads, model, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
                 )
-                scale = nodes[k].span / (1.0 if is_end(threads, p, i) else nodes[k].mass)
+                mass = 1.0 if is_end(threads, p, i) else nodes[k].mass
+                scale = node_share(loads, a, i, nodes[k].span) / mass
                 nodes[k].af[0] += fx * scale
                 nodes[k].af[1] += fy * scale
                 nodes[k].af[2] += fz * scale
