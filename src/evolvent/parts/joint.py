@@ -69,6 +69,9 @@ class Joint(Part):
         The places coincide; and turn about `axis` only; and do not turn; or they keep their distance.
     axis : (3,) float
         Of a revolute joint, inertial axes at the start.
+    hold : {"section", "all"}
+        What a clamp holds of a beam's node: the directions of its section, or all of the node's coordinates, lengths of
+        slopes and the direction of the axis included.
     position : (3,) float, m, optional
         Where the joint is at the start, inertial axes, where both ends are bodies named alone.
     stiffness : float, N/m and N m
@@ -82,7 +85,8 @@ class Joint(Part):
 
     Notes
     -----
-    Of a cable only the direction of its axis can be held; it has no twist. A clamp leaves the length of slopes free.
+    Of a cable only the direction of its axis can be held; it has no twist. A clamp leaves the length of slopes free,
+    unless `hold` is "all": at the clamp the section can then neither shear nor grow thicker, nor the axis stretch.
     """
 
     kind: Literal["joint"] = "joint"
@@ -90,6 +94,7 @@ class Joint(Part):
     b: Place
     type: Literal["spherical", "revolute", "clamp", "distance"] = "spherical"
     axis: units.Direction = (0.0, 0.0, 1.0)
+    hold: Literal["section", "all"] = "section"
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
     turn_stiffness: units.RotationalStiffnessOrZero | None = None
@@ -127,6 +132,10 @@ class Joint(Part):
         a, b = self._ends(builder, name)
         if a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
             a, b = b, a
+        if self.hold == "all" and (self.type != "clamp" or a.on != sides.ON_BODY or b.node is None):
+            raise InputError(
+                f"{name}.hold is 'all'; that takes a joint of type 'clamp' between a body and a beam's node"
+            )
         common = {"stiffness": self.stiffness, "damping": self.damping, "until": _until(self.until)}
         first = len(builder.rows["joints"])
         builder.names[name] = ("joints", first)
@@ -168,6 +177,8 @@ class Joint(Part):
                 f"in its place"
             )
         body = a.body
+        if self.hold == "all":
+            return self._all_directions(builder, a, b)
         if b.node is not None:
             along = _slope(builder, b, 1)
             e1 = along.u / np.linalg.norm(along.u)
@@ -199,6 +210,12 @@ class Joint(Part):
         if self.type == "clamp":
             held.append((direction_side(builder, body, f2), direction_side(builder, b.body, f3)))
         return held
+
+    def _all_directions(self, builder: Builder, a: Side, b: Side) -> list[tuple[Side, Side]]:
+        """Products of all components of a node's slopes with axes of the body that holds them."""
+        kind = flexible.BEAM if b.node is None else b.node[0]
+        slopes = [_slope(builder, b, i) for i in range(1, flexible.NODE_VECTORS[kind])]
+        return [(direction_side(builder, a.body, e), slope) for slope in slopes for e in np.eye(3)]
 
 
 def _across(e1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

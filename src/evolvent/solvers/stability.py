@@ -42,7 +42,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     springs.add_spring_bound(y, model, body, point)
     names = {found: name for name, found in assembly.names.items()}
     best = [(0.0, 0.0, "nothing")]
-    for i in range(model.points.size):
+    for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for p in range(model.threads.size):
         best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body)]
