@@ -10,6 +10,7 @@ from evolvent.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent import parts
+    from evolvent.elements.inertia import SectionInertia
     from evolvent.elements.sections import (
         ALUMINIUM,
         CFRP,
@@ -48,6 +49,7 @@ __all__ = [
     "Material",
     "Rectangle",
     "RunFailed",
+    "SectionInertia",
     "Stepper",
     "System",
     "Taper",
@@ -86,6 +88,7 @@ _LAZY = {
         ),
         "evolvent.elements.sections",
     ),
+    "SectionInertia": "evolvent.elements.inertia",
     "Stepper": "evolvent.stepping",
     "System": "evolvent.system",
     "element_law": "evolvent.laws",

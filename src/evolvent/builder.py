@@ -285,9 +285,16 @@ class Builder:
         """Velocity of a place at the start (`place`), m/s, inertial axes."""
         return self.place(where, key).v
 
-    def marker(self, where: Any, key: str = "a place") -> int:
-        """Marker of a place (`place`) on a body or of a point; a node of a beam is refused."""
+    def marker(self, where: Any, key: str = "a place", *, nodes: bool = False) -> int:
+        """Marker of a place (`place`) on a body or of a point; a node of a beam is refused, unless `nodes`."""
         at = self.place(where, key)
+        if at.family == "beams" and nodes:
+            points = self.rows["points"]
+            same = (i for i, row in enumerate(points) if row["mass"] == 0.0 and row["iq"] == at.iq)
+            index = next(same, -1)
+            if index < 0:
+                index = self.add("points", iq=at.iq, iv=at.iv, mass=0.0, compliance=0.0)
+            return self.add("markers", kind=springs.ON_POINT, index=index, local=at.local)
         if at.family == "beams":
             raise InputError(
                 f"{key} is {where!r}, a node of a beam, which this part cannot act on; add a Point with at={where!r} "

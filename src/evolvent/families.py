@@ -147,7 +147,8 @@ FAMILIES = (
     ),
     Family("a body that spins about an axis", "bodies", EVERY, which=_is("motion", rigid.SPIN)),
     Family("a free body", "bodies", EVERY, which=_is("motion", rigid.FREE)),
-    Family("a point mass", "points", EVERY),
+    Family("a point mass", "points", EVERY, which=lambda found: found["mass"] > 0.0),
+    Family("a beam's node at a spring's end", "points", EVERY, which=_is("mass", 0.0)),
     Family(
         "a spring", "springs", EVERY,
         forces=(springs.spring_forces, springs.springs_energy), tangents=(springs.spring_tangents, *_MATRIX),

@@ -56,6 +56,7 @@ RECORDS: dict[str, np.dtype] = {
         "R x v w M L F J a along",
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
     ),
+    # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f", f=_3),
     "markers": _record("kind index", "local", local=_3),
     "springs": _record(

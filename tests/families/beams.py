@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import System, elements, parts
 from evolvent.builder import Assembly
-from families.case import Array, Case, columns, of, springs_poles
+from families.case import Array, Case, columns, of, springs_poles, swing
 from implicit.rigs import coordinates
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -136,6 +136,24 @@ def latch() -> Case:
     return Case(
         part="hinge", system=system, seen=tip, end=2.0, step=5e-5, theory=1.5e-3, motion=motion,
         still=(math.sin(rest),), poles=(1j * w,),
+    )  # fmt: skip
+
+
+@of("a beam's node at a spring's end")
+def node_on_spring() -> Case:
+    """A rod on a hinge, its tip on a spring without length: a torque -k L d sin(angle), as a pendulum's."""
+    k, d, start = 1.0, 2.0, 0.1
+
+    def system() -> System:
+        found = System()
+        rod(found, 2, HARD, "revolute", direction=(math.cos(start), math.sin(start), 0.0))
+        found.add(parts.Spring(a="rod.tip", b=(d, 0.0, 0.0), stiffness=k, length=0.0), "spring")
+        return found
+
+    w = math.sqrt(k * d / INERTIA)
+    return Case(
+        part="points", system=system, seen=tip, end=2.0, step=5e-5, theory=5e-4,
+        motion=lambda t: columns(np.sin(swing(t, start, w))), still=(0.0,), poles=(1j * w,),
     )  # fmt: skip
 
 

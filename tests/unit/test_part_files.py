@@ -417,10 +417,15 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         (parts.Spring(a=r"hub[2]", b="bob"), r"held.a is 'hub\[2\]'; 'hub' has no node 2; known: left"),
         (parts.Spring(a="bob.tip", b="hub"), "held.a is 'bob.tip'; 'bob' is a point mass, which has no 'tip'"),
         (
-            parts.Spring(a="boom.tip", b="bob"),
-            "held.a is 'boom.tip', a node of a beam, .* add a Point with at='boom.tip'",
+            parts.Link(a="bob", b="boom.tip"),
+            "held.b is 'boom.tip', a node of a beam, .* add a Point with at='boom.tip'",
         ),
-        (parts.Link(a="bob", b="boom.tip"), "held.b is 'boom.tip', a node of a beam"),
+        (parts.RigidBody(mass=1, inertia=1, at="bob"), "held.at is 'bob'; it must be a node of a beam"),
+        (parts.RigidBody(motion="driven", at="boom.tip"), "held.motion is 'driven'; .* must be 'free'"),
+        (
+            parts.RigidBody(mass=1, inertia=1, at="boom.tip", velocity=(1, 0, 0)),
+            "held.velocity and held.at are both given",
+        ),
         (
             parts.Joint(a="boom", b="bob"),
             r"held.a is 'boom'; 'boom' is a beam; give 'boom.root', .*'boom\[0\]' to 'boom\[2\]'",

@@ -61,6 +61,7 @@ def add_flexible_forces(t, y, s, model, dy):
     for i in range(n_v):
         F[i] = 0.0
         P[i] = 0.0
+    points.pass_to_beams(n_q, model.points, F)
     by_mass = by_stiffness = by_contact = by_joints = given = by_laws = 0.0
     account = n_q + n_v + N_ACCOUNTS
     if f.elements.size > 0:

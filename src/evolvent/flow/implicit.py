@@ -257,6 +257,8 @@ def load_torque(y, P, model):
             x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
             tx, ty, tz = tx + x, ty + yy, tz + z
     for i in range(points.size):
+        if points[i].mass == 0.0:  # a beam's node, counted with the beam
+            continue
         q, p = points[i].iq, points[i].iv - n_q
         x, yy, z = cross(y[q], y[q + 1], y[q + 2], P[p], P[p + 1], P[p + 2])
         tx, ty, tz = tx + x, ty + yy, tz + z
@@ -281,6 +283,8 @@ def add_rigid_motion(y, wx, wy, wz, cx, cy, cz, model, out):
             out[p + 1] += yy
             out[p + 2] += z
     for i in range(points.size):
+        if points[i].mass == 0.0:
+            continue
         q, p = points[i].iq, points[i].iv
         x, yy, z = cross(wx, wy, wz, y[q] - cx, y[q + 1] - cy, y[q + 2] - cz)
         out[p] += x

@@ -1,4 +1,7 @@
-"""Point masses: inertia, energy, momentum, and the bound of the explicit step."""
+"""Point masses: inertia, energy, momentum, and the bound of the explicit step.
+
+A point without mass is a beam's node: it has that one's coordinates, and what acts on it acts on the beam.
+"""
 
 from evolvent.jit import inlined
 from evolvent.kernels.rotations import cross
@@ -31,9 +34,20 @@ def take_forces(n_q, points, F):
 
 
 @inlined
-def write_point_rates(y, points, dy):
-    """State derivatives of all points from their forces f."""
+def pass_to_beams(n_q, points, F):
+    """Forces on beams' nodes into generalised forces F, which stand on the left of the equations."""
     for i in range(points.size):
+        if points[i].mass == 0.0:
+            for c in range(3):
+                F[points[i].iv - n_q + c] -= points[i].f[c]
+
+
+@inlined
+def write_point_rates(y, points, dy):
+    """State derivatives of all points from their forces f; those of beams' nodes are left."""
+    for i in range(points.size):
+        if points[i].mass == 0.0:
+            continue
         q, v, f, compliance = points[i].iq, points[i].iv, points[i].f, points[i].compliance
         dy[q], dy[q + 1], dy[q + 2] = y[v], y[v + 1], y[v + 2]
         dy[v], dy[v + 1], dy[v + 2] = f[0] * compliance, f[1] * compliance, f[2] * compliance

@@ -52,6 +52,12 @@ def observe_body(view: View, name: str) -> Observed:
         spin = inertia * rate[:, None] * turned(pose.R, row["axis"])
         found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about its axis, inertial axes")
         found.scalar("energy_kinetic", 0.5 * inertia * rate**2, "J", "kinetic energy")
+    rows = view.joint_rows.get(name, [])
+    if rows:
+        held = reactions(view, rows)
+        found.vector("force", -held.force, "N", "force that fixes the body to its node, inertial axes")
+        text = "moment about the node that fixes the body to it, inertial axes"
+        found.vector("moment", -held.moment, "N m", text)
     solids = solids_of(view, name, row)
     found.drawn = [{"frame": {"origin": "position", "attitude": "attitude", "solids": solids}}]
     found.plots = ["rate"]

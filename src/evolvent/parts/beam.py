@@ -18,6 +18,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.base import Arrays, Part, unit
+from evolvent.references import Location
 
 CABLES = ("cable", "cable_stretch")
 #: Gauss's two points of an element.
@@ -435,3 +436,16 @@ def node_of(builder: Builder, where: Any, key: str = "node") -> tuple[int, int, 
     if at.family != "beams":
         raise InputError(f"{key} is {where!r}; it must be a node of a beam, such as 'boom.tip' or 'boom[5]'")
     return at.row, at.beam, at.iq, at.iv
+
+
+def node_rate(builder: Builder, at: Location) -> np.ndarray:
+    """Angular velocity of a beam's node at the start, rad/s, inertial axes; of a cable without that about its axis."""
+    count = 3 * (2 if at.beam == kernels.CABLE else 4)
+    node = np.array(builder.q[at.iq : at.iq + count]).reshape(-1, 3)
+    rates = np.array(builder.v[at.iv : at.iv + count]).reshape(-1, 3)
+    if at.beam == kernels.CABLE:
+        turn: np.ndarray = np.cross(node[1], rates[1]) / (node[1] @ node[1])
+        return turn
+    # least squares of w x r = r' for both directions across
+    A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in node[2:])
+    return np.linalg.solve(A, sum(np.cross(r, rate) for r, rate in zip(node[2:], rates[2:], strict=True)))

@@ -19,6 +19,7 @@ from evolvent.parts.joint_sides import (
     Held,
     Side,
     across,
+    all_slopes,
     clamped,
     clamped_bodies,
     direction_side,
@@ -37,6 +38,10 @@ _LEAST_OFF = 1e-6
 #: Types whose places coincide at the start and later; b stays on a line or in a plane through a; the others.
 _ONE_PLACE = ("spherical", "revolute", "universal", "clamp", "fixed")
 _SLIDING = ("prismatic", "cylindrical", "point-on-line", "in-plane")
+
+
+#: Types that let nothing move.
+CLAMPS = ("clamp", "fixed")
 
 
 class Joint(Part):
@@ -58,6 +63,9 @@ class Joint(Part):
     axis_b : (3,) float, optional
         Of a universal joint: the other axis of its cross, fixed to b, at a right angle to `axis`; inertial axes at the
         start.
+    hold : {"section", "all"}
+        What a clamp holds of a beam's node: the directions of its section, or all of the node's coordinates, lengths of
+        slopes and the direction of the axis included.
     position : (3,) float, m, optional
         Where the joint is at the start, inertial axes, where both ends are bodies named alone.
     stiffness : float, N/m and N m
@@ -73,10 +81,12 @@ class Joint(Part):
 
     Notes
     -----
-    Of a cable only the direction of its axis can be held; it has no twist. A clamp leaves the length of slopes free.
+    Of a cable only the direction of its axis can be held; it has no twist.
     Nodes of two beams of 24-coordinate elements may be clamped at any angle; their sections pass the moment on.
     Constraints may be redundant, as in closed loops of hinges: then multipliers are those of least norm (moments by the
     size of the system), and the run's message and statistics give the rank.
+    A clamp leaves the length of slopes free, unless `hold` is "all": at the clamp the section can then neither shear nor
+    grow thicker, nor the axis stretch.
     """
 
     kind: Literal["joint"] = "joint"
@@ -88,6 +98,7 @@ class Joint(Part):
     ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)
     axis_b: units.Direction | None = None
+    hold: Literal["section", "all"] = "section"
     position: units.Position | None = None
     stiffness: units.StiffnessOrZero = 0.0
     turn_stiffness: units.RotationalStiffnessOrZero | None = None
@@ -134,6 +145,10 @@ class Joint(Part):
         if self.axis_b is not None and self.type != "universal":
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
         apart, axis = float(np.linalg.norm(b.u - a.u)), unit(self.axis)
+        if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
+            raise InputError(
+                f"{name}.hold is 'all'; that takes a joint of type 'clamp' between a body and a beam's node"
+            )
         if self.type == "distance":
             if apart == 0.0:
                 raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")
@@ -188,7 +203,9 @@ class Joint(Part):
         key = f"{name}.type is {self.type!r}"
         if self.type in ("revolute", "cylindrical"):
             return hinged(builder, key, a, b, axis)
-        if self.type in ("clamp", "fixed", "prismatic"):
+        if self.hold == "all":
+            return all_slopes(builder, a, b)
+        if self.type in (*CLAMPS, "prismatic"):
             if a.on == sides.ON_BODY and b.on == sides.ON_BODY:
                 return clamped_bodies(builder, a, b, axis)
             return clamped(builder, key, a, b)

@@ -167,6 +167,13 @@ def _clamped_to_body(builder: Builder, body: int, b: Side) -> list[Held]:
     return [Held(direction_side(builder, body, e), s) for e, s in pairs]
 
 
+def all_slopes(builder: Builder, a: Side, b: Side) -> list[Held]:
+    """Products of all components of the slopes of a node with axes of the body that holds them."""
+    kind = flexible.BEAM if is_beam(b) else flexible.CABLE
+    slopes = [slope(builder, b, i) for i in range(1, flexible.NODE_VECTORS[kind])]
+    return [Held(direction_side(builder, a.body, e), s) for s in slopes for e in np.eye(3)]
+
+
 def _sections(builder: Builder, node: Side) -> tuple[Side, Side, Array]:
     """Directions across of a node of a beam, and the unit normal of its section."""
     y, z = slope(builder, node, 2), slope(builder, node, 3)

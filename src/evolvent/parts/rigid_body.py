@@ -13,10 +13,12 @@ from evolvent.builder import Builder, Pose
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.parts.base import Part, unit
+from evolvent.parts.base import Part, Place, unit
+from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
+from evolvent.parts.joint import Joint
 from evolvent.parts.shapes import AnyShape
-from evolvent.references import is_name
+from evolvent.references import Location, is_name
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 
@@ -48,8 +50,10 @@ class RigidBody(Part):
         Of the shape, in place of mass and inertia.
     points : mapping of names to (3,) float, m
         Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
+    at : place, optional
+        Node of a beam, such as "boom.tip" or "boom[5]", that a free body is clamped to; at the start it moves with it.
     position : (3,) float, m
-        Of the centre of mass at the start, inertial axes.
+        Of the centre of mass at the start, inertial axes; of a body with `at` the place of the node if left out.
     velocity : (3,) float, m/s
         Of the centre of mass at the start, inertial axes (free bodies).
     orientation : (4,) float
@@ -78,6 +82,7 @@ class RigidBody(Part):
     shape: AnyShape | None = None
     density: units.Density | None = None
     points: Annotated[dict[str, units.Position], AfterValidator(_check_names)] = {}  # noqa: RUF012  (pydantic copies it)
+    at: Place | None = None
     position: units.Position = (0.0, 0.0, 0.0)
     velocity: units.Velocity = (0.0, 0.0, 0.0)
     orientation: units.Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -152,7 +157,10 @@ class RigidBody(Part):
         path, begin = self._path(builder, name)
         motion = MOTIONS[self.motion]
         mass, tensor = self.mass_properties(name)
+        node = self._node(builder, name)
         axis, q4, x = unit(self.axis), unit(self.orientation), np.array(self.position)
+        if node is not None and "position" not in self.model_fields_set:
+            x = node.x
         spin_inertia = float(axis @ tensor @ axis)
         R = np.empty((3, 3))
         rotation_from_quaternion(*q4, R)
@@ -163,6 +171,9 @@ class RigidBody(Part):
             if spin_inertia == 0.0:
                 raise InputError(f"{name}.inertia is missing; a free body needs it, or a shape")
             velocity, w = np.array(self.velocity), np.array(self.angular_velocity)
+            if node is not None:
+                turn = node_rate(builder, node)
+                velocity, w = node.v + np.cross(turn, x - node.x), R.T @ turn
             q, v = builder.coordinates([*x, *q4], [*velocity, *w])
             pose = Pose(x, R, velocity, R @ w)
         else:
@@ -191,3 +202,20 @@ class RigidBody(Part):
         )
         builder.names[name] = ("bodies", index)
         builder.body_points[name] = dict(self.points)
+        if node is not None:
+            Joint(a=(name, tuple(R.T @ (node.x - x))), b=self.at, type="clamp").write(builder, name)
+            builder.names[name] = ("bodies", index)
+
+    def _node(self, builder: Builder, name: str) -> Location | None:
+        """The node that the body is clamped to."""
+        if self.at is None:
+            return None
+        found = builder.place(self.at, f"{name}.at")
+        if found.family != "beams":
+            raise InputError(f"{name}.at is {self.at!r}; it must be a node of a beam; for other places add a Joint")
+        if self.motion != "free":
+            raise InputError(f"{name}.motion is {self.motion!r}; a body with {name}.at must be 'free'")
+        for key in ("velocity", "angular_velocity"):
+            if key in self.model_fields_set:
+                raise InputError(f"{name}.{key} and {name}.at are both given; the body moves with the node")
+        return found

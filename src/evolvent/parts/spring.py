@@ -15,13 +15,13 @@ from evolvent.parts.law import Constants, Parameters, SpringLaw, write_law
 
 
 class Spring(Part):
-    """A spring-damper along the line between two places of bodies, points or the ground.
+    """A spring-damper along the line between two places of bodies, points, beams or the ground.
 
     Parameters
     ----------
     a, b : place
-        Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, or a position on the
-        ground. For a node of a beam add a `Point` there and name that.
+        Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, a node of a beam
+        ("boom.tip", "boom[5]"), or a position on the ground.
     stiffness : float, N/m
         Along the line.
     damping : float, N s/m
@@ -58,7 +58,7 @@ class Spring(Part):
         """Write the spring into the family `springs`."""
         if self.a == self.b:
             raise InputError(f"{name}.a and {name}.b are the same place, {self.a!r}; give two places")
-        a, b = builder.marker(self.a, f"{name}.a"), builder.marker(self.b, f"{name}.b")
+        a, b = (builder.marker(getattr(self, key), f"{name}.{key}", nodes=True) for key in ("a", "b"))
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
         axis = np.zeros(3)
         if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:

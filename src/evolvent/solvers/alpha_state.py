@@ -126,6 +126,8 @@ def displace(y0, dq, model, y):
         for i in range(3 * model.threads[k].n):
             y[q + i] = y0[q + i] + dq[at + i]
     for k in range(points.size):
+        if points[k].mass == 0.0:  # a beam's node, which has moved with the beam
+            continue
         q, at = points[k].iq, points[k].iv - n_q
         for c in range(3):
             y[q + c] = y0[q + c] + dq[at + c]

@@ -86,7 +86,7 @@ def _add_coordinates(graph: _Graph) -> None:
         nodes = [graph.add(int(thread["iv"]) + 3 * i, 3) for i in range(thread["n"])]
         for a, b in itertools.pairwise(nodes):
             graph.couple(a, b)
-    for point in model.points:
+    for point in model.points[model.points["mass"] > 0.0]:
         graph.add(int(point["iv"]), 3)
     for k, body in enumerate(model.bodies):
         if body["motion"] != rigid.DRIVEN:

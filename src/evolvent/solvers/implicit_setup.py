@@ -60,7 +60,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
         linear += [int(row["iv"]) - n_q + 3 * i for i in range(row["n"])]
         places += [model.bodies["x"][row["body"]], np.array([row["n"] * row["segment"], 0.0, 0.0])]
     masses += [mass for mass in model.nodes["mass"].tolist() if mass > 0.0]  # a point mass has that of an end on it
-    for point in model.points:
+    for point in model.points[model.points["mass"] > 0.0]:
         linear.append(point["iv"] - n_q)
         places.append(assembly.y[point["iq"] :][:3])
         masses.append(point["mass"])

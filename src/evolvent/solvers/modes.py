@@ -220,6 +220,9 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
         where = places_of(model, family, index) if family in families else None
         if where is not None:
             own.extend(range(where.start, where.stop))
+    if by_law:  # nodes of beams that a spring pulls
+        for point in model.points[model.points["mass"] == 0.0]:
+            own.extend(range(int(point["iv"]) - work.n_q, int(point["iv"]) - work.n_q + 3))
     ends = {int(v) for v in f.hinges["iv"][f.hinges["on"] == sides.ON_COORDINATES]}
     for cylinder in f.cylinders[model.bodies["motion"][f.cylinders["body"]] != rigid.DRIVEN]:
         ends.update(f.contact_points["iv"][int(cylinder["first"]) : int(cylinder["last"])].ravel().tolist())

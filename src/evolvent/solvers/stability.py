@@ -46,7 +46,7 @@ def fastest_mode(assembly: Assembly) -> Mode:
     best = [(0.0, 0.0, "nothing")]
     for p in range(model.threads.size):
         best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
-    for i in range(model.points.size):
+    for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
         best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), owner(assembly, "bodies", i)))

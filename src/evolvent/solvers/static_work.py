@@ -268,7 +268,7 @@ def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
     bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
-    return min(6 * (model.flexible.beams.size + bodies) + 3 * model.points.size, MOST_DEFERRED)
+    return min(6 * (model.flexible.beams.size + bodies) + 3 * int(np.sum(model.points["mass"] > 0.0)), MOST_DEFERRED)
 
 
 def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
