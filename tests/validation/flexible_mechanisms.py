@@ -15,7 +15,9 @@ from evolvent.elements import General, Material
 Y = (0.0, 1.0, 0.0)
 
 
-def member(kind: str, stiffness: tuple[float, ...], E: float, nu: float, density: float, elements: int, **keys: Any) -> Any:  # noqa: N803
+def member(
+    kind: str, stiffness: tuple[float, ...], E: float, nu: float, density: float, elements: int, **keys: Any
+) -> Any:
     """A beam ("beam") or rod ("rod") with given EA, GA_y, GA_z, GJ, EI_y, EI_z (N, N m^2)."""
     EA, GAy, GAz, GJ, EIy, EIz = stiffness
     G, A = E / (2.0 * (1.0 + nu)), EA / E
@@ -54,7 +56,9 @@ def lateral_buckling(kind: str, elements: int) -> System:
         parts.RigidBody(mass=1.212 * 0.25, inertia=(6.31e-3 / 4.0,) * 2 + (2e-5,), position=(1.0, 1e-4, -0.125)), "link"
     )
     system.add(parts.Joint(a=("tip", (0.0, 1e-4, 0.0)), b="link", type="spherical"), "top")
-    system.add(parts.RigidBody(motion="spin", inertia=1e-3, axis=(0.0, -1.0, 0.0), position=(0.95, 1e-4, -0.25)), "crank")
+    system.add(
+        parts.RigidBody(motion="spin", inertia=1e-3, axis=(0.0, -1.0, 0.0), position=(0.95, 1e-4, -0.25)), "crank"
+    )
     system.add(parts.Joint(a="link", b="crank", position=(1.0, 1e-4, -0.25), type="revolute", axis=Y), "pin")
     drive = parts.LawDrive(law=half_turn, parameters=(0.4,))
     system.add(parts.PrescribedRotation(body="crank", drive=drive), "motor")
@@ -120,9 +124,7 @@ def rotating_shaft(kind: str, elements: int) -> System:
     system.add(parts.RigidBody(motion="spin", inertia=1.0, axis=(1.0, 0.0, 0.0)), "motor")
     system.add(parts.Joint(a="motor", b="shaft.root", type="clamp"), "root")
     system.add(parts.Joint(a=(6.0, 0.0, 0.0), b="shaft.tip", type="cylindrical", axis=(1.0, 0.0, 0.0)), "bearing")
-    system.add(
-        parts.PrescribedRotation(body="motor", drive=parts.LawDrive(law=two_steps, parameters=(60.0,))), "drive"
-    )
+    system.add(parts.PrescribedRotation(body="motor", drive=parts.LawDrive(law=two_steps, parameters=(60.0,))), "drive")
     return system
 
 

@@ -1,17 +1,33 @@
-"""Fields on wound thread."""
+"""Fields on wound thread, and on what moves with the end of a thread on a body."""
 
-from evolvent.jit import INTEGERS, REAL, indirect
+from evolvent.jit import INTEGERS, REAL, indirect, inlined
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.spool import ring_radius
 from evolvent.kernels.thread.wound import spool_axis, wound_mass
 from evolvent.model import MODEL
 
 
+@inlined
+def _end_field(t, model, p):
+    """Force of fields on the mass at the end of thread p onto its body; returns its power, W."""
+    bodies, nodes, e = model.bodies, model.nodes, model.threads[p].end
+    if e < 0 or model.markers[e].kind != ON_BODY:  # a point mass has it in its own mass
+        return 0.0
+    k, b, x, v = model.threads[p].node, model.markers[e].index, model.scratch[1], model.scratch[2]
+    for c in range(3):
+        x[c], v[c] = nodes[k].x[c], nodes[k].v[c]
+    ax, ay, az = acceleration(t, model, x, v)
+    m, at = nodes[k].mass, bodies[b].x
+    add_wrench(bodies[b].F, x[0] - at[0], x[1] - at[1], x[2] - at[2], m * ax, m * ay, m * az)
+    return m * (ax * v[0] + ay * v[1] + az * v[2])
+
+
 @indirect(REAL(REAL, INTEGERS, MODEL))
 def wound_fields(t, s, model):
-    """Forces of fields on wound thread onto the bodies that carry it, after `reels`; returns their power, W.
+    """Forces of fields on wound thread and ends onto the bodies that carry them, after `reels`; returns the power, W.
 
     Notes
     -----
@@ -23,6 +39,7 @@ def wound_fields(t, s, model):
     power = 0.0
     for p in range(threads.size):
         threads[p].field = 0.0
+        power += _end_field(t, model, p)
         if not threads[p].carried:
             continue
         r, X = ring_radius(threads, p, threads[p].n - s[p]), threads[p].X

@@ -8,7 +8,6 @@ from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration
 from evolvent.kernels.loads import AT_MARKER, node_share, thread_load
 from evolvent.kernels.thread.end import TINY, is_end
-from evolvent.kernels.thread.wound import TINY
 from evolvent.model import MODEL
 
 
