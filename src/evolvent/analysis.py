@@ -11,12 +11,13 @@ import numpy as np
 from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.kernels import thread
+from evolvent.kernels import coordinate, thread
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
 from evolvent.references import split_reference
 from evolvent.solvers import drive, energy_momentum, implicit, payout
 from evolvent.solvers.laws import refusing_laws
+from evolvent.solvers.solution import first_latch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -341,7 +342,23 @@ def tree(
     warning = warning_of(solution) if warning is None else warning
     if warning:
         attrs["warning"] = warning
+    latches = latches_of(solution)
+    if latches:
+        attrs["latches"] = latches
     return tree_of(solution, attrs, root)
+
+
+def latches_of(solution: Solution) -> str:
+    """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
+    first, hinges = first_latch(solution.assembly.model), solution.assembly.model.flexible.hinges
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "hinges"}
+    found = []
+    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
+        if kind - first in names:
+            row = hinges[kind - first]
+            unit = "rad/s" if row["kind"] == coordinate.ANGLE else "m/s"
+            found.append(f"{names[kind - first]!r} at t = {time:.6g} s, at {abs(row['caught']):.4g} {unit}")
+    return "; ".join(found)
 
 
 def _attributes(solution: Solution, *, case: str, system: str) -> dict[str, Any]:

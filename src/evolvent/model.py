@@ -114,15 +114,16 @@ RECORDS: dict[str, np.dtype] = {
     # its place `zero` to a second place. switch: the first of two switches, the angle in quarter turns, rounded, and 1
     # once latched. account: place of its accounts in the state (`COORDINATE_ACCOUNTS`).
     # Of the last forces: torque, with derivatives slope and damper but for those of motors, which the tangent finds;
-    # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and derivative of the angle by it; bristle: deflection of
-    # the friction, slips: the sense in which it slips; lost, latch_lost: powers, W. Of the last step: before, pace,
-    # bristle0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which
-    # the latch has locked; peak: its largest torque
+    # applied: part of it from motors and synchronizations, with derivatives of the latter; u, g: second side, and
+    # derivative of the angle by it; bristle: deflection of the friction, slips: the sense in which it slips, rubs: its
+    # force, relax: of its numerical damping; lost, latch_lost: powers, W. Of the last step: before, pace, bristle0,
+    # rubs0, lost0, latch_lost0, and anchor, the coordinate at which the bristle has no force. caught: rate at which the
+    # latch has locked; peak: its largest torque
     "hinges": _record(
         "kind body on other iq iv switch account",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
-        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper u g bristle slips lost "
-        "latch_lost bristle0 lost0 latch_lost0 anchor caught peak",
+        "angle rate torque before pace slope damper applied applied_slope applied_damper motor_slope motor_damper "
+        "u g bristle slips rubs relax lost latch_lost bristle0 rubs0 lost0 latch_lost0 anchor caught peak",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
     # motors on coordinates: by a profile (kind 0), a user's law (1) or PD to a drive's motion (2); account: of the work

@@ -135,6 +135,8 @@ def _notes(run: Any) -> str:
         parts.append(f'<section class="note"><p>{_text(attrs["message"])}</p></section>\n')
     if attrs.get("warning"):
         parts.append(f'<section class="warning"><h2>Warning</h2><p>{_text(attrs["warning"])}</p></section>\n')
+    if attrs.get("latches"):
+        parts.append(f'<section class="note"><p>Latches: {_text(attrs["latches"])}.</p></section>\n')
     laws = json.loads(attrs["laws"])
     if laws:
         named = ", ".join(f"{key}: {law}" for key, law in laws.items())

@@ -3,8 +3,8 @@
 A torque is the generalized force of a coordinate: N m of an angle, N of a travel. Torques are those on the left of the
 equations: a positive one resists a growing coordinate. `hinge` and `hinge_step` apply them.
 
-Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection of
-the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
+Friction is a spring (the bristle) in series with a slider: force = stick z, abs(force) <= friction, z the deflection
+of the bristle, which has no force at `anchor`. Within a step the anchor stays; its end moves the anchor to x - z.
 """
 
 import math
@@ -19,7 +19,9 @@ from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MOD
 #: Kinds of coordinates, and of motors.
 ANGLE, TRAVEL = 0, 1
 BY_PROFILE, BY_LAW, BY_MOTION = 0, 1, 2
-#: Part of the deflection at which friction slips that is round-off.
+#: Numerical damping of friction that sticks, under generalized-alpha.
+RELAX = 0.5
+#: Part of the friction below which it is round-off that a coordinate moves back.
 _NEAR = 1e-6
 #: Steps of central differences of users' laws, of the coordinate or its rate (or of 1).
 _DIFFERENCE = 1e-6
@@ -34,22 +36,25 @@ def friction_force(hinges, k, x):
 
     Notes
     -----
-    Slip and stick are an active set: a coordinate that slips sticks once it moves back, with the bristle's stiffness
-    and without a limit in that evaluation. Newton's method then needs a few iterations for a change of the set, where
-    it could go to and fro for ever between slip one way and the other.
+    Of a bristle that sticks the force is stick (z + relax (z - z0)), z0 at the step's start: generalized-alpha, which
+    barely damps, would let a stiff bristle ring from slip to slip. Energy-momentum damps it by itself, since the force
+    of the end acts over the whole step.
+
+    Slip and stick are an active set: a coordinate that slips sticks once it moves back, without a limit of its force in
+    that evaluation. Newton's method then needs a few iterations for a change of the set, where it could go to and fro
+    for ever between slip one way and the other.
     """
-    friction, stick = hinges[k].friction, hinges[k].stick
+    friction, stick, relax, z0 = hinges[k].friction, hinges[k].stick, hinges[k].relax, hinges[k].bristle0
     if friction <= 0.0:
         return 0.0, 0.0
-    z, most, slips = x - hinges[k].anchor, friction / stick, hinges[k].slips
-    if slips != 0.0 and slips * z < most * (1.0 - _NEAR):
-        hinges[k].slips, hinges[k].bristle = 0.0, z
-        return stick * z, stick
-    if slips == 0.0 and abs(z) <= most:
-        hinges[k].bristle = z
-        return stick * z, stick
-    sense = 1.0 if z > 0.0 else -1.0
-    hinges[k].slips, hinges[k].bristle = sense, sense * most
+    z, slips, slope = x - hinges[k].anchor, hinges[k].slips, (1.0 + relax) * stick
+    force = slope * z - relax * stick * z0
+    if (slips == 0.0 and abs(force) <= friction) or (slips != 0.0 and slips * force < friction * (1.0 - _NEAR)):
+        hinges[k].slips, hinges[k].bristle, hinges[k].rubs = 0.0, z, force
+        return force, slope
+    sense = 1.0 if force > 0.0 else -1.0
+    hinges[k].slips, hinges[k].rubs = sense, sense * friction
+    hinges[k].bristle = (sense * friction + relax * stick * z0) / slope
     return sense * friction, 0.0
 
 
@@ -251,8 +256,8 @@ def end_coordinate_step(h, share, y, s, model):
 
     Notes
     -----
-    With forces of both ends friction takes stick (z0 + z1)/2 slip. Where its force of the end acts over the whole
-    step, as that of energy-momentum does, it takes stick (z1 slip + (z1 - z0)^2/2).
+    Friction takes the work of its forces, those of both ends halfway, less what the bristle stores. Where its force of
+    the end acts over the whole step, as under energy-momentum, that is stick (z1 slip + (z1 - z0)^2/2).
     """
     hinges, motors, rows = model.flexible.hinges, model.flexible.motors, model.flexible.synchronizations
     now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
@@ -265,12 +270,16 @@ def end_coordinate_step(h, share, y, s, model):
         hinges[k].lost0, hinges[k].latch_lost0 = hinges[k].lost, hinges[k].latch_lost
         if hinges[k].friction > 0.0:
             z, z0 = hinges[k].bristle, hinges[k].bristle0
-            slip = hinges[k].angle - hinges[k].anchor - z
-            taken = 0.5 * (z + z0) * slip if share == 1.0 else z * slip + 0.5 * (z - z0) * (z - z0)
-            y[at + BY_FRICTION] += hinges[k].stick * taken
-            y[at + FRICTION_FORCE] = hinges[k].stick * z
-            rubbed += hinges[k].stick * taken
+            stick, slip = hinges[k].stick, hinges[k].angle - hinges[k].anchor - z
+            taken = stick * (z * slip + 0.5 * (z - z0) * (z - z0))
+            if share == 1.0:
+                moved = hinges[k].angle - hinges[k].before
+                taken = 0.5 * (hinges[k].rubs0 + hinges[k].rubs) * moved - 0.5 * stick * (z * z - z0 * z0)
+            y[at + BY_FRICTION] += taken
+            y[at + FRICTION_FORCE] = stick * z
+            rubbed += taken
             hinges[k].anchor, hinges[k].bristle0 = hinges[k].angle - z, z
+            hinges[k].rubs0 = hinges[k].rubs
     for k in range(motors.size):
         y[motors[k].account] += now * motors[k].power + then * motors[k].power0
         motors[k].power0 = motors[k].power

@@ -52,6 +52,8 @@ def functions(model: Any) -> list[Any]:
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: accelerations, energies, sample 0; returns a status."""
+    for k in range(model.flexible.hinges.size):
+        model.flexible.hinges[k].relax = coordinate.RELAX
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status

@@ -1,0 +1,115 @@
+"""Cases of joint coordinates: springs along axes, friction, motors, synchronizations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from evolvent import System, parts
+from evolvent.builder import Assembly
+from families.case import Array, Case, at, columns, of, springs_poles
+from implicit.rigs import coordinates
+
+M = 2.0
+#: Stiffnesses along three axes that are not those of the frame.
+K = np.array([50.0, 80.0, 130.0])
+AXES = np.array([[2.0, 1.0, 2.0], [-2.0, 2.0, 1.0], [-1.0, -2.0, 2.0]]) / 3.0
+
+
+def on_axes(gravity: Array, velocity: Array, **first: Any) -> System:
+    """A point mass on three springs along axes that are fixed to the ground; `first`: keys of the first."""
+    found = System(gravity=tuple(gravity))
+    found.add(parts.Point(mass=M, velocity=tuple(velocity)), "mass")
+    for k, (stiffness, axis) in enumerate(zip(K, AXES, strict=True)):
+        more = first if k == 0 else {}
+        spring = parts.TranslationalSpring(a="ground", b="mass", axis=tuple(axis), stiffness=stiffness, **more)
+        found.add(spring, f"spring {k}")
+    return found
+
+
+@of("a spring along an axis")
+def axial_spring() -> Case:
+    """A mass swings along each of three axes by itself."""
+    g, v, w = np.array([0.0, 0.0, -9.81]), np.array([0.5, 0.3, 0.0]), np.sqrt(K / M)
+    still = M * (AXES @ g) / K
+
+    def motion(t: Array) -> Array:
+        phase = np.outer(t, w)
+        return np.asarray((still * (1.0 - np.cos(phase)) + AXES @ v / w * np.sin(phase)) @ AXES)
+
+    return Case(
+        part="spring 0", system=lambda: on_axes(g, v), seen=at("mass"), end=2.0, step=2e-3, motion=motion,
+        still=still @ AXES, poles=springs_poles(*w**2),
+    )  # fmt: skip
+
+
+@of("a joint coordinate with friction")
+def friction() -> Case:
+    """It slides along one of the axes against friction, or sticks on its bristle under a part of that."""
+    F, stick, v, load = 1.0, 1e4, 1.5, 0.3
+    w = math.sqrt(K[0] / M)
+    rest = -(F - load) / K[0]
+    slow = math.atan2(v / w, -rest) / w  # when it stops
+
+    return Case(
+        part="spring 0",
+        system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction=F, stick_stiffness=stick),
+        seen=lambda assembly, y: (coordinates(assembly, y, "mass") @ AXES[0])[..., None],
+        end=0.9 * slow, step=1e-3, theory=5e-4,
+        motion=lambda t: columns(rest * (1.0 - np.cos(w * t)) + v / w * np.sin(w * t)),
+        still=(load / (K[0] + stick),), poles=springs_poles((K[0] + stick) / M, K[1] / M, K[2] / M),
+    )  # fmt: skip
+
+
+@of("a motor")
+def motor() -> Case:
+    """A PD motor turns a wheel to an angle."""
+    J, kp, kd, target = 0.4, 5.0, 0.3, 0.6
+
+    def system() -> System:
+        found = System()
+        found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
+        found.add(parts.RotationalSpring(a="ground", b="wheel"), "hinge")
+        drive = parts.ConstantDrive(rate=0.0, angle=target)
+        found.add(parts.Motor(joint="hinge", motion=drive, position_gain=kp, velocity_gain=kd), "motor")
+        return found
+
+    decay, w = 0.5 * kd / J, math.sqrt(kp / J - (0.5 * kd / J) ** 2)
+    return Case(
+        part="motor", system=system, seen=at("wheel"), end=2.0, step=2e-3, damped=True,
+        motion=lambda t: columns(target * (1.0 - np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t)))),
+        still=(target,), poles=(complex(-decay, w),),
+    )  # fmt: skip
+
+
+@of("a synchronization")
+def synchronization() -> Case:
+    """Two wheels coupled by a cable over pulleys, one of them on a spring."""
+    J, k, rest, c, ratios = np.array([0.4, 0.7]), 3.0, 0.5, 20.0, np.array([2.0, -1.0])
+
+    def system() -> System:
+        found = System()
+        for n in (0, 1):
+            found.add(parts.RigidBody(motion="spin", inertia=J[n], position=(float(n), 0.0, 0.0)), f"wheel {n}")
+            spring: dict[str, Any] = {"stiffness": k, "rest": rest} if n == 0 else {}
+            found.add(parts.RotationalSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
+        found.add(parts.Synchronization(hinges=["hinge 0", "hinge 1"], ratios=tuple(ratios), stiffness=c), "cable")
+        return found
+
+    g = ratios * (-1.0, 1.0)
+    squares, shapes = np.linalg.eig(np.diag(1.0 / J) @ (c * np.outer(g, g) + np.diag([k, 0.0])))
+    still = rest * np.array([1.0, ratios[0] / ratios[1]])
+    parts_of = np.linalg.solve(shapes, still)
+
+    def motion(t: Array) -> Array:
+        return np.asarray(still - np.cos(np.outer(t, np.sqrt(squares))) * parts_of @ shapes.T)
+
+    def seen(assembly: Assembly, y: Array) -> Array:
+        return columns(*(coordinates(assembly, y, f"wheel {n}")[..., 0] for n in (0, 1)))
+
+    return Case(
+        part="cable", system=system, seen=seen, end=2.0, step=1e-3, motion=motion, still=still,
+        poles=springs_poles(*squares),
+    )  # fmt: skip
