@@ -150,7 +150,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
 
 
 def _rubs(model: Any) -> bool:
-    return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts))
+    return any(
+        bool(np.any(rows["friction"] > 0.0)) for rows in (model.flexible.cylinders, model.flexible.body_contacts)
+    )
 
 
 def is_conservative(work: Work) -> bool:
