@@ -289,6 +289,20 @@ def count_touching(model):
     return total
 
 
+@inlined
+def write_friction(point, out):
+    """Friction on a contact point, N, of the last forces: out : (3,)."""
+    f, n = point.f, point.n
+    for i in range(3):
+        out[i] = f[i] - point.force * n[i] if point.force > 0.0 else 0.0
+
+
+def friction_values(points):
+    """Friction (n, 3) on contact points, N: that of `write_friction`. Not compiled."""
+    pressed = (points["force"] > 0.0)[:, None]
+    return np.where(pressed, points["f"] - points["force"][:, None] * points["n"], 0.0)
+
+
 def contact_bound(flexible):
     """Stiffness (N/m) and damping (N s/m) of all contact points in contact: (2, points) float. Not compiled.
 

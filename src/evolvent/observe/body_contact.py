@@ -18,7 +18,6 @@ def observe_body_contact(view: View, name: str) -> Observed:
     index, rows = view.index(name), view.model.flexible.body_contacts
     mine = np.flatnonzero(rows["first"] == index)
     touches = view.solution.sampled.touches
-    assert touches is not None
     values, found = touches[:, mine], Observed()
     total = values.sum(axis=1)
     found.vector("force", total[:, 0:3], "N", "resultant of the contact on its first body, inertial axes")

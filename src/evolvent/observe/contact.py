@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from evolvent.observe.variables import Observed
+from evolvent.kernels import surfaces
+from evolvent.observe.shapes import capsule, disc
+from evolvent.observe.variables import Observed, dot, norm, turned
 from evolvent.observe.view import View
 
 #: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
@@ -41,10 +45,47 @@ def observe_contact(view: View, name: str) -> Observed:
         "beam", "contact_point", np.array([names[int(k)] for k in owner]), "1", "beam of the contact point"
     )
     part = view.part(name)
-    pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
-    found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
+    if int(row["under"]) < 0:
+        _add_vectors(found, view, row, inside)
+    if int(row["under"]) >= 0 or int(row["surface"]) == surfaces.CYLINDER:
+        pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
+        found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
+    else:
+        centre, axis = row["centre"].tolist(), row["axis"].tolist()
+        if int(row["surface"]) == surfaces.PLANE:
+            solid = disc(part.size, centre, axis)
+        else:
+            solid = capsule(float(row["radius"]), 2.0 * float(row["half_length"]), centre, axis)
+        found.drawn = [{"forces": {"points": "place", "vectors": "point_resultant"}}]
+        found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
     found.plots = ["normal_force", "points"]
     return found
+
+
+def _add_vectors(found: Observed, view: View, row: Any, inside: slice) -> None:
+    """Places of the contact points, and the vectors of their forces."""
+    points = view.model.flexible.contact_points[inside]
+    at = points["iq"][:, :, None] + np.arange(3)
+    places = np.einsum("kj,tkjc->tkc", points["S"], view.y[:, at])
+    pose = view.pose(int(row["body"]))
+    centre = pose.x + turned(pose.R, row["centre"])
+    axis = np.broadcast_to(turned(pose.R, row["axis"]), centre.shape)[:, None]
+    d = places - centre[:, None]
+    along = dot(d, axis)
+    if row["surface"] == surfaces.CAPSULE:
+        along = np.clip(along, -row["half_length"], row["half_length"])
+    normal = d - along[..., None] * axis
+    if row["surface"] == surfaces.PLANE:
+        normal = np.broadcast_to(axis, d.shape)
+    normal = normal / np.maximum(norm(normal), 1e-300)[..., None]
+    friction, kept = np.zeros(places.shape), view.solution.sampled.friction
+    if kept.shape[1] > 0:
+        friction = kept[:, inside]
+    whole = found.variables["point_force"].values[..., None] * normal + friction
+    found.along("place", "contact_point", places, "m", "place of each contact point, inertial axes")
+    text = "{} of each contact point on its beam, inertial axes: of the sample, or the mean over its step"
+    found.along("point_friction", "contact_point", friction, "N", text.format("friction"))
+    found.along("point_resultant", "contact_point", whole, "N", text.format("whole force"))
 
 
 def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:

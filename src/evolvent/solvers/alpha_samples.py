@@ -7,7 +7,7 @@ import math
 from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import body_contact, rigid
+from evolvent.kernels import body_contact, contact, rigid
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.thread import is_end
 from evolvent.model import MODEL
@@ -34,6 +34,8 @@ def fill_forces(model, work):
             row[i] = cylinders[k].F[i]
         row[6], row[IMPULSE] = cylinders[k].normal, work.impulse[k]
         row[TOUCHING], row[9] = cylinders[k].touching, cylinders[k].energy
+    for i in range(work.friction.shape[1]):
+        contact.write_friction(model.flexible.contact_points[i], work.friction[1, i])
     for k in range(work.touches.shape[1]):
         body_contact.write_contact(model.flexible.body_contacts[k], work.touches[1, k])
         work.touches[1, k, TOUCHED] = work.touched[k]
@@ -51,6 +53,9 @@ def next_start(model, work):
     for k in range(work.cylinders.shape[1]):
         for i in range(N_CYLINDER):
             work.cylinders[0, k, i] = work.cylinders[1, k, i]
+    for k in range(work.friction.shape[1]):
+        for i in range(3):
+            work.friction[0, k, i] = work.friction[1, k, i]
     for k in range(work.touches.shape[1]):
         for i in range(work.touches.shape[2]):
             work.touches[0, k, i] = work.touches[1, k, i]
@@ -81,6 +86,9 @@ def keep_sample(n, theta, t, h, model, work):
         for i in range(N_CYLINDER):
             work.out_cylinders[n, k, i] = _between(theta, work.cylinders[0, k, i], work.cylinders[1, k, i])
         work.out_cylinders[n, k, TOUCHING] = work.cylinders[1 if theta > 0.5 else 0, k, TOUCHING]
+    for k in range(work.friction.shape[1]):
+        for i in range(3):
+            work.out_friction[n, k, i] = _between(theta, work.friction[0, k, i], work.friction[1, k, i])
     for k in range(work.touches.shape[1]):
         for i in range(work.touches.shape[2]):
             work.out_touches[n, k, i] = _between(theta, work.touches[0, k, i], work.touches[1, k, i])

@@ -55,7 +55,8 @@ class Workspace(Struct):
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch; impulse : (nc,) float, N s, of the normal forces of each cylinder; touched : (nbc,)
-        float, likewise of each contact between bodies; touches : (2, nbc, N_TOUCH) float, as `cylinders`
+        float, likewise of each contact between bodies
+    touches, friction : (2, nbc, N_TOUCH) and (2, n, 3) float, likewise
     cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
@@ -89,6 +90,7 @@ class Workspace(Struct):
     impulse: np.ndarray = array(1)
     touched: np.ndarray = array(1)
     touches: np.ndarray = array(3)
+    friction: np.ndarray = array(3)
     cylinders: np.ndarray = array(3)
     bodies: np.ndarray = array(3)
     ends: np.ndarray = array(3)
@@ -105,6 +107,7 @@ class Workspace(Struct):
     out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_touches: np.ndarray = array(3)
+    out_friction: np.ndarray = array(3)
     out_bodies: np.ndarray = array(3)
 
 

@@ -15,6 +15,7 @@ from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
     body_contact,
     body_contact_step,
+    contact,
     contact_step,
     coordinate,
     hinge,
@@ -120,6 +121,7 @@ class EnergyLoop(Struct):
     out_balance: np.ndarray = array(2)
     out_cylinders: np.ndarray = array(3)
     out_touches: np.ndarray = array(3)
+    out_friction: np.ndarray = array(3)
     out_points: np.ndarray = array(2)
     out_bodies: np.ndarray = array(3)
 
@@ -372,17 +374,15 @@ def accept(model, work):
     row[BY_STIFFNESS] += h * powers[STIFFNESS_DAMPING]
     row[BY_SPRINGS] += h * powers[SPRINGS]
     row[BY_JOINTS] += h * powers[JOINTS]
+    row[BY_CONTACT] += step.contact[0]
+    row[BY_FRICTION] += step.contact[1]
     if f.cylinders.size > 0:
-        row[BY_CONTACT] += step.contact[0]
-        row[BY_FRICTION] += step.contact[1]
         contact_step.end_contacts(model)
     if f.hinges.size > 0:
         row[BY_FRICTION] += coordinate.end_coordinate_step(h, 0.5, step.y1, f.switches, model)
     for k in range(f.cylinders.size):
         work.impulse[k] += h * f.cylinders[k].normal
     if f.body_contacts.size > 0:
-        row[BY_CONTACT] += 0.0 if f.cylinders.size > 0 else step.contact[0]
-        row[BY_FRICTION] += 0.0 if f.cylinders.size > 0 else step.contact[1]
         body_contact_step.end_body_contact_step(model)
     for k in range(f.body_contacts.size):
         work.touched[k] += h * f.body_contacts[k].force
@@ -430,6 +430,8 @@ def _keep_wrenches(n, model, work):
         row[6], row[8], row[9] = f.cylinders[k].normal, f.cylinders[k].touching, f.cylinders[k].energy
     for i in range(f.contact_points.size):
         work.out_points[n, i] = f.contact_points[i].force
+    for i in range(work.out_friction.shape[1]):
+        contact.write_friction(f.contact_points[i], work.out_friction[n, i])
     for k in range(f.body_contacts.size):
         body_contact.write_contact(f.body_contacts[k], work.out_touches[n, k])
     for b in range(model.bodies.size):

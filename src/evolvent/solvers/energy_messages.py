@@ -93,7 +93,7 @@ def _touching(assembly: Assembly) -> str:
     for k, row in enumerate(assembly.model.flexible.cylinders):
         if np.any(contacts["force"][row["first"] : row["last"]] > 0.0):
             found.append(repr(owner(assembly, "cylinders", k)))
-    for k in np.flatnonzero(assembly.model.flexible.body_contacts["force"] > 0.0):
-        found.append(repr(owner(assembly, "body_contacts", int(k))))
+    for i in np.flatnonzero(assembly.model.flexible.body_contacts["force"] > 0.0):
+        found.append(repr(owner(assembly, "body_contacts", int(i))))
     found = list(dict.fromkeys(found))
     return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")

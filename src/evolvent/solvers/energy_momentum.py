@@ -241,6 +241,7 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
         out_touches=out.touches,
+        out_friction=out.friction,
         out_points=np.zeros((times.size, f.contact_points.size)),
         out_bodies=out.wrenches,
     )
@@ -318,8 +319,8 @@ class Run(implicit.Run):
         """What the loop has kept of the first n samples."""
         work = self.work
         unknowns = (work.out_a[:n], work.out_la[:n])
-        forces = work.out_cylinders[:n], work.out_bodies[:n], work.out_points[:n]
-        return Sampled(*unknowns, balance, *forces, work.out_touches[:n])
+        forces = work.out_cylinders[:n], work.out_bodies[:n], work.out_touches[:n], work.out_friction[:n]
+        return Sampled(*unknowns, balance, *forces, work.out_points[:n])
 
     def counted(self, found: Solution) -> Solution:
         """The solution with what this method alone counts."""

@@ -364,7 +364,8 @@ class Run:
         if reactions.applies(self.model, adaptive=self.plan.step is None):
             reactions.evaluate(self.model, self.plan.matrix, work, n)
         forces = work.out_cylinders[:n], work.out_bodies[:n]
-        return Sampled(work.out_a[:n], work.out_la[:n], balance, *forces, touches=work.out_touches[:n])
+        touches = work.out_touches[:n], work.out_friction[:n]
+        return Sampled(work.out_a[:n], work.out_la[:n], balance, *forces, *touches)
 
     def counted(self, found: Solution) -> Solution:
         """The solution with what generalized-alpha alone counts."""

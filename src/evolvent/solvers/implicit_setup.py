@@ -18,7 +18,7 @@ from evolvent.pointer import zeros_record
 from evolvent.solvers import alpha_state, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.releases import release_times
-from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty
+from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -184,6 +184,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         impulse=np.zeros(n_c),
         touched=np.zeros(model.flexible.body_contacts.size),
         touches=np.zeros((2, model.flexible.body_contacts.size, N_TOUCH)),
+        friction=np.zeros((2, rubbing_points(model), 3)),
         cylinders=np.zeros((2, n_c, N_CYLINDER)),
         bodies=np.zeros((2, model.bodies.size, 6)),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
@@ -200,5 +201,6 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
         out_touches=out.touches,
+        out_friction=out.friction,
         out_bodies=out.wrenches,
     )

@@ -33,11 +33,12 @@ class Sampled(NamedTuple):
         sum of normal forces (N), its impulse (N s), points that touch, energy (J)
     wrenches : (nt, nb, 6) float, N and N m, all that acts on each body at its origin, inertial axes; torques of free
         bodies less the gyroscopic w x J w
-    points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
-        states alone
     touches : (nt, n, 19) float, of each contact between bodies: force on a (N), moments on a and b about their origins
         (N m), friction on a (N), place of contact (m), inertial axes; normal force (N), gap (m), energy (J), and the
         impulse of the normal force (N s, NaN of explicit methods)
+    friction : (nt, n, 3) float, N, inertial axes, friction on the contact points of beams; n = 0 where nothing rubs
+    points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
+        states alone
     """
 
     acceleration: Array
@@ -45,8 +46,9 @@ class Sampled(NamedTuple):
     balance: Any
     cylinders: Array
     wrenches: Array
+    touches: Array
+    friction: Array
     points: Array | None = None
-    touches: Array | None = None
 
     def chosen(self, samples: Any) -> Sampled:
         """At some of the samples: (nt,) bool, or indices."""
@@ -88,8 +90,14 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         eb.records(size),
         np.zeros((size, f.cylinders.size, N_CYLINDER)),
         np.zeros((size, model.bodies.size, 6)),
-        touches=np.zeros((size, f.body_contacts.size, N_TOUCH)),
+        np.zeros((size, f.body_contacts.size, N_TOUCH)),
+        np.zeros((size, rubbing_points(model), 3)),
     )
+
+
+def rubbing_points(model: mdl.Model) -> int:
+    """Number of the contact points of beams, 0 where none of them has friction."""
+    return model.flexible.contact_points.size if np.any(model.flexible.cylinders["friction"] > 0.0) else 0
 
 
 def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
@@ -149,14 +157,13 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.balance.contact[k] = f.cylinders["energy"].sum()
         for i in range(f.body_contacts.size):
             found.balance.contact[k] += f.body_contacts["energy"][i]
-        if found.touches is not None:
+        if f.body_contacts.size:
             found.touches[k, :, :TOUCHED] = body_contact.contact_values(f.body_contacts)
         if f.hinges.size:
             coupled += hinge.add_hinges(t[k], y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
-    if found.touches is not None:
-        found.touches[:, :, TOUCHED] = np.nan
+    found.touches[:, :, TOUCHED] = np.nan
     if f.cylinders.size:
         first = n_q + n_v + mdl.N_ACCOUNTS + mdl.IMPULSE
         found.cylinders[:, :, 7] = y[:, first : first + f.cylinders.size]

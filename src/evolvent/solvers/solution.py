@@ -172,7 +172,7 @@ class Solution:
         kept = None
         if self.kept is not None:
             kept = empty(self.assembly.model, 1)
-            for values in (kept.acceleration, kept.la, kept.cylinders, kept.wrenches, kept.touches):
+            for values in (kept.acceleration, kept.la, kept.cylinders, kept.wrenches, kept.touches, kept.friction):
                 values[:] = np.nan
             for name in eb.BALANCE.names or ():
                 kept.balance[name] = np.nan

@@ -10,9 +10,10 @@ import numpy as np
 
 from evolvent.kernels import loads, springs
 from evolvent.kernels.body_contact import contact_values
+from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty
+from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
 
@@ -78,7 +79,7 @@ class Search:
         wrenches = w.model.bodies["F"].copy()
         touches = np.zeros((f.body_contacts.size, N_TOUCH))
         touches[:, :TOUCHED], touches[:, TOUCHED] = contact_values(f.body_contacts), np.nan
-        forces = cylinders, wrenches, touches
+        forces = cylinders, wrenches, touches, friction_values(f.contact_points)[: rubbing_points(w.model)]
         self.kept.append((factor, y, f.switches.copy(), b.la.copy(), energies, f.P.copy(), *forces))
         if self.progress is not None:
             self.progress(factor)
@@ -89,7 +90,8 @@ class Search:
             w = self.work
             n_c, n_b = w.model.flexible.cylinders.size, w.model.bodies.size
             n_t = w.model.flexible.body_contacts.size
-            rows = np.full((n_c, N_CYLINDER), np.nan), np.full((n_b, 6), np.nan), np.full((n_t, N_TOUCH), np.nan)
+            shapes = (n_c, N_CYLINDER), (n_b, 6), (n_t, N_TOUCH), (rubbing_points(w.model), 3)
+            rows = [np.full(shape, np.nan) for shape in shapes]
             unknown = np.full(w.n_j, np.nan), np.full(len(eb.ENERGIES), np.nan), np.full(w.n_v, np.nan)
             self.kept.append((0.0, self._start, w.assembly.s.copy(), *unknown, *rows))
 
@@ -298,7 +300,7 @@ class Search:
         for k, (own, state, switches, la, energies, weights, *forces) in enumerate(self.kept):
             factor[k], y[k], s[k], loads[k] = own, state, switches, weights
             out.la[k] = la
-            out.cylinders[k], out.wrenches[k], out.touches[k] = forces
+            out.cylinders[k], out.wrenches[k], out.touches[k], out.friction[k] = forces
             for name, value in zip(eb.ENERGIES, energies, strict=True):
                 out.balance[name][k] = value
         for name in (*eb.WORK, *eb.LOSSES):  # a path of equilibria has none over time

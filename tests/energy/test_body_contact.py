@@ -1,0 +1,237 @@
+"""Spheres, capsules and planes of rigid bodies that touch, against closed forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from book import Book
+from evolvent import System, parts
+
+Array = np.ndarray
+CHAPTER, CLOSED = "Contact", "closed form"
+ENERGY, ALPHA = "energy-momentum", "generalized-alpha"
+RADIUS, MASS, K = 0.1, 1.0, 1e4
+#: Of a sphere of 1 kg on a plane, s.
+CONTACT_TIME = math.pi * math.sqrt(MASS / K)
+FLOOR = parts.Plane(normal=(0.0, 0.0, 1.0))
+
+
+def ball(system: System, name: str, position: Any, mass: float = MASS, **fields: Any) -> None:
+    shape = parts.Sphere(radius=RADIUS)
+    system.add(parts.RigidBody(mass=mass, shape=shape, position=position, **fields), name)
+
+
+def simulated(system: System, until: float, step: float, method: str = ENERGY, **options: Any) -> xr.DataTree:
+    """A run, sampled at ends of steps; the energy-momentum method with a spectral radius of 1 balances its energy."""
+    if method == ENERGY:
+        options = {"spectral_radius": 1.0} | options
+    every = max(round(until / 20.0 / step), 1) * step
+    run = system.simulate(until=until, method=method, step=step, every=every, **options)
+    if method == ENERGY:
+        assert np.abs(run.energy_defect.values).max() <= 1e-8 * float(run.energy.max())
+    return run
+
+
+def kept(run: xr.DataTree) -> None:
+    """Momenta of bodies that only touch one another stay to round-off."""
+    for name in ("momentum", "angular_momentum"):
+        values = run[name].values
+        assert np.abs(values - values[0]).max() <= 1e-9 * max(np.abs(values).max(), 0.1)
+
+
+@pytest.mark.parametrize("part", [0.1, 1.0, 3.0])
+def test_a_sphere_bounces(part: float, book: Book) -> None:
+    """Law conservative: the speed comes back at any step."""
+    system = System()
+    ball(system, "ball", (0.0, 0.0, 0.3), velocity=(0.2, 0.0, -1.0))
+    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, law="conservative", stiffness=K), "floor")
+    run = simulated(system, 0.6, part * CONTACT_TIME)
+    error = float(np.abs(run["ball"].velocity.values[-1] - [0.2, 0.0, 1.0]).max())
+    assert run["floor"].impulse.values[-1] == pytest.approx(2.0, rel=1e-8)
+    book(
+        CHAPTER, f"Sphere bounces on a plane, {part:g} contact times a step", reference="restitution 1",
+        source=CLOSED, error=error, allowed=1e-8,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", [ENERGY, ALPHA])
+def test_a_sphere_slides_and_rolls(method: str, book: Book) -> None:
+    """A sphere that slides at v rolls after 2 v/(7 mu g), at 5/7 v."""
+    mu, g, v = 0.3, 10.0, 1.0
+    system = System(gravity=(0.0, 0.0, -g))
+    ball(system, "ball", (0.0, 0.0, RADIUS - MASS * g / K), velocity=(v, 0.0, 0.0))
+    law = {"stiffness": K, "friction": mu, "stick_stiffness": 1e5, "stick_damping": 300.0}
+    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    run = system.simulate(until=0.2, method=method, step=1e-3, every=1e-3)
+    t, speed = run.time.values, run["ball"].velocity.values[:, 0]
+    spin, found = run["ball"].rate.values[:, 1], run["floor"]
+    slides = t < 2.0 * v / (7.0 * mu * g)
+    assert np.abs(speed - (v - mu * g * t))[slides].max() < 3e-3
+    assert float(np.abs(found.point_friction.values[20:80, 0, 0] + mu * MASS * g).max()) < 1e-3 * mu * MASS * g
+    # forces at the samples, and the place where they act
+    np.testing.assert_allclose(found.normal_force.values, MASS * g, rtol=1e-6)
+    np.testing.assert_allclose(found.place.values[:, 0, 2], -MASS * g / K, atol=1e-9)
+    np.testing.assert_allclose(found.force.values, found.point_resultant.values[:, 0], atol=1e-12)
+    assert float(run.energy_defect.max()) < 1e-5
+    rolls = float(t[np.argmax(speed - spin * RADIUS < 5e-3)])
+    book(
+        CHAPTER, f"Sphere slides, then rolls ({method}): time", reference="2 v/(7 mu g)", source=CLOSED,
+        error=abs(rolls / (2.0 * v / (7.0 * mu * g)) - 1.0), allowed=0.02,
+    )  # fmt: skip
+    book(
+        CHAPTER, f"Sphere slides, then rolls ({method}): speed", reference="5/7 v", source=CLOSED,
+        error=abs(speed[-1] / (5.0 / 7.0 * v) - 1.0), allowed=2e-3,
+    )  # fmt: skip
+
+
+def slope(shape: Any, angle: float, mu: float, g: float, **fields: Any) -> System:
+    """A body of 1 kg on an incline, its depth that of equilibrium; the incline is the plane z = 0 in gravity tilted."""
+    system = System(gravity=(g * math.sin(angle), 0.0, -g * math.cos(angle)))
+    count = 2 if isinstance(shape, parts.Capsule) else 1
+    depth = MASS * g * math.cos(angle) / (count * K)
+    system.add(parts.RigidBody(mass=MASS, shape=shape, position=(0.0, 0.0, RADIUS - depth)), "body")
+    law = {"stiffness": K, "friction": mu, "stick_stiffness": 1e5, "stick_damping": 300.0} | fields
+    system.add(parts.BodyContact(a="body", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    return system
+
+
+@pytest.mark.parametrize("method", [ENERGY, ALPHA])
+@pytest.mark.parametrize(("what", "angle"), [("stands", 15.0), ("slides", 25.0), ("rolls", 25.0)])
+def test_on_an_incline(what: str, angle: float, method: str, book: Book) -> None:
+    """A capsule that lies along the incline stands below the limit angle, 16.7 degrees, else slides; a ball rolls."""
+    mu, g, until, a = 0.3, 10.0, 0.3, math.radians(angle)
+    lying: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
+    run = slope(parts.Sphere(radius=RADIUS) if what == "rolls" else lying, a, mu, g).simulate(
+        until=until, method=method, step=1e-3, every=0.01
+    )
+    moved = float(run["body"].position.values[-1, 0])
+    slides, rolls = g * (math.sin(a) - mu * math.cos(a)), 5.0 / 7.0 * g * math.sin(a)
+    wanted = {"stands": 0.0, "slides": 0.5 * slides * until**2, "rolls": 0.5 * rolls * until**2}[what]
+    reference = {"stands": "at rest", "slides": "g (sin - mu cos)", "rolls": "5/7 g sin"}[what]
+    book(
+        CHAPTER, f"{'Sphere' if what == 'rolls' else 'Capsule'} on an incline of {angle:g} degrees {what} ({method})",
+        reference=reference, source=CLOSED, error=abs(moved - wanted), allowed=1.2e-3, unit="m",
+    )  # fmt: skip
+    assert run["floor"].points.values[-1] == (1 if what == "rolls" else 2)
+
+
+def test_two_spheres_collide_on_centre(book: Book) -> None:
+    """A ball strikes one of twice its mass: -v/3 and 2 v/3."""
+    system = System()
+    ball(system, "first", (-0.3, 0.0, 0.0), velocity=(1.0, 0.0, 0.0))
+    ball(system, "second", (0.0, 0.0, 0.0), mass=2.0)
+    system.add(parts.BodyContact(a="first", b="second", law="conservative", stiffness=K), "touch")
+    run = simulated(system, 0.4, 0.02)
+    kept(run)
+    found = [float(run[name].velocity.values[-1, 0]) for name in ("first", "second")]
+    book(
+        CHAPTER, "Central collision of two spheres", reference="-v/3 and 2 v/3", source=CLOSED,
+        error=max(abs(found[0] + 1.0 / 3.0), abs(found[1] - 2.0 / 3.0)), allowed=1e-8,
+    )  # fmt: skip
+
+
+def test_a_row_of_spheres_passes_the_speed_on() -> None:
+    """Newton's cradle of three balls a little apart."""
+    system = System()
+    for k, x in enumerate((-0.4, 0.0, 0.21)):
+        ball(system, f"ball{k}", (x, 0.0, 0.0), velocity=(1.0 if k == 0 else 0.0, 0.0, 0.0))
+    for k in range(2):
+        law = {"law": "conservative", "stiffness": 1e6}
+        system.add(parts.BodyContact(a=f"ball{k}", b=f"ball{k + 1}", **law), f"touch{k}")
+    run = simulated(system, 0.4, 1e-3)
+    kept(run)
+    for k, speed in enumerate((0.0, 0.0, 1.0)):
+        assert run[f"ball{k}"].velocity.values[-1] == pytest.approx([speed, 0.0, 0.0], abs=1e-8)
+
+
+@pytest.mark.parametrize("method", [ENERGY, ALPHA])
+def test_two_spheres_collide_off_centre(method: str, book: Book) -> None:
+    """Hard and frictionless: the parts of the velocities along the normal are exchanged, those across stay."""
+    off, law = 0.12, "conservative" if method == ENERGY else "hunt-crossley"
+    system = System()
+    ball(system, "first", (-0.2, off, 0.0), velocity=(1.0, 0.0, 0.0), angular_velocity=(1.0, 2.0, 3.0))
+    ball(system, "second", (0.0, 0.0, 0.0))
+    system.add(parts.BodyContact(a="first", b="second", law=law, stiffness=1e8), "touch")
+    run = simulated(system, 0.06, 2e-5, method)
+    kept(run)
+    n = np.array([-math.sqrt(4.0 * RADIUS**2 - off**2), off, 0.0]) / (2.0 * RADIUS)
+    wanted = np.array([1.0, 0.0, 0.0]) - n[0] * n
+    found = run["first"].velocity.values[-1]
+    np.testing.assert_allclose(run["first"].rate.values[-1], [1.0, 2.0, 3.0], atol=1e-9)
+    book(
+        CHAPTER, f"Oblique collision of two spheres ({method})", reference="impulse along the normal", source=CLOSED,
+        error=float(np.abs(found - wanted).max()), allowed=2e-3,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("law", ["conservative", "hunt-crossley"])
+@pytest.mark.parametrize("step", [1e-3, 1e-2])
+def test_capsules_that_cross(mu: float, law: str, step: float) -> None:
+    """Two free capsules, far off their centres: energy does not grow, and both momenta stay."""
+    system = System()
+    for name, mass, axis, fields in (
+        ("first", 1.0, (1.0, 0.0, 0.0), {"position": (0.1, 0.0, 0.15), "velocity": (0.0, 0.1, -1.0)}),
+        ("second", 2.0, (0.2, 1.0, 0.0), {"position": (0.0, -0.15, 0.0), "angular_velocity": (0.0, 0.0, 1.0)}),
+    ):
+        shape = parts.Capsule(radius=0.05, length=1.0, axis=axis)
+        system.add(parts.RigidBody(mass=mass, shape=shape, **fields), name)
+    given = {"law": law, "stiffness": K, "friction": mu, "stick_stiffness": K}
+    system.add(parts.BodyContact(a="first", b="second", **given), "touch")
+    run = simulated(system, 0.3, step)
+    kept(run)
+    assert run["touch"].impulse.values[-1] > 1.0
+    if mu == 0.0 and law == "conservative":
+        energy = run.energy_kinetic.values
+        assert energy[-1] == pytest.approx(energy[0], rel=1e-9)
+
+
+def test_a_sphere_passes_over_the_end_of_a_capsule() -> None:
+    """The distance is one from the axis, then from the end: no energy is gained or lost between."""
+    system = System(gravity=(0.0, 0.0, -1.0))
+    ball(system, "ball", (0.25, 0.0, 2.0 * RADIUS - 1e-4), velocity=(1.0, 0.01, 0.0))
+    log: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
+    given = {"law": "conservative", "stiffness": K, "initial_overlap": 0.1}
+    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=log, **given), "touch")
+    run = simulated(system, 0.2, 5e-3)
+    assert run["ball"].position.values[-1, 2] < 2.0 * RADIUS - 5e-3
+    assert run["touch"].impulse.values[-1] > 0.05
+
+
+def test_a_capsule_rests_on_two_points() -> None:
+    """In equilibrium the ends of a capsule bear what a force off its middle gives them."""
+    g, force, x = 10.0, 4.0, 0.2
+    lying: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
+    system = slope(lying, 0.0, 0.5, g)
+    system.add(parts.Force(at=("body", (x, 0.0, 0.0)), force=(0.0, 0.0, -force)), "push")
+    found = system.equilibrium()["floor"]
+    shares = np.array([0.5 * (MASS * g + force) + side * force * x / 0.6 for side in (-1.0, 1.0)])
+    np.testing.assert_allclose(found.point_force.values[-1], shares, rtol=1e-4)
+    np.testing.assert_allclose(found.force.values[-1], [0.0, 0.0, MASS * g + force], atol=1e-6)
+
+
+def test_explicit_methods_agree() -> None:
+    """A frictionless bounce off the plane of a free body under rk4 and dopri5, and refused with friction."""
+    from evolvent import InputError
+
+    def system(mu: float) -> System:
+        found = System()
+        ball(found, "ball", (0.05, 0.0, 0.3), velocity=(0.0, 0.0, -1.0))
+        found.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1)), "plate")
+        found.add(parts.BodyContact(a="ball", b="plate", shape_b=FLOOR, stiffness=K, friction=mu), "touch")
+        return found
+
+    exact = simulated(system(0.0), 0.4, 1e-4, ALPHA)
+    for method in ("rk4", "dopri5"):
+        run = system(0.0).simulate(until=0.4, method=method, every=0.02)
+        for name in ("ball", "plate"):
+            np.testing.assert_allclose(run[name].velocity.values[-1], exact[name].velocity.values[-1], atol=2e-3)
+            np.testing.assert_allclose(run[name].rate.values[-1], exact[name].rate.values[-1], atol=2e-2)
+        assert abs(float(run.energy_defect.values[-1])) < 1e-3
+        with pytest.raises(InputError, match="'touch' is a contact between bodies with friction"):
+            system(0.3).simulate(until=0.1, method=method)

@@ -1,0 +1,84 @@
+"""Beams on planes, spheres and capsules: reactions against beam theory, in equilibrium and in motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from book import Book
+from evolvent import System, elements, parts
+
+E, SIDE, LOAD, K = 2e9, 0.02, 1.0, 1e7
+EI = E * SIDE**4 / 12.0
+LAW: dict[str, Any] = {"stiffness": K, "points": 1, "initial_overlap": 0.1}
+PROPS = {
+    "plane": parts.PlaneContact(
+        body="ground", beams=["rod"], normal=(0.0, 1.0, 0.0), clearance=0.01, centre=(1.0, -0.01, 0.0), skip=7, **LAW
+    ),
+    "sphere": parts.SphereContact(body="ground", beams=["rod"], radius=0.1, centre=(1.0, -0.1, 0.0), **LAW),
+    "capsule": parts.CapsuleContact(
+        body="ground", beams=["rod"], radius=0.1, length=0.3, axis=(0.0, 0.0, 1.0), centre=(1.0, -0.1, 0.0), **LAW
+    ),
+}
+
+
+def clamped(**fields: Any) -> System:
+    """A beam of 1 m along x, clamped at its root."""
+    system = System()
+    material = elements.Material(young_modulus=E, poisson_ratio=0.0, density=1000.0)
+    section = elements.Rectangle(thickness=SIDE, width=SIDE)
+    beam = parts.Beam(length=1.0, section=section, material=material, elements=8, formulation="cable", **fields)
+    system.add(beam, "rod")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp"), "root")
+    return system
+
+
+@pytest.mark.parametrize("prop", PROPS)
+def test_a_propped_cantilever(prop: str, book: Book) -> None:
+    """Under a uniform load q the prop at the tip takes 3/8 q L, less what its spring of contact gives way."""
+    system = clamped()
+    system.add(parts.LineLoad(beam="rod", force=(0.0, -LOAD, 0.0)), "load")
+    system.add(PROPS[prop], "prop")
+    found = system.equilibrium()["prop"]
+    exact = LOAD / (8.0 * EI) / (1.0 / (3.0 * EI) + 1.0 / K)
+    assert float(found.points.values[-1]) == 1.0
+    np.testing.assert_allclose(found.force.values[-1], [0.0, -exact, 0.0], atol=1e-4 * exact)
+    np.testing.assert_allclose(found.point_resultant.values[-1].sum(axis=0), -found.force.values[-1], atol=1e-12)
+    np.testing.assert_allclose(found.place.values[-1, -1], [1.0, -exact / K, 0.0], atol=1e-6)
+    book(
+        "Contact", f"Cantilever propped at its tip by a {prop}", reference="3/8 q L", source="beam theory",
+        error=abs(float(found.normal_force.values[-1]) / exact - 1.0), allowed=1e-5,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
+@pytest.mark.parametrize("prop", ["plane", "capsule"])
+def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
+    """A beam pressed on something that moves along it is drawn by mu N: point by point, and in all."""
+    mu, N, speed = 0.3, 2.0, 0.5
+    system = clamped()
+    system.add(parts.Force(at="rod.tip", force=(0.0, -N, 0.0)), "push")
+    given = {
+        "body": "table",
+        "beams": ["rod"],
+        "friction": mu,
+        "skip": 7,
+        "stick_stiffness": 1e5,
+        **(LAW | {"stiffness": 1e5}),
+    }
+    system.add(
+        parts.RigidBody(mass=1e6, inertia=(1e6, 1e6, 1e6), position=(1.0, -0.11, 0.0), velocity=(0.0, 0.0, speed)),
+        "table",
+    )
+    if prop == "plane":
+        part: Any = parts.PlaneContact(normal=(0.0, 1.0, 0.0), clearance=0.01, centre=(0.0, 0.1, 0.0), **given)
+    else:
+        part = parts.CapsuleContact(radius=0.11, length=5.0, axis=(0.0, 0.0, 1.0), **given)
+    system.add(part, "touch")
+    found = system.simulate(until=0.02, method=method, step=2e-4, every=1e-3)["touch"]
+    friction, pressed = found.point_friction.values[5:, 0], found.point_force.values[5:, 0]
+    assert np.all(pressed > 0.1)
+    np.testing.assert_allclose(friction[:, 2], mu * pressed, rtol=1e-3)
+    np.testing.assert_allclose(found.force.values[5:], -found.point_resultant.values[5:, 0], atol=0.02 * N)

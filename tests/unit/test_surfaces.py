@@ -1,0 +1,194 @@
+"""Surfaces of contacts against minimisation and sampling; parts of contacts that are refused, written and drawn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from evolvent import InputError, System, elements, parts
+from evolvent.drawing import motion_of
+from evolvent.kernels import surfaces
+from evolvent.parts.registry import read_parts
+
+Array = np.ndarray
+
+
+def test_closest_places_of_segments() -> None:
+    """Against a bounded minimisation, of any lengths, ends included."""
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        a, b, d = rng.standard_normal((3, 3))
+        a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+        half = np.array([rng.choice([0.0, 0.3, 2.0]), rng.choice([0.0, 0.5, 1.0])])
+
+        def square(x: Array, a: Array = a, b: Array = b, d: Array = d) -> float:
+            return float(np.sum((d + x[0] * a - x[1] * b) ** 2))
+
+        best = minimize(square, [0.0, 0.0], bounds=[(-h, h) for h in half], tol=1e-14)
+        s, t = surfaces.closest_places(d @ a, d @ b, a @ b, *half)
+        assert abs(s) <= half[0]
+        assert abs(t) <= half[1]
+        assert square(np.array([s, t])) <= best.fun + 1e-9
+
+
+@pytest.mark.parametrize(("v", "place"), [(0.3, 0.15), (3.0, 0.5), (-3.0, -0.5)])
+def test_segments_side_by_side(v: float, place: float) -> None:
+    """The middle of what lies side by side, or the end."""
+    s, t = surfaces.closest_places(v, v, 1.0, 0.5, 0.5)
+    assert t == pytest.approx(place)
+    assert s == pytest.approx(np.clip(t - v, -0.5, 0.5))
+
+
+@pytest.mark.parametrize("surface", [surfaces.CYLINDER, surfaces.CAPSULE, surfaces.PLANE])
+def test_gap_and_its_derivatives(surface: int) -> None:
+    rng = np.random.default_rng(1)
+    c, a = rng.standard_normal(3), rng.standard_normal(3)
+    a /= np.linalg.norm(a)
+    for _ in range(20):
+        x = c + 2.0 * rng.standard_normal(3)
+
+        def values(x: Array) -> Array:
+            return np.array(surfaces.gap_to(surface, *x, *c, *a, 0.3, 0.7 if surface == surfaces.CAPSULE else 1e9))
+
+        gap, *n, distance = values(x)
+        assert gap == pytest.approx(distance - 0.3)
+        steps = 1e-6 * np.eye(3)
+        slope = [(values(x + e)[0] - values(x - e)[0]) / 2e-6 for e in steps]
+        assert n == pytest.approx(slope, abs=1e-8)
+        h = surfaces.curvature(surface, (x - c) @ a, 0.7, *n, *a, distance)
+        found = np.array([[h[0], h[3], h[4]], [h[3], h[1], h[5]], [h[4], h[5], h[2]]])
+        bend = np.array([(values(x + e)[1:4] - values(x - e)[1:4]) / 2e-6 for e in steps])
+        assert found == pytest.approx(bend, abs=1e-6)
+
+
+def test_mass_properties_of_a_capsule() -> None:
+    """Against a fine grid of points."""
+    shape = parts.Capsule(radius=0.3, length=0.8, axis=(0.0, 0.0, 1.0))
+    x = np.linspace(-0.3, 0.3, 81)[:-1] + 0.3 / 80.0
+    z = np.linspace(-0.7, 0.7, 201)[:-1] + 0.7 / 200.0
+    X, Y, Z = np.meshgrid(x, x, z, indexing="ij")
+    inside = X**2 + Y**2 + np.maximum(np.abs(Z) - 0.4, 0.0) ** 2 <= 0.09
+    volume = inside.sum() * (0.6 / 80) ** 2 * 1.4 / 200
+    assert shape.volume == pytest.approx(volume, rel=2e-3)
+    moments = [np.mean((P**2 + Q**2)[inside]) for P, Q in ((Y, Z), (X, Z), (X, Y))]
+    np.testing.assert_allclose(np.diag(shape.inertia_per_mass()), moments, rtol=3e-3)
+
+
+# ------------------------------------------------------------------------------------------------ refusals
+
+BALL = {"mass": 1.0, "shape": parts.Sphere(radius=0.1)}
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape_b": parts.Sphere(radius=0.1)},
+               r"'touch' is a contact of a body with itself: a is 'ball'"),
+    "no shape": ({"a": "box", "b": "ball"}, r"touch\.shape_a is left out, and 'box' is no body whose `shape`"),
+    "deep": ({"a": "ball", "b": "other"}, r"'touch' starts with its bodies 0\.05 m inside each other"),
+    "no body": ({"a": "ball", "b": "mass"}, r"touch\.b is 'mass', which is no place of a rigid body"),
+    "nobody": ({"a": "ball", "b": "bell"}, r"'touch' refers to 'bell', but no part is called that"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_refused_systems(what: str) -> None:
+    system, (fields, message) = System(), REFUSED[what]
+    system.add(parts.RigidBody(**BALL), "ball")
+    system.add(parts.RigidBody(position=(0.15, 0.0, 0.0), **BALL), "other")
+    system.add(parts.RigidBody(mass=1.0, shape=parts.Box(size=(1.0, 1.0, 1.0)), position=(9.0, 0.0, 0.0)), "box")
+    system.add(parts.Point(mass=1.0, position=(5.0, 0.0, 0.0)), "mass")
+    system.add(parts.BodyContact(**fields), "touch")
+    with pytest.raises(InputError, match=message):
+        system.assemble()
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: parts.Capsule(radius=0.1, length=0.0), r"Capsule\.length is 0"),
+        (lambda: parts.Plane(), r"Plane\.normal is missing"),
+        (
+            lambda: parts.Plane(normal=(0.0, 0.0, 0.0)),
+            r"Plane\.normal is \(0, 0, 0\)|Plane\.normal is \(0\.0, 0\.0, 0\.0\)",
+        ),
+        (lambda: parts.BodyContact(a="ball", b="plate", law="paper"), r"BodyContact\.law is 'paper'"),
+        (
+            lambda: parts.BodyContact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
+            r"BodyContact\.shape_a .* sphere",
+        ),
+    ],
+)
+def test_refused_keys(make: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def rod(system: System, height: float) -> None:
+    material = elements.Material(young_modulus=2e9, poisson_ratio=0.0, density=1000.0)
+    section = elements.Rectangle(thickness=0.02, width=0.02)
+    beam = parts.Beam(
+        length=1.0, section=section, material=material, elements=4, formulation="cable", position=(0.0, height, 0.0)
+    )
+    system.add(beam, "rod")
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        parts.PlaneContact(body="ground", beams=["rod"], normal=(0.0, 1.0, 0.0), clearance=0.01),
+        parts.SphereContact(body="ground", beams=["rod"], radius=0.1, centre=(0.5, 0.0, 0.0)),
+        parts.CapsuleContact(body="ground", beams=["rod"], radius=0.1, length=0.5, axis=(1.0, 0.0, 0.0)),
+    ],
+)
+def test_a_beam_that_starts_inside_is_refused(part: Any) -> None:
+    system = System()
+    rod(system, 0.0)
+    system.add(part, "thing")
+    with pytest.raises(
+        InputError, match=r"'rod' starts inside the (plane|sphere|capsule) 'thing': a point of it is 0\."
+    ):
+        system.assemble()
+
+
+# ------------------------------------------------------------------------------------------------ files, pictures
+
+YAML: dict[str, Any] = {
+    "ball": {"kind": "rigid-body", "mass": "1 kg", "shape": {"sphere": "10 cm"}, "position": [0, 0, "0.3 m"]},
+    "log": {"kind": "rigid-body", "mass": "2 kg", "shape": {"capsule": {"radius": "5 cm", "length": "40 cm"}},
+            "position": [2, 0, 1]},
+    "floor": {"kind": "body-contact", "a": "ball", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}},
+              "stiffness": "1e4 N/m", "friction": 0.3},
+    "pair": {"kind": "body-contact", "a": "log", "b": "ball"},
+    "bed": {"kind": "body-contact", "a": "log", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}}},
+}  # fmt: skip
+
+
+def test_contacts_of_a_case_file() -> None:
+    found = read_parts(YAML)
+    system = System(gravity=(0.0, 0.0, -9.81))
+    for name, part in found.items():
+        system.add(part, name)
+    rows = system.assemble().model.flexible.body_contacts
+    assert rows["first"].tolist() == [0, 1, 2, 2]
+    written = {
+        name: {"kind": part.kind, **part.model_dump(mode="json", exclude_defaults=True)} for name, part in found.items()
+    }
+    assert read_parts(written) == found
+
+
+def test_contacts_are_drawn() -> None:
+    """The plane as a disc of its own frame, shapes on their bodies, and the forces at the places where they act."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    system.add(parts.RigidBody(mass=1.0, inertia=0.01, position=(0.0, 0.0, 0.0999)), "ball")
+    plane, sphere = parts.Plane(normal=(0.0, 0.0, 1.0), size=2.0), parts.Sphere(radius=0.1)
+    touch = parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_a=sphere, shape_b=plane, friction=0.3)
+    system.add(touch, "floor")
+    run = system.simulate(until=0.02, method="generalized-alpha", step=1e-3, every=5e-3)
+    motion = motion_of(run)
+    assert motion is not None
+    frames = {frame.name: frame for frame in motion.frames}
+    assert max(r for _, r in frames["floor"].solids[-1].profile) == pytest.approx(1.0)
+    assert max(r for _, r in frames["ball"].solids[-1].profile) == pytest.approx(0.1)
+    (force,) = motion.forces
+    np.testing.assert_allclose(force.points[..., 2], 0.0, atol=2e-3)
+    assert force.vectors[-1, 0, 2] > 1.0
