@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from evolvent import InputError, RunFailed, System, elements, parts, spring_law
+from evolvent import RunFailed, System, elements, parts, spring_law
 from evolvent.solvers import implicit
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.solution import Solution

@@ -448,7 +448,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         ),
         (
             parts.Joint(a="boom.tip", b="next.root", type="clamp"),
-            "held.type is 'clamp', which two beams do not take yet",
+            "held.type is 'clamp', but nodes of two cables have no twist to hold",
         ),
         (parts.RotationalSpring(a="hub", b="bob"), "held.b is 'bob'"),
         (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),

@@ -140,7 +140,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
     if work.redundancy is not None:
-        G = independent(G)
+        G = independent(G, work.redundancy.rank)
     K = _completed(work, K)
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]

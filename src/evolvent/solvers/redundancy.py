@@ -36,7 +36,7 @@ _ZERO = 1e-9
 _PART = 1e-6
 #: Compliance beside that of a typical mass, and at least beside that of the lightest that takes part: round-off of its
 #: pivots must be far below.
-_COMPLIANCE, _ROUND_OFF = 1e-7, 2e-12
+_COMPLIANCE, _ROUND_OFF = 1e-5, 2e-12
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
 #: What constraints may be off, beside the size of the system, before they contradict one another.
@@ -53,6 +53,7 @@ class Redundancy:
     names : list of str, parts whose constraints depend on one another
     rows : (n,) int, rows of the family joints that take part, with what they are connected to
     length : float, m, size of the system
+    compliance : float, beside that of a typical mass
     """
 
     constraints: int
@@ -60,6 +61,7 @@ class Redundancy:
     names: list[str]
     rows: Array
     length: float
+    compliance: float
 
     @property
     def text(self) -> str:
@@ -146,8 +148,9 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     rows = held[np.isin(group, group[np.isin(held, taking)])]
     size = np.where(_turns(joints[rows]), 1.0 / length**2, 1.0)
     yields = np.einsum("ij,ji->i", G[rows].toarray(), splu(M.tocsc()).solve(G[rows].T.toarray()))
-    joints["slack"][rows] = size * max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
-    return Redundancy(held.size, rank, names, rows, length)
+    compliance = max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
+    joints["slack"][rows] = size * compliance
+    return Redundancy(held.size, rank, names, rows, length, compliance)
 
 
 def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
@@ -160,14 +163,13 @@ def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None
     return rank, np.abs(U[:, rank:]).max(axis=1)
 
 
-def independent(G: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Rows of gradients that span those of all."""
+def independent(G: sparse.csr_matrix, rank: int) -> sparse.csr_matrix:
+    """As many rows of gradients as their rank, which span those of all."""
     from scipy.linalg import qr
 
     norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    _, R, order = qr((sparse.diags(1.0 / norms) @ G).toarray().T, mode="economic", pivoting=True)
-    size = np.abs(np.diag(R))
-    return G[np.sort(order[: int(np.sum(size > 1e-8 * size[0]))])]
+    _, order = qr((sparse.diags(1.0 / norms) @ G).toarray().T, mode="r", pivoting=True)
+    return G[np.sort(order[:rank])]
 
 
 def is_held(joints: Array, t: float) -> Array:

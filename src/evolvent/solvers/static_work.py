@@ -30,6 +30,8 @@ Array = np.ndarray
 MOST_DEFERRED = 600
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
+#: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
+_STATIC_COMPLIANCE = 1e-10
 
 
 def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
@@ -155,7 +157,7 @@ class Work:
         load = float(np.max(np.abs(model.flexible.P) * b.weight, initial=0.0))
         energy = max(float(b.loop.stiffest), load) or mass * length**2
         info = model.info
-        info.compliance = length**2 / energy
+        info.compliance = _STATIC_COMPLIANCE / self.redundancy.compliance * length**2 / energy
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
         """Unbalance and factors of the tangent of the state."""
