@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import families.beams
+import families.loads
 import families.lumped
 from evolvent import analysis
 from evolvent import families as table
@@ -17,6 +18,7 @@ from families.case import CASES
 from observe.seeing import Seen, close
 
 assert families.beams
+assert families.loads
 assert families.lumped
 #: Units of all variables.
 UNITS = {
