@@ -9,6 +9,7 @@ import numpy as np
 import families.beams
 import families.contacts
 import families.coordinates
+import families.loads
 import families.lumped
 from evolvent import families as table
 from evolvent import model as mdl

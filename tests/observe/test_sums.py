@@ -11,6 +11,7 @@ import xarray as xr
 import families.beams
 import families.contacts
 import families.coordinates
+import families.loads
 import families.lumped
 from evolvent import analysis
 from evolvent import families as table
@@ -21,6 +22,7 @@ from observe.seeing import Seen, close
 assert families.beams
 assert families.coordinates
 assert families.contacts
+assert families.loads
 assert families.lumped
 #: Units of all variables.
 UNITS = {
