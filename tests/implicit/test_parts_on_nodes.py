@@ -237,3 +237,36 @@ def test_refusals() -> None:
     system.add(parts.RigidBody(mass=1.0, inertia=1.0, at="boom[1]"), "head")
     with pytest.raises(InputError, match="'head' is a joint that is a constraint, which rk4, heun and dopri5 do not"):
         system.simulate(until=0.1, every=0.1, method="rk4")
+
+
+def test_a_law_on_a_node_vibrates_as_the_spring_that_it_is() -> None:
+    found = []
+    for given in ({"stiffness": 40.0}, {"law": "k*x", "constants": {"k": 40.0}}):
+        system = cantilevers(6, boom=0.0)
+        system.add(parts.Spring(a=(1.0, 0.2, 0.0), b="boom.tip", length=0.2, **given), "spring")
+        found.append(modes(system.assemble(), count=4).frequency)
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[0].max() > 1.01 * modes(cantilevers(6, boom=0.0).assemble(), count=4).frequency.max()
+
+
+def test_a_spring_sideways_to_its_mount_holds_a_node() -> None:
+    """Lateral stiffness k against a force F at the tip: F = (3 EI/L^3 + k) w."""
+    system = cantilevers(8, boom=0.0)
+    system.add(
+        parts.Spring(a=(1.5, 0.0, 0.0), b="boom[8]", stiffness=1.0, lateral_stiffness=20.0, axis=(1, 0, 0)), "stay"
+    )
+    system.add(parts.Force(at="boom.tip", force=(0.0, 0.0, 1e-4)), "push")
+    tip = system.equilibrium()["boom"].tip_position.values.ravel()[2]
+    assert tip == pytest.approx(1e-4 / (3.0 * EI + 20.0), rel=1e-4)
+
+
+def test_moment_of_a_clamp_of_all_coordinates() -> None:
+    """It holds the force and its moment, as any clamp."""
+    system = System()
+    system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=4), "boom")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp", hold="all"), "root")
+    system.add(parts.Force(at="boom.tip", force=(0.0, 1e-3, 2e-3)), "push")
+    found = system.equilibrium()
+    assert found["root"].force.values.ravel() == pytest.approx([0.0, -1e-3, -2e-3], abs=1e-9)
+    wanted = -np.cross(found["boom"].tip_position.values.ravel(), [0.0, 1e-3, 2e-3])
+    assert found["root"].moment.values.ravel() == pytest.approx(wanted, abs=1e-9)

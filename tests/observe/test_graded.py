@@ -80,3 +80,38 @@ def test_the_line_passes_the_nodes_evenly_within_each_element(lying: Seen) -> No
     pressed = np.flatnonzero(np.linalg.norm(pushes.vectors[-1], axis=-1) > 0.0)
     element = int(np.searchsorted(ARC, arc[0], side="left")) - 1
     close(pushes.points[-1, pressed[0]], on_axis(lying, element, (arc[0] - ARC[element]) / LENGTHS[element]))
+
+
+def test_a_tapered_graded_beam_weighs_what_it_should() -> None:
+    section = elements.Taper(
+        root=elements.Rectangle(thickness=0.01, width=0.02), tip=elements.Rectangle(thickness=0.01, width=0.04)
+    )
+    system = System(gravity=(0.0, 0.0, -2.0))
+    system.add(parts.Beam(length=1.0, section=section, material="steel", elements=3, grading=(1, 4, 2)), "beam")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
+    held = at_rest(system)
+    mass = 7850.0 * 0.01 * 0.03
+    assert held.of("root", "force")[-1] == pytest.approx([0.0, 0.0, 2.0 * mass], abs=1e-7)
+    centre = (0.02 / 2.0 + 0.02 / 3.0) / 0.03  # of a trapezium
+    assert held.of("root", "moment")[-1, 1] == pytest.approx(-2.0 * mass * centre, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("section", "kind", "width"),
+    [
+        (elements.Angle(height=0.04, width=0.03, thickness=0.003), "line", 0.04),
+        (elements.IBeam(height=0.1, width=0.05, web=0.004, flange=0.006), "line", 0.1),
+        (elements.Arc(radius=0.02, angle=1.0, thickness=1e-4), "line", 0.04 * np.sin(0.5)),
+        (elements.Arc(radius=0.02, angle="350 deg", thickness=1e-4), "rod", 0.04),
+        (
+            elements.Taper(root=elements.Circle(radius=0.02), tip=elements.Circle(radius=0.01)), "rod", 0.04,
+        ),
+    ],
+)  # fmt: skip
+def test_how_wide_sections_are_drawn(section: elements.CrossSection, kind: str, width: float) -> None:
+    system = System()
+    system.add(parts.Beam(length=1.0, section=section, material="steel", elements=1), "beam")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
+    motion = drawing.motion_of(at_rest(system).tree)
+    assert motion is not None
+    assert (motion.lines[0].kind, motion.lines[0].width) == (kind, pytest.approx(width))
