@@ -49,7 +49,10 @@ def test_warnings_are_quoted_as_they_are(corpus):
 
 
 #: Pages with Python, which goes on from block to block.
-PAGES = ("index", "quickstart", "guide/model-your-own", "guide/identification", "guide/sharing", "guide/stepping")
+PAGES = (
+    "index", "quickstart", "guide/model-your-own", "guide/beams", "guide/identification", "guide/sharing",
+    "guide/stepping",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +82,19 @@ def test_the_python_of_the_pages_runs(page, saved, monkeypatch):
         path.write_text(block)
         exec(compile(block, str(path), "exec"), names)
     plt.close("all")
+
+
+def test_the_page_on_beams_names_every_section_and_material():
+    """The table of materials holds the values and sources of the package."""
+    from evolvent.elements.sections import MATERIALS, SOURCES, UNIFORM
+
+    page = (ROOT / "docs" / "guide" / "beams.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"`\{([a-z-]+): ", page)) == {*UNIFORM, "taper"}
+    rows = re.findall(r"^\| `(\S+)` \| (\S+) \| (\S+) \| (\S+) \| (\S+) \| (.*) \|$", page, flags=re.MULTILINE)
+    assert sorted(row[0] for row in rows) == sorted(MATERIALS)
+    for name, E, G, density, expansion, source in rows:
+        found = MATERIALS[name]
+        assert found.thermal_expansion is not None
+        values = found.E / 1e9, found.shear_modulus / 1e9, found.density, found.thermal_expansion * 1e6
+        assert [float(x) for x in (E, G, density, expansion)] == pytest.approx(values, rel=5e-3)
+        assert source == SOURCES[name]

@@ -51,6 +51,36 @@ EVERY: dict[str, Part] = {
         damped=(0, 1),
         stiffness_damping=1e-3,
     ),
+    "graded beam with inertia": parts.Beam(
+        length=1.0,
+        section=ev.Angle(height=0.04, width=0.03, thickness=0.003),
+        material="cfrp-ud",
+        inertia=ev.SectionInertia(mass_per_length="0.3 kg/m", inertia_y=1e-5, offset=(0.0, "2 mm")),
+        elements=3,
+        grading=(1.0, 2.0, 3.0),
+    ),
+    "curved beam": parts.Beam(
+        length=1.0,
+        section=ev.Arc(radius=0.02, angle="80 deg", thickness=1e-4),
+        material=ev.Material(young_modulus=1e9, density=1e3, shear="0.1 GPa", thermal_expansion="2e-5 1/K"),
+        elements=3,
+        grading=2.0,
+        curvature=(0.0, 0.1, "0.5 1/m"),
+    ),
+    "tapered general section": parts.Beam(
+        length=1.0,
+        section=ev.Taper(
+            root=ev.General(area=1e-4, Iy=1e-9, Iz=2e-9, J=1e-9, Iyz=-1e-10, shear_centre=(0.0, "1 mm")),
+            tip=ev.General(area=1e-4, Iy=1e-9, Iz=2e-9, J=1e-9),
+        ),
+        material="invar",
+        elements=3,
+    ),
+    "I-beam": parts.Beam(
+        length=1.0, section=ev.IBeam(height=0.1, width=0.05, web=0.004, flange=0.006), material="steel", elements=3
+    ),
+    "body on a node": parts.RigidBody(mass=1.0, inertia=0.1, at="boom[2]", position=(0.0, 0.1, 0.0)),
+    "clamp of all coordinates": parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp", hold="all"),
     "tapered beam": parts.Beam(
         length=1.0,
         section=ev.Taper(root=ev.Rectangle(thickness=0.1, width=0.2), tip=ev.Rectangle(thickness=0.1, width=0.1)),
