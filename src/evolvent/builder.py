@@ -295,8 +295,8 @@ class Builder:
         y = np.array(self.q + self.v + [0.0] * accounts)
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
-            brakes=self._brakes(),
-            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), bandwidth=bandwidth, gravity=self.gravity,
+            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
+            bandwidth=bandwidth, gravity=self.gravity,
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         values = np.array(self.values, dtype=float)
@@ -335,11 +335,9 @@ class Builder:
         """Switches at the start: released nodes, turns and latches of the hinges, senses of spools with friction."""
         n = len(self.rows["threads"])
         s = np.zeros(2 * n + 2 * hinges.size + self._brakes(), dtype=np.int64)
-        at = 2 * n + 2 * hinges.size
-        for k in np.flatnonzero(threads["spool_friction"] > 0.0):
-            threads["spool_switch"][k] = at
-            s[at] = np.sign(self.v[self.rows["threads"][k]["spool_v"]])
-            at += 1
+        for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
+            threads["spool_switch"][p] = 2 * n + 2 * hinges.size + i
+            s[threads["spool_switch"][p]] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)

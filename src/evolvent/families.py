@@ -21,6 +21,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.errors import InputError
 from evolvent.kernels import (
+    attitude,
     beam_loads,
     contact,
     contact_laws,
@@ -103,6 +104,8 @@ _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
 _BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
+_EXPLICIT = frozenset({EXPLICIT})
+_ACTUATORS = (attitude.add_actuators, attitude.command, attitude.find_error, profile.profile)
 _THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
 _THREAD_TANGENT = (
     thread.add_thread_residual,
@@ -153,6 +156,15 @@ FAMILIES = (
         "a force or torque by a profile", "loads", EVERY,
         which=lambda found: (found["kind"] >= loads.AT_MARKER) & _has_profile(found, loads.PROFILE),
         forces=(profile.profile,),
+    ),
+    Family(
+        "a reaction wheel", "wheels", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
+    ),
+    Family(
+        "a thruster", "thrusters", _EXPLICIT, "take rk4, heun or dopri5, or a Force by a profile", forces=_ACTUATORS,
+    ),
+    Family(
+        "an attitude controller", "controllers", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(

@@ -550,6 +550,13 @@ _TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N 
 _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
+Gains = Annotated[
+    float | tuple[float, ...],
+    OneOrMore(quantity=Quantity(**_TURN_STIFFNESS, least=0.0), each="the three axes"),
+]
+RateGains = Annotated[
+    float | tuple[float, ...], OneOrMore(quantity=Quantity(**_TURN_DAMPING, least=0.0), each="the three axes")
+]
 RateOrZero = Annotated[float, Quantity(what="an inverse time", unit="1/s", example="0.1 1/s", least=0.0)]
 ContactStiffness = Annotated[
     float, Quantity(what="a contact stiffness", unit="N/m^n", example="1e6 N/m^1.5", above=0.0)

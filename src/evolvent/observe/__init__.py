@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, contact, custom, joints, loads, lumped, threads
+from evolvent.observe import attitude, beams, contact, custom, joints, loads, lumped, threads
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -26,6 +26,9 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "hinges": joints.observe_hinge,
     "threads": threads.observe_thread,
     "reels": threads.observe_reel,
+    "wheels": attitude.observe_wheel,
+    "thrusters": attitude.observe_thruster,
+    "controllers": attitude.observe_controller,
     "beams": beams.observe_beam,
     "cylinders": contact.observe_contact,
     "custom_forces": custom.observe_custom,

@@ -1,5 +1,6 @@
 """What a user composes: each part is a frozen section of keys that writes itself into the model's arrays."""
 
+from evolvent.parts.attitude import AttitudeController, ReactionWheel, Thruster
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.custom_force import CustomForce
@@ -21,6 +22,7 @@ from evolvent.parts.spring import Spring
 from evolvent.parts.thread import Thread
 
 __all__ = [
+    "AttitudeController",
     "Beam",
     "Box",
     "ConstantDrive",
@@ -44,6 +46,7 @@ __all__ = [
     "Profile",
     "RadiationPressure",
     "RampDrive",
+    "ReactionWheel",
     "Reel",
     "RigidBody",
     "RotationalSpring",
@@ -53,6 +56,7 @@ __all__ = [
     "Spring",
     "TableDrive",
     "Thread",
+    "Thruster",
     "Torque",
     "UniformLoad",
 ]

@@ -218,7 +218,9 @@ class Thread(Part):
         end = builder.marker(self.end, key)
         row, pose = builder.rows["markers"][end], builder.poses[body]
         if row["kind"] == springs.ON_BODY and row["index"] == body:
-            raise InputError(f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a place of another part")
+            raise InputError(
+                f"{key} is {self.end!r}, on the body of {self.reel!r} itself; give a place of another part"
+            )
         away = builder.marker_state(end)[0] - (pose.x + pose.R @ departure)
         distance = float(np.linalg.norm(away))
         if not out * (1.0 - 1e-6) - 1e-9 <= distance <= out * (1.0 + LARGEST_STRAIN) + 1e-9:

@@ -43,7 +43,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
     for use in _uses(assembly):
-        if use.family in ("threads", "joints"):
+        if use.family in ("threads", "joints", "controllers"):
             for time in (start, end):
                 _try(assembly, use, time, (time,))
             continue
@@ -123,7 +123,15 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
         for k, row in enumerate(rows):
             if row["law"] != 0 and row["drive"] == drive.LAW:
                 yield _Use(family, k, row)
-    for family, rows in (("springs", model.springs), ("loads", model.loads), ("events", model.events)):
+    for k, row in enumerate(model.controllers):
+        if row["law"] != 0 and row["path"] == drive.LAW:
+            yield _Use("controllers", k, row)
+    for family, rows in (
+        ("springs", model.springs),
+        ("loads", model.loads),
+        ("wheels", model.wheels),
+        ("events", model.events),
+    ):
         for k, row in enumerate(rows):
             if row["law"] != 0 and (family != "loads" or row["kind"] == loads.LAW):
                 yield _Use(family, k, row)
@@ -138,7 +146,7 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
     """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
     model, (time, y, _) = assembly.model, moment
-    if use.family in ("threads", "joints"):
+    if use.family in ("threads", "joints", "controllers"):
         yield (time,)
     elif use.family == "springs":
         a, b = (
@@ -150,6 +158,8 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
         yield length - float(use.row["length"]), rate, time
     elif use.family == "spools":
         yield float(y[use.row["spool_q"]]), float(y[use.row["spool_v"]]), time
+    elif use.family == "wheels":
+        yield float(y[use.row["iq"]]), float(y[use.row["iv"]]), time
     elif use.family == "loads":
         thread = model.threads[use.row["target"]]
         if everywhere:  # where the last evaluation of the forces has put them
@@ -170,7 +180,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         placed = False
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
-            if use.family not in ("threads", "joints", "loads") and not placed:
+            if use.family not in ("threads", "joints", "controllers", "loads") and not placed:
                 with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
