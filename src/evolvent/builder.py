@@ -378,10 +378,9 @@ class Builder:
         at = 2 * n + 2 * hinges.size
         s = np.zeros(at + self._brakes() + by_event.size, dtype=np.int64)
         joints["switch"][by_event] = at + self._brakes() + np.arange(by_event.size)
-        for k in np.flatnonzero(threads["spool_friction"] > 0.0):
-            threads["spool_switch"][k] = at
-            s[at] = np.sign(self.v[self.rows["threads"][k]["spool_v"]])
-            at += 1
+        for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
+            threads["spool_switch"][p] = at + i
+            s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
         s[:n] = self.released
         for k in range(hinges.size):
             hinges["switch"][k] = at = 2 * (n + k)

@@ -22,6 +22,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.errors import InputError
 from evolvent.kernels import (
+    attitude,
     beam_loads,
     body_contact,
     contact,
@@ -113,6 +114,8 @@ _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
 _BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
+_EXPLICIT = frozenset({EXPLICIT})
+_ACTUATORS = (attitude.add_actuators, attitude.command, attitude.find_error, profile.profile)
 _THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
 _THREAD_TANGENT = (
     thread.add_thread_residual,
@@ -201,6 +204,15 @@ FAMILIES = (
     Family(
         "an acceleration field", "fields", _NOT_MODES, "take simulate or equilibrium",
         which=_is("kind", fields.LAW), forces=_FIELD, tangents=_FIELD_TANGENT,
+    ),
+    Family(
+        "a reaction wheel", "wheels", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
+    ),
+    Family(
+        "a thruster", "thrusters", _EXPLICIT, "take rk4, heun or dopri5, or a Force by a profile", forces=_ACTUATORS,
+    ),
+    Family(
+        "an attitude controller", "controllers", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(

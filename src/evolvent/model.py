@@ -83,6 +83,23 @@ RECORDS: dict[str, np.dtype] = {
     "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
     "field_points": _record("body element", "mass local S", local=_3, S=(8,)),
+    # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: place among the parameters,
+    # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
+    "wheels": _record(
+        "body iq iv profile law first last",
+        "axis inertia torque torque_limit rate_limit viscous friction slip",
+        "command motor drag",
+        axis=_3,
+    ),
+    "thrusters": _record(
+        "body iv profile", "local direction force limit", "command push", local=_3, direction=_3
+    ),
+    "controllers": _record(
+        "body actuators count place path law first last",
+        "proportional derivative target axis limit dead_band",
+        "error slip torque",
+        proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
+    ),
     # sides: bodies and points that a row pulls on, -1 for none
     "rows": _record("kind index body point", "", "J Z e rx", body=(2,), point=(2,), J=(2, 6), Z=(2, 6), e=_3),
     # flexible beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -295,6 +312,9 @@ class Model(Struct):
     events: Array = array(1, RECORDS["events"])
     fields: Array = array(1, RECORDS["fields"])
     field_points: Array = array(1, RECORDS["field_points"])
+    wheels: Array = array(1, RECORDS["wheels"])
+    thrusters: Array = array(1, RECORDS["thrusters"])
+    controllers: Array = array(1, RECORDS["controllers"])
     rows: Array = array(1, RECORDS["rows"])
     pairs: Array = array(2, np.int64)
     A: Array = array(2)

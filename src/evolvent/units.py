@@ -599,6 +599,13 @@ CoordinateDampingOrZero = Annotated[
         Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
     ),
 ]
+Gains = Annotated[
+    float | tuple[float, ...],
+    OneOrMore(quantity=Quantity(**_TURN_STIFFNESS, least=0.0), each="the three axes"),
+]
+RateGains = Annotated[
+    float | tuple[float, ...], OneOrMore(quantity=Quantity(**_TURN_DAMPING, least=0.0), each="the three axes")
+]
 RateOrZero = Annotated[float, Quantity(what="an inverse time", unit="1/s", example="0.1 1/s", least=0.0)]
 ContactStiffness = Annotated[
     float, Quantity(what="a contact stiffness", unit="N/m^n", example="1e6 N/m^1.5", above=0.0)

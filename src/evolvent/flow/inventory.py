@@ -4,7 +4,7 @@ from numba import void
 
 from evolvent.flow.explicit_flexible import add_flexible_inventory, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect
-from evolvent.kernels import points, rigid, springs, thread
+from evolvent.kernels import attitude, points, rigid, springs, thread
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
 
 
@@ -30,6 +30,8 @@ def inventory(t, y, s, model, out):
     rigid.add_body_momenta(y, model.bodies, P, H)
     points.add_point_energy(y, model.points, out, KINETIC)
     points.add_point_momenta(y, model.points, P, H)
+    if model.wheels.size > 0:
+        attitude.add_wheel_inventory(y, model, out)
     if model.springs.size > 0:
         out[ELASTIC] += springs.springs_energy(y, model)
     for p in range(model.threads.size):

@@ -6,7 +6,18 @@ from numba import void
 
 from evolvent.flow.explicit_flexible import add_flexible_forces, has_flexible
 from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, coordinate, fields, flexible, loads, points, rigid, springs, thread
+from evolvent.kernels import (
+    attitude,
+    constraint_rows,
+    coordinate,
+    fields,
+    flexible,
+    loads,
+    points,
+    rigid,
+    springs,
+    thread,
+)
 from evolvent.model import DISSIPATED, DRIVE, LOAD, MODEL, SPOOL
 
 
@@ -17,12 +28,20 @@ def rhs(t, y, s, model, dy):
     Not a number throughout where constraints are redundant (one of them follows from the others).
     """
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
+    motors = 0.0
+    if attitude.has_actuators(model):
+        lost, given, motors = attitude.add_actuators(t, y, model)
+        dissipated += lost
+        load_power += given
     is_flexible = has_flexible(model)
     if is_flexible:
         lost, given = add_flexible_forces(t, y, s, model, dy)
         dissipated += lost
         load_power += given
     accelerate(y, s, model, dissipated, load_power, spool_power, loaded, dy)
+    if attitude.has_actuators(model):
+        attitude.actuator_rates(y, model, dy)
+        dy[model.info.nq + model.info.nv + DRIVE] += motors
     if is_flexible:
         flexible.beam_rates(y, model, dy)
         dy[model.info.nq + model.info.nv + DRIVE] += coordinate.motor_power(model)

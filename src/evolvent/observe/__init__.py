@@ -8,7 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, body_contact, contact, coordinates, custom, fields, joints, loads, lumped, threads
+from evolvent.observe import (
+    attitude,
+    beams,
+    body_contact,
+    contact,
+    coordinates,
+    custom,
+    fields,
+    joints,
+    loads,
+    lumped,
+    threads,
+)
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -28,6 +40,9 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "synchronizations": coordinates.observe_synchronization,
     "threads": threads.observe_thread,
     "reels": threads.observe_reel,
+    "wheels": attitude.observe_wheel,
+    "thrusters": attitude.observe_thruster,
+    "controllers": attitude.observe_controller,
     "beams": beams.observe_beam,
     "cylinders": contact.observe_contact,
     "body_contacts": body_contact.observe_body_contact,

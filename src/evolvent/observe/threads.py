@@ -210,6 +210,9 @@ def observe_reel(view: View, name: str) -> Observed:
     if row["drive"] == FREE:
         motor, friction = _spool_torques(view, index)
         found.scalar("motor_torque", motor, "N m", "torque of the motor on the spool, positive pays out")
+        if row["spool_switch"] >= 0:
+            stuck = view.s[:, int(row["spool_switch"])] == 0
+            found.scalar("stuck", stuck, "1", "1 while friction or brake hold the spool")
         found.scalar("friction_torque", friction, "N m", "torque of friction and brake on the spool, holding ones too")
     pose = view.pose(int(row["body"]))
     centre = pose.x + turned(pose.R, row["departure"] - float(row["radius"]) * row["normal"])

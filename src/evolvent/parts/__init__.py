@@ -1,5 +1,6 @@
 """What a user composes: each part is a frozen section of keys that writes itself into the model's arrays."""
 
+from evolvent.parts.attitude import AttitudeController, ReactionWheel, Thruster
 from evolvent.parts.beam import Beam
 from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
 from evolvent.parts.body_contact import BodyContact
@@ -29,6 +30,7 @@ from evolvent.parts.translational_spring import TranslationalSpring
 
 __all__ = [
     "AccelerationField",
+    "AttitudeController",
     "Beam",
     "BodyContact",
     "Box",
@@ -60,6 +62,7 @@ __all__ = [
     "Profile",
     "RadiationPressure",
     "RampDrive",
+    "ReactionWheel",
     "Reel",
     "RigidBody",
     "Rod",
@@ -72,6 +75,7 @@ __all__ = [
     "Synchronization",
     "TableDrive",
     "Thread",
+    "Thruster",
     "Torque",
     "TranslationalSpring",
     "UniformLoad",

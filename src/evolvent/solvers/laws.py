@@ -128,8 +128,16 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
     for k, row in enumerate(model.bodies):
         if row["path_law"] != 0:
             yield _Use("bodies", k, row)
-    families = (("springs", model.springs), ("loads", model.loads), ("events", model.events))
-    for family, rows in (*families, ("beam_loads", model.flexible.beam_loads)):
+    for k, row in enumerate(model.controllers):
+        if row["law"] != 0 and row["path"] == drive.LAW:
+            yield _Use("controllers", k, row)
+    for family, rows in (
+        ("springs", model.springs),
+        ("loads", model.loads),
+        ("wheels", model.wheels),
+        ("events", model.events),
+        ("beam_loads", model.flexible.beam_loads),
+    ):
         for k, row in enumerate(rows):
             if row["law"] != 0:
                 yield _Use(family, k, row)
@@ -152,7 +160,7 @@ def _is_of_time(use: _Use) -> bool:
     """Whether a row's law is one of time alone: a drive."""
     if use.family == "motors":
         return bool(use.row["kind"] == coordinate.BY_MOTION)
-    return use.family in ("threads", "joints", "bodies")
+    return use.family in ("threads", "joints", "bodies", "controllers")
 
 
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
@@ -182,6 +190,8 @@ def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: boo
             beam = model.flexible.beams[use.row["beam"]]
             iq, iv = int(beam["iq"]), int(beam["iv"])
         yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
+    elif use.family == "wheels":
+        yield float(y[use.row["iq"]]), float(y[use.row["iv"]]), time
     elif use.family == "loads":
         thread = model.threads[use.row["target"]]
         if everywhere:  # where the last evaluation of the forces has put them

@@ -11,7 +11,7 @@ from evolvent.builder import Assembly
 from evolvent.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.flow.needs import is_flexible, load_preparation
-from evolvent.kernels import body_contact, points, rigid, springs, thread
+from evolvent.kernels import attitude, body_contact, points, rigid, springs, thread
 from evolvent.solvers.explicit import Method
 
 
@@ -46,6 +46,8 @@ def fastest_mode(assembly: Assembly) -> Mode:
     best = [(0.0, 0.0, "nothing")]
     for p in range(model.threads.size):
         best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
+    attitude.add_actuator_bound(model, body)
+    best += [(*bound, names["wheels", i]) for i, bound in enumerate(attitude.wheel_bounds(model))]
     for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
         best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
     for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):

@@ -1,13 +1,8 @@
 """Spools whose rate is a state: their torques, and what they do to the bodies that carry them.
 
-A free spool is a rotor about the axis n of a body, whose inertia contains the empty spool's I at rest. With the ring of
-wound thread it has the moment of inertia S = I + k about n, and with the rate phi' relative to the body
-
-    S (phi'' + n . w') = r T + tau,
-
-tau the torque of motor, viscous and Coulomb friction between body and spool. The body's equations then hold
-J - S n n^T in place of its inertia J (that contains spool and ring), the torque -(r T + tau) n, and -w x (I phi' n).
-Stuck by Coulomb friction, the spool is a part of the body: `hold_torque` is then what friction bears.
+A free spool is a rotor (`kernels.rotor`): with the ring of wound thread it has the moment of inertia S = I + k, I of
+the empty spool, and the torque on it is Q = r T + tau, tau that of motor, viscous and Coulomb friction between body and
+spool. Stuck by Coulomb friction, the spool is a part of the body: `hold_torque` is then what friction bears.
 
 The radius of a spool follows its thread by r = r0 - c phi, c = thickness/(2 pi), and the length paid out is
 r0 phi - c phi^2/2: an Archimedean spiral. What is wound is then an annulus from the core to its own outer radius.
@@ -18,8 +13,8 @@ import math
 from evolvent.jit import inlined, spring_law_at
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
-from evolvent.kernels.rigid import FREE, SPIN
-from evolvent.kernels.rotations import cross, turn
+from evolvent.kernels.rotations import turn
+from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inertia
 
 
 @inlined
@@ -102,45 +97,9 @@ def carry_spool(model, p):
         return
     b, copies = threads[p].body, float(threads[p].copies)
     nx, ny, nz = spool_direction(threads, bodies, p)
-    rotor(bodies, b, copies * threads[p].spool, nx, ny, nz)
-    spin = copies * threads[p].spool_inertia * threads[p].b[1] / threads[p].r
-    gyroscopic(bodies, b, spin, nx, ny, nz)
-    tau = copies * (threads[p].motor + threads[p].friction)
-    F = bodies[b].F
-    F[3] -= tau * nx
-    F[4] -= tau * ny
-    F[5] -= tau * nz
-
-
-@inlined
-def rotor(bodies, b, S, nx, ny, nz):
-    """Take the inertia S n n^T of a rotor, whose own equation holds it, out of that of its body."""
-    if bodies[b].motion == SPIN:
-        ax, ay, az = turn(bodies[b].R, bodies[b].axis[0], bodies[b].axis[1], bodies[b].axis[2])
-        along = ax * nx + ay * ny + az * nz
-        bodies[b].J -= S * along * along
-    elif bodies[b].motion == FREE:
-        n = (nx, ny, nz)
-        for i in range(3):
-            for j in range(3):
-                bodies[b].M[3 + i, 3 + j] -= S * n[i] * n[j]
-
-
-@inlined
-def gyroscopic(bodies, b, spin, nx, ny, nz):
-    """The torque -w x (h n) of a rotor of angular momentum h relative to its body."""
-    w, F = bodies[b].w, bodies[b].F
-    gx, gy, gz = cross(w[0], w[1], w[2], nx, ny, nz)
-    F[3] -= spin * gx
-    F[4] -= spin * gy
-    F[5] -= spin * gz
-
-
-@inlined
-def turning(bodies, b, nx, ny, nz):
-    """Angular acceleration of a body about the direction n, rad/s2."""
-    a = bodies[b].a
-    return nx * a[3] + ny * a[4] + nz * a[5]
+    take_inertia(bodies, b, copies * threads[p].spool, nx, ny, nz)
+    h = copies * threads[p].spool_inertia * threads[p].b[1] / threads[p].r
+    add_reaction(bodies, b, copies * (threads[p].motor + threads[p].friction), h, nx, ny, nz)
 
 
 @inlined
@@ -150,11 +109,7 @@ def pull_spool(model, p, T):
     if not is_loose(threads, p):
         return
     nx, ny, nz = spool_direction(threads, bodies, p)
-    torque = threads[p].copies * threads[p].r * T
-    F = bodies[threads[p].body].F
-    F[3] -= torque * nx
-    F[4] -= torque * ny
-    F[5] -= torque * nz
+    add_reaction(bodies, threads[p].body, threads[p].copies * threads[p].r * T, 0.0, nx, ny, nz)
 
 
 @inlined
@@ -165,7 +120,7 @@ def spool_acceleration(model, p, T):
         return 0.0
     nx, ny, nz = spool_direction(threads, bodies, p)
     torque = threads[p].r * T + (threads[p].motor + threads[p].friction)
-    return torque / threads[p].spool - turning(bodies, threads[p].body, nx, ny, nz)
+    return torque / threads[p].spool - acceleration_about(bodies, threads[p].body, nx, ny, nz)
 
 
 @inlined
@@ -205,5 +160,5 @@ def hold_torque(s, model, p):
     """Torque of friction on spool p that is stuck, after the accelerations are known, N m."""
     threads, bodies = model.threads, model.bodies
     nx, ny, nz = spool_direction(threads, bodies, p)
-    wanted = threads[p].spool * turning(bodies, threads[p].body, nx, ny, nz)
+    wanted = threads[p].spool * acceleration_about(bodies, threads[p].body, nx, ny, nz)
     return wanted - threads[p].r * held_tension(s, model, p) - threads[p].motor

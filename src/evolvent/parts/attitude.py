@@ -1,0 +1,314 @@
+"""Attitude hardware: reaction wheels, thrusters, and controllers that command them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.errors import InputError, nearest
+from evolvent.kernels import attitude as kernels
+from evolvent.kernels import drive as drives
+from evolvent.kernels import rigid
+from evolvent.parts.base import BodyName, Part, Place, Reference, unit
+from evolvent.parts.checks import check_rotor
+from evolvent.parts.expression import Constants, Parameters, SpringLaw, write_law
+from evolvent.parts.law import Drive
+from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
+
+Actuators = Annotated[tuple[str, ...], Reference(what="reaction wheels or thrusters", several=True)]
+
+
+def _moving(builder: Builder, name: str, body: str, motions: tuple[int, ...], what: str) -> int:
+    """Index of a body that moves in one of these ways; InputError for others."""
+    index = builder.find(body, "bodies")
+    if builder.rows["bodies"][index]["motion"] not in motions:
+        found = "the ground" if body == "ground" else f"a {_motion(builder, index)} body"
+        raise InputError(f"{name} is {body!r}, {found}; it must be {what}")
+    return index
+
+
+def _motion(builder: Builder, index: int) -> str:
+    return {rigid.DRIVEN: "driven", rigid.SPIN: "spinning", rigid.FREE: "free"}[builder.rows["bodies"][index]["motion"]]
+
+
+def _profile(builder: Builder, name: str, profile: Any) -> int:
+    """Place of a profile among the parameters, -1 for none."""
+    return -1 if profile is None else builder.parameters(write_profile(builder, f"{name}.profile", profile))[0]
+
+
+class ReactionWheel(Part):
+    """A wheel in a body, turned by a motor that reacts on the body.
+
+    Parameters
+    ----------
+    body : str
+        Free or spinning body that carries it.
+    inertia : float, kg m2
+        About the wheel's axis. The body's own inertia contains that of the wheel at rest.
+    axis : (3,) float
+        Of the wheel, body axes.
+    rate : float, rad/s
+        At the start, relative to the body.
+    torque : float, N m
+        Constant torque of the motor on the wheel; the body gets the opposite one.
+    profile : optional
+        Torque of the motor as a function of time, N m, added to `torque`.
+    law : optional
+        Torque of the motor, N m, added to both: an expression of the wheel's angle x (rad), its rate v (rad/s) and t
+        (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of an expression.
+    torque_limit : float, N m, optional
+        Largest torque of the motor, that of a controller included.
+    rate_limit : float, rad/s, optional
+        Largest rate that the motor drives the wheel to: over the last hundredth of it the torque fades out.
+    viscous : float, N m s/rad
+        Viscous friction.
+    friction : float, N m
+        Coulomb friction, friction tanh(rate/slip).
+    slip : float, rad/s
+        Rate at which Coulomb friction has grown to three quarters.
+    centre : (3,) float, m
+        Where the wheel is drawn, body axes; its mass is the body's.
+    radius : float, m, optional
+        Of the wheel as it is drawn; without it, it is not.
+    """
+
+    kind: Literal["reaction-wheel"] = "reaction-wheel"
+    body: BodyName
+    inertia: units.Inertia
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    rate: units.AngularRate = 0.0
+    torque: units.Torque = 0.0
+    profile: TorqueProfile | None = None
+    law: SpringLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
+    torque_limit: units.TorqueOrZero | None = None
+    rate_limit: units.AngularRate | None = None
+    viscous: units.RotationalDampingOrZero = 0.0
+    friction: units.TorqueOrZero = 0.0
+    slip: units.AngularRate = 0.1
+    centre: units.Position = (0.0, 0.0, 0.0)
+    radius: units.Length | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the wheel into the family `wheels`."""
+        body = _moving(builder, f"{name}.body", self.body, (rigid.FREE, rigid.SPIN), "a free or spinning body")
+        axis = unit(self.axis)
+        check_rotor(builder.rows["bodies"][body], axis, self.inertia, f"{name}.inertia", self.body)
+        for key in ("rate_limit", "slip"):
+            value = getattr(self, key)
+            if value is not None and value <= 0.0:
+                raise InputError(f"{name}.{key} is {value!r} rad/s; it must be above 0")
+        if self.rate_limit is not None and abs(self.rate) > self.rate_limit:
+            raise InputError(f"{name}.rate is {self.rate!r} rad/s; {name}.rate_limit is {self.rate_limit!r} rad/s")
+        law = {"law": 0, "first": 0, "last": 0}
+        if self.law is not None:
+            law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
+        q, v = builder.coordinates([0.0], [self.rate])
+        index = builder.add(
+            "wheels", body=body, iq=q, iv=v, axis=axis, inertia=self.inertia, torque=self.torque,
+            torque_limit=math.inf if self.torque_limit is None else self.torque_limit,
+            rate_limit=math.inf if self.rate_limit is None else self.rate_limit,
+            viscous=self.viscous, friction=self.friction, slip=self.slip,
+            profile=_profile(builder, name, self.profile), **law,
+        )  # fmt: skip
+        builder.names[name] = ("wheels", index)
+
+
+class Thruster(Part):
+    """A thruster on a body: it pushes in one direction, by a profile or on a controller's command.
+
+    Parameters
+    ----------
+    at : place
+        Place on a free or spinning body, such as "hub.nozzle".
+    direction : (3,) float
+        Of the force on the body, body axes.
+    thrust : float, N
+        Largest force.
+    profile : optional
+        Force as a function of time, N; what a controller asks for is added. Below 0 there is none.
+
+    Notes
+    -----
+    The mass of the propellant is left out.
+    """
+
+    kind: Literal["thruster"] = "thruster"
+    at: Place
+    direction: units.Direction
+    thrust: units.Force
+    profile: ForceProfile | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the thruster into the family `thrusters`."""
+        if self.thrust <= 0.0:
+            raise InputError(f"{name}.thrust is {self.thrust!r} N; it must be above 0 N")
+        place = builder.place(self.at, f"{name}.at")
+        if place.family != "bodies" or place.row == builder.names["ground"][1]:
+            raise InputError(f"{name}.at is {self.at!r}; a thruster needs a place on a free or spinning body")
+        if builder.rows["bodies"][place.row]["motion"] == rigid.DRIVEN:
+            raise InputError(
+                f"{name}.at is {self.at!r}, on a driven body, which no force moves; make it free or spinning"
+            )
+        _, v = builder.coordinates([], [0.0])
+        index = builder.add(
+            "thrusters", body=place.row, iv=v, local=place.local, direction=unit(self.direction), force=0.0,
+            limit=self.thrust, profile=_profile(builder, name, self.profile),
+        )  # fmt: skip
+        builder.names[name] = ("thrusters", index)
+
+
+class AttitudeController(Part):
+    """A proportional-derivative controller that turns a free body by wheels or thrusters.
+
+    Parameters
+    ----------
+    body : str
+        Free body that it turns.
+    actuators : list of str
+        Its reaction wheels, or its thrusters, on that body.
+    proportional : float or (3,) float, N m/rad
+        Gains P of the error of attitude, about the body's axes.
+    derivative : float or (3,) float, N m s/rad
+        Gains D of the error of the rate.
+    target : (4,) float, optional
+        Attitude to turn to: quaternion from body to inertial axes, scalar first. That at the start if left out.
+    axis : (3,) float
+        With `path`: axis of a slew, in the axes of `target`.
+    path : a drive of `evolvent.parts`, optional
+        Angle of a slew about `axis` from `target` on; its rate is the target's.
+    limit : float, N m, optional
+        Largest torque about each axis.
+    dead_band : float, N m
+        Torque below which none is asked for; above it, that much less.
+
+    Notes
+    -----
+    The torque is -(P e + D d), e the rotation vector from the target to the body, of at most 180 degrees, d the
+    difference of rates, all in body axes. About one axis of a body of inertia J it is J e'' + D e' + P e = 0: the
+    frequency is sqrt(P/J), the damping ratio D/(2 sqrt(P J)). Wheels share the torque by the pseudo-inverse of their
+    axes. Thrusters share it by the least forces that make each of the six torques about the body's axes, without a
+    resulting force where they can.
+    """
+
+    kind: Literal["attitude-controller"] = "attitude-controller"
+    body: BodyName
+    actuators: Actuators
+    proportional: units.Gains
+    derivative: units.RateGains
+    target: units.Quaternion | None = None
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    path: Drive | None = None
+    limit: units.TorqueOrZero | None = None
+    dead_band: units.TorqueOrZero = 0.0
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the controller into the family `controllers`."""
+        body = _moving(builder, f"{name}.body", self.body, (rigid.FREE,), "a free body")
+        family, indices = self._actuators(builder, name, body)
+        gains = []
+        for key in ("proportional", "derivative"):
+            given = np.array(getattr(self, key), dtype=float)
+            if given.shape not in ((), (3,)):
+                raise InputError(
+                    f"{name}.{key} has {given.size} values; it must be one, or three about the body's axes"
+                )
+            gains.append(np.broadcast_to(given, 3))
+        active = (gains[0] > 0.0) | (gains[1] > 0.0)
+        if not np.any(active):
+            raise InputError(f"{name}.proportional and {name}.derivative are 0 about every axis; give a gain")
+        rows = [builder.rows[family][k] for k in indices]
+        shares = _wheel_shares(name, rows, active) if family == "wheels" else _thruster_shares(name, rows, active)
+        place, _ = builder.parameters([*indices, *shares.ravel()])
+        path = {"path": -1, "first": 0, "last": 0, "law": 0}
+        if self.path is not None:
+            row = self.path.write(builder, f"{name}.path")
+            if row.kind == drives.FREE:
+                raise InputError(f"{name}.path is a free spool; it must be a drive that gives the angle")
+            path = {"path": row.kind, "first": row.first, "last": row.last, "law": row.law}
+        index = builder.add(
+            "controllers", body=body, actuators=kernels.WHEELS if family == "wheels" else kernels.THRUSTERS,
+            count=len(indices), place=place, proportional=gains[0], derivative=gains[1],
+            target=self._target(builder, body), axis=unit(self.axis),
+            limit=math.inf if self.limit is None else self.limit, dead_band=self.dead_band, **path,
+        )  # fmt: skip
+        builder.names[name] = ("controllers", index)
+
+    def _target(self, builder: Builder, body: int) -> np.ndarray:
+        """Unit quaternion of the target."""
+        if self.target is not None:
+            return unit(self.target)
+        first = builder.rows["bodies"][body]["iq"] + 3
+        return unit(builder.q[first : first + 4])
+
+    def _actuators(self, builder: Builder, name: str, body: int) -> tuple[str, list[int]]:
+        """Family of the actuators and their indices; all of one kind, on the body."""
+        known = [n for n, (family, _) in builder.names.items() if family in ("wheels", "thrusters")]
+        if not self.actuators:
+            raise InputError(f"{name}.actuators is empty; it needs reaction wheels or thrusters")
+        found = []
+        for actuator in self.actuators:
+            family, index = builder.names.get(actuator, ("", -1))
+            if family not in ("wheels", "thrusters"):
+                raise InputError(
+                    f"{name}.actuators: {actuator!r} is no reaction wheel or thruster; {nearest(actuator, known)}"
+                )
+            if builder.rows[family][index]["body"] != body:
+                raise InputError(f"{name}.actuators: {actuator!r} is not on {self.body!r}, the body to be turned")
+            if (family, index) in found:
+                raise InputError(f"{name}.actuators names {actuator!r} twice")
+            found.append((family, index))
+        families = {family for family, _ in found}
+        if len(families) > 1:
+            raise InputError(
+                f"{name}.actuators has reaction wheels and thrusters; give each kind a controller of its own"
+            )
+        return families.pop(), [index for _, index in found]
+
+
+def _wheel_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) -> np.ndarray:
+    """Torques of the motors for a torque on the body: (wheels, 3)."""
+    axes = np.array([row["axis"] for row in rows]).T
+    shares = -np.linalg.pinv(axes)
+    for c in np.flatnonzero(active):
+        if np.linalg.norm(-axes @ shares[:, c] - np.eye(3)[c]) > 1e-9:
+            raise InputError(_cannot(name, "xyz"[c], "wheels"))
+    return shares
+
+
+def _thruster_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) -> np.ndarray:
+    """Forces of the thrusters for torques of 1 N m about x, y, z, -x, -y, -z: (thrusters, 6)."""
+    from scipy.optimize import nnls  # which most runs do not need
+
+    forces = np.array([row["direction"] for row in rows]).T
+    torques = np.array([np.cross(row["local"], row["direction"]) for row in rows]).T
+    reach = max(float(np.abs(torques).max()), 1e-300)
+    found = np.zeros((len(rows), 6))
+    for k in range(6):
+        if not active[k % 3]:
+            continue
+        wanted = np.eye(3)[k % 3] * (1.0 if k < 3 else -1.0)
+        # without a force where that can be, torques and forces of like size
+        share, left = nnls(np.vstack([torques / reach, forces]), np.concatenate([wanted, np.zeros(3)]))
+        if left > 1e-9:
+            share, left = nnls(torques / reach, wanted)
+        if left > 1e-9:
+            raise InputError(_cannot(name, ("" if k < 3 else "-") + "xyz"[k % 3], "thrusters"))
+        found[:, k] = share / reach
+    return found
+
+
+def _cannot(name: str, axis: str, what: str) -> str:
+    return (
+        f"{name}.actuators: these {what} make no torque about {axis} alone; add one, or set the gains about "
+        f"{axis.removeprefix('-')} to 0"
+    )
