@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from evolvent.observe import beams, contact, custom, joints, loads, lumped, threads
+from evolvent.observe import beams, contact, custom, joints, loads, lumped, rods, threads
 from evolvent.observe.variables import Observed, Variable
 from evolvent.observe.view import View
 from evolvent.solvers.solution import Solution
@@ -27,6 +27,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "threads": threads.observe_thread,
     "reels": threads.observe_reel,
     "beams": beams.observe_beam,
+    "rods": rods.observe_rod,
     "cylinders": contact.observe_contact,
     "custom_forces": custom.observe_custom,
     "loads": loads.observe_load,

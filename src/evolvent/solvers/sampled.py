@@ -12,6 +12,7 @@ from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
+from evolvent.kernels.rod import add_rod_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
@@ -140,6 +141,10 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.cylinders[k, :, 8] = f.cylinders["touching"]
             found.cylinders[k, :, 9] = f.cylinders["energy"]
             found.balance.contact[k] = f.cylinders["energy"].sum()
+        if f.rods.size:
+            own[:] = 0.0
+            add_rod_energies(model, own)
+            found.balance.bending[k] += own[2]
         if f.hinges.size:
             coupled += hinge.add_hinges(y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
