@@ -7,7 +7,8 @@ import json
 import numpy as np
 
 import families.beams
-import families.lumped  # noqa: F401  (both enter their cases)
+import families.lumped
+import families.rods  # noqa: F401  (they enter their cases)
 from evolvent import families as table
 from evolvent import model as mdl
 from evolvent.builder import Assembly

@@ -10,6 +10,7 @@ import xarray as xr
 
 import families.beams
 import families.lumped
+import families.rods
 from evolvent import analysis
 from evolvent import families as table
 from evolvent.errors import InputError
@@ -18,6 +19,7 @@ from observe.seeing import Seen, close
 
 assert families.beams
 assert families.lumped
+assert families.rods
 #: Units of all variables.
 UNITS = {
     "1", "s", "m", "m s-1", "m-1", "rad", "rad s-1", "N", "N m", "N s", "N m-1", "J", "J m-1", "W", "kg m s-1",
