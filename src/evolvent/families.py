@@ -411,10 +411,18 @@ def owner(assembly: Any, family: str, index: int) -> str:
     if family == "spools":  # rows of threads that call a motor's law
         family = "threads"
     if family == "bodies":
-        for k, row in enumerate(assembly.model.flexible.rods):
-            if 0 <= index - int(row["first_body"]) <= row["elements"]:
+        for k in range(assembly.model.flexible.rods.size):
+            if index in bodies_of(assembly.model, "rods", k):
                 return owner(assembly, "rods", k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
+
+
+def bodies_of(model: Model, family: str, index: int) -> range:
+    """Bodies of a part: itself, or the nodes of a rod; none of other parts."""
+    if family == "rods":
+        row = model.flexible.rods[index]
+        return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
+    return range(index, index + 1) if family == "bodies" else range(0)
 
 
 def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:

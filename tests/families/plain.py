@@ -11,6 +11,7 @@ import families.contacts
 import families.coordinates
 import families.loads
 import families.lumped
+import families.rods
 from evolvent import families as table
 from evolvent import model as mdl
 from evolvent.builder import Assembly

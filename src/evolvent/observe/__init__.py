@@ -19,6 +19,7 @@ from evolvent.observe import (
     joints,
     loads,
     lumped,
+    rods,
     threads,
 )
 from evolvent.observe.variables import Observed, Variable
@@ -44,6 +45,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "thrusters": attitude.observe_thruster,
     "controllers": attitude.observe_controller,
     "beams": beams.observe_beam,
+    "rods": rods.observe_rod,
     "cylinders": contact.observe_contact,
     "body_contacts": body_contact.observe_body_contact,
     "custom_forces": custom.observe_custom,

@@ -145,7 +145,7 @@ def _is_turned_round(view: View, name: str) -> bool:
         return False
     if not isinstance(part.a, str):
         return False
-    return bool(view.assembly.names[split_reference(part.a)[0]][0] != "bodies")
+    return bool(view.assembly.names[split_reference(part.a)[0]][0] not in ("bodies", "rods"))
 
 
 def _observe_rotation(view: View, row: Any, moment: Array, found: Observed) -> None:

@@ -142,10 +142,11 @@ def _refuse_place(
     """Raise InputError for a name whose place is not known."""
     part, _, node = where.partition("[")
     row = assembly.names.get(part)
-    if row is not None and row[0] == "beams":
-        last = int(assembly.model.flexible.beams["nodes"][row[1]]) - 1
+    if row is not None and row[0] in ("beams", "rods"):
+        f = assembly.model.flexible
+        last = int(f.beams["nodes"][row[1]]) - 1 if row[0] == "beams" else int(f.rods["elements"][row[1]])
         ends = f"'{part}.root', '{part}.tip' or '{part}[0]' to '{part}[{last}]'"
-        raise InputError(f"{kind} holds {name!r}; a place of the beam {part!r} is {ends}")
+        raise InputError(f"{kind} holds {name!r}; a place of the {row[0][:-1]} {part!r} is {ends}")
     if row is not None and not node:
         find_moving(assembly, part)
     # nodes by number would fill the message

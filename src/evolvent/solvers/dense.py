@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from evolvent.jit import inlined
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, rod
 from evolvent.kernels.flexible import NODE_VECTORS
 
 
@@ -49,6 +49,8 @@ def interpolate(theta, h, y0, y1, model, y):
         elif bodies[k].motion == rigid.FREE:
             _cubics(theta, h, y0, y1, q, v, 3, y)
             _attitude(theta, h, y0, y1, q + 3, v + 3, y)
+    if model.flexible.rods.size > 0:
+        rod.keep_chords(theta, y0, y1, model, y)
 
 
 @inlined

@@ -57,7 +57,10 @@ CHECKS, CHECK_EVERY = 50, 2000
 
 def cache_name(assembly: Assembly, method: str) -> str:
     """Name by which `codecache` knows whether the functions of a run are compiled; beams need more of them."""
-    return f"{method} with beams" if method in METHODS and assembly.model.flexible.beams.size else method
+    f = assembly.model.flexible
+    if method not in METHODS or not (f.beams.size or f.rods.size):
+        return method
+    return f"{method} with beams" if f.beams.size else f"{method} with rods"
 
 
 def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode, float]:
@@ -92,7 +95,8 @@ def choose_step(assembly: Assembly, method: str, step: float | None, duration: f
     if step is None:
         if not math.isfinite(limit):
             raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
-        beams = assembly.model.flexible.beams.size > 0 or assembly.model.info.penalties > 0
+        f = assembly.model.flexible
+        beams = f.beams.size > 0 or f.rods.size > 0 or assembly.model.info.penalties > 0
         if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
             # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
             rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
@@ -385,7 +389,8 @@ def _unbalanced(of: Plan, worst: float, reached: float, work: ex.ExplicitWorkspa
     """What is known of a run whose energy does not balance, and what to try."""
     smaller = "take a smaller `rtol`"
     if of.step is not None:
-        other = "energy-momentum" if of.assembly.model.flexible.beams.size else "dopri5"
+        f = of.assembly.model.flexible
+        other = "energy-momentum" if f.beams.size or f.rods.size else "dopri5"
         smaller = f"take a smaller `step` than {float(work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {worst:.2g} of the energy at t = {reached:.6g} s, more than {ENERGY_LIMIT:g}: "

@@ -9,6 +9,7 @@ from evolvent.families import owner
 from evolvent.kernels import flexible, rigid
 from evolvent.solvers import energy_loop
 from evolvent.solvers.laws import what_may_jump
+from evolvent.solvers.rod_messages import bent_too_far
 
 Array = np.ndarray
 
@@ -24,10 +25,11 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     """
     t, h = float(work.loop.time), float(work.step.step.h)
     smaller = "take a smaller `step`, or None" if fixed else "take a smaller `tolerance`"
+    bent = bent_too_far(assembly, work.step.y0)
     when = f"in the step of {h:.3g} s from t = {t:.6g} s"
     if code == energy_loop.NOT_FINITE:
         # a correction that is not finite says less than the residual from which it comes
-        return f"forces stopped being finite {when}, at {_place(assembly, work.step.r)}; {smaller}"
+        return f"forces stopped being finite {when}, at {_place(assembly, work.step.r)}{bent}; {smaller}"
     if code in (energy_loop.SINGULAR, energy_loop.REDUNDANT):
         return (
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
@@ -43,7 +45,7 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     rounding = ", or a greater `newton`: the corrections are round-off" if size < 1e-9 else ""
     return (
         f"Newton's method found no solution {when}, the shortest that was tried; the largest correction, {size:.2g} of "
-        f"the size of the system, is at {where}{what_may_jump(assembly)}; {smaller}{softer}{rounding}, and look at the "
+        f"the size of the system, is at {where}{what_may_jump(assembly)}{bent}; {smaller}{softer}{rounding}, and look at the "
         f"last samples"
     )
 
@@ -54,7 +56,7 @@ def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: 
     return (
         f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
         f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
-        f"{what_may_jump(assembly)}; take a greater `tolerance` or `step`{softer}, and look at the last samples"
+        f"{what_may_jump(assembly)}{bent_too_far(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last samples"
     )
 
 
@@ -79,6 +81,10 @@ def _place(assembly: Assembly, values: Array) -> str:
         node = (k - int(row["iv"]) + n_q) // (3 * flexible.NODE_VECTORS[row["kind"]])
         if 0 <= node < row["nodes"]:
             return f"{owner(assembly, 'beams', b)!r}, node {node} of {row['nodes'] - 1}"
+    for r, row in enumerate(model.flexible.rods):
+        node = (k - int(model.bodies["iv"][row["first_body"]]) + n_q) // 6
+        if 0 <= node <= row["elements"]:
+            return f"{owner(assembly, 'rods', r)!r}, node {node} of {row['elements']}"
     for family, rows in (("points", model.points), ("bodies", model.bodies)):
         for i, row in enumerate(rows):
             extent = 3 if family == "points" else {rigid.FREE: 6, rigid.SPIN: 1}.get(int(row["motion"]), 0)

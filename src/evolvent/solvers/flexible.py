@@ -14,6 +14,7 @@ from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact, hinge, rigid
 from evolvent.kernels.flexible import NODE_VECTORS, beam_rates
+from evolvent.solvers.static_work import places_of
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -150,11 +151,9 @@ def _contact_products(model: mdl.Model, y: np.ndarray) -> Callable[[int, np.ndar
 
 def _place(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
-    n_q = int(assembly.model.info.nq)
     found = []
     for name, (family, index) in assembly.names.items():
-        if family in ("points", "bodies", "beams"):
-            rows = assembly.model.flexible.beams if family == "beams" else getattr(assembly.model, family)
-            if 0 <= rows["iv"][index] - n_q <= velocity:
-                found.append((int(rows["iv"][index]), name))
+        where = places_of(assembly.model, family, index)
+        if where is not None and where.start <= velocity:
+            found.append((where.start, name))
     return max(found)[1] if found else "nothing"

@@ -117,8 +117,9 @@ def plan(
     weight, mass = sizes(own)
     if newton is None:
         newton = 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)
-        spins = bool(np.any(model.bodies["motion"] == rigid.FREE))  # whose error adds up step by step
-        stiff = model.flexible.elements.size > 0
+        free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.flexible.rods["elements"] + 1)
+        spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
+        stiff = model.flexible.elements.size > 0 or model.flexible.rods.size > 0
         if step is not None and (spins or (reactions.is_held(model) and not stiff)):  # what is held shows in reactions
             newton = 1e-12
         if model.threads.size:  # whose springs are so stiff that little lengths are large forces

@@ -14,6 +14,7 @@ import scipy.sparse as sparse
 from evolvent import jit
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
+from evolvent.families import bodies_of
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.alpha_state import displace
@@ -46,6 +47,7 @@ class PartModes:
     name : str, of a part, or of a place ("boom.tip", "boom[5]")
     shape : (k, ...) float or complex
         Coordinates: (k, nodes, vectors, 3) of a beam, m of places and 1 of slopes; (k, vectors, 3) of one of its nodes;
+        (k, nodes, 6) of a rod, and (k, 6) of one of its nodes, as of free bodies;
         (k, 3) of a point, m; (k, 6) of a free body, m in inertial axes and rad in body axes; (k, 1), rad, of a body on
         a fixed axis.
     displacement : (k, 3) or of a beam (k, nodes, 3), m, inertial axes (those that turn, of a structure that spins)
@@ -142,10 +144,15 @@ class Modes:
         if name in known:
             displacement, rotation = (self._mapped([known[name]], which)[:, 0] for which in (0, 1))
             shape = self.shape[:, known[name].where]
-            if name not in self.assembly.names:
+            if name not in self.assembly.names and shape.shape[1] != 6:  # of a beam's node
                 shape = shape.reshape(len(shape), -1, 3)
             return PartModes(name, shape, displacement, None if known[name].rotation is None else rotation)
-        _, index, where = find_moving(self.assembly, name)
+        family, index, where = find_moving(self.assembly, name)
+        if family == "rods":
+            count = len(bodies_of(self.assembly.model, family, index))
+            nodes = [known[f"{name}[{i}]"] for i in range(count)]
+            shape = self.shape[:, where].reshape(len(self.shape), count, 6)
+            return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))
         row = self.assembly.model.flexible.beams[index]
         nodes = [known[f"{name}[{i}]"] for i in range(int(row["nodes"]))]
         shape = self.shape[:, where].reshape(len(self.shape), len(nodes), NODE_VECTORS[row["kind"]], 3)

@@ -12,6 +12,7 @@ import scipy.sparse as sparse
 from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed
+from evolvent.families import bodies_of
 from evolvent.kernels import joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.solvers import equilibrium as eq
@@ -188,12 +189,14 @@ def gyroscopic(work: Work, M: sparse.csr_matrix) -> sparse.csr_matrix:
         where = places_of(model, family, index)
         if where is None:
             continue
-        if family == "bodies":
-            body = model.bodies[index]
-            if body["motion"] == rigid.FREE:
-                turns[where.start : where.start + 3, where.start : where.start + 3] = 2.0 * W
-                J, w = body["inertia"], body["R"].T @ work.balance.spin[:3]
-                own.append((where.start + 3, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
+        if family in ("bodies", "rods"):
+            for b in bodies_of(model, family, index):
+                body = model.bodies[b]
+                if body["motion"] == rigid.FREE:
+                    at = int(body["iv"]) - work.n_q
+                    turns[at : at + 3, at : at + 3] = 2.0 * W
+                    J, w = body["inertia"], body["R"].T @ work.balance.spin[:3]
+                    own.append((at + 3, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
             continue
         for first in range(where.start, where.stop, 3):
             turns[first : first + 3, first : first + 3] = 2.0 * W
@@ -215,7 +218,7 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     b, model, f = work.balance, work.model, work.model.flexible
     own: list[int] = []
     by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size
-    families = ("bodies", "points") if by_law else ("bodies",)
+    families = ("bodies", "rods", "points") if by_law else ("bodies", "rods")
     for family, index in work.assembly.names.values():
         where = places_of(model, family, index) if family in families else None
         if where is not None:

@@ -8,9 +8,11 @@ import numpy as np
 
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
+from evolvent.families import bodies_of
 from evolvent.kernels import rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
+from evolvent.model import Model
 from evolvent.solvers.static_work import places_of
 
 Array = np.ndarray
@@ -67,6 +69,10 @@ def places(assembly: Assembly, y: Array) -> dict[str, Place]:
             nodes = _nodes(assembly, index, where, y)
             found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
             found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
+        elif family == "rods":
+            nodes = _rod_nodes(assembly, index, y)
+            found.update({f"{name}[{i}]": node for i, node in enumerate(nodes)})
+            found[f"{name}.root"], found[f"{name}.tip"] = nodes[0], nodes[-1]
         elif family == "points":
             found[name] = Place(_at(y, assembly.model.points["iq"][index]), where, np.eye(3), None)
         else:
@@ -113,6 +119,27 @@ def _nodes(assembly: Assembly, index: int, where: slice, y: Array) -> list[Place
     return found
 
 
+def _rod_nodes(assembly: Assembly, index: int, y: Array) -> list[Place]:
+    """Nodes of a rod: bodies, whose centres are off the rod's ends."""
+    model, found = assembly.model, []
+    arms = rod_arms(model, index)
+    for arm, b in zip(arms, bodies_of(model, "rods", index), strict=True):
+        at = int(model.bodies["iv"][b]) - int(model.info.nq)
+        place = _body(assembly, b, slice(at, at + 6), y)
+        assert place.rotation is not None
+        R = place.rotation[:, 3:]
+        displacement = np.hstack([np.eye(3), -_skew(R @ arm) @ R])
+        found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
+    return found
+
+
+def rod_arms(model: Model, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.flexible.rods[index]
+    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+
+
 def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
     """Displacements of the coordinates as the whole moves like a rigid body: (nv, 6).
 
@@ -133,6 +160,15 @@ def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:
             whole[:, 0, :, :3] = np.eye(3)
             for j in range(3):
                 whole[..., 3 + j] = np.cross(turns[j], e)
+            continue
+        if family == "rods":
+            for b in bodies_of(model, family, index):
+                at = int(model.bodies["iv"][b]) - int(model.info.nq)
+                node = _body(assembly, b, slice(at, at + 6), y)
+                assert node.rotation is not None
+                found[at : at + 3, :3] = np.eye(3)
+                found[at : at + 3, 3:] = np.cross(turns, node.position - point).T
+                found[at + 3 : at + 6, 3:] = node.rotation[:, 3:].T
             continue
         place = _body(assembly, index, where, y) if family == "bodies" else None
         if place is not None and place.displacement is None:

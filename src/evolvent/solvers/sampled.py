@@ -12,6 +12,7 @@ from evolvent.flow.needs import load_explicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import body_contact, constraint_rows, hinge, joint
 from evolvent.kernels.flexible import beam_energies
+from evolvent.kernels.rod import add_rod_energies
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
@@ -159,6 +160,10 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
             found.balance.contact[k] += f.body_contacts["energy"][i]
         if f.body_contacts.size:
             found.touches[k, :, :TOUCHED] = body_contact.contact_values(f.body_contacts)
+        if f.rods.size:
+            own[:] = 0.0
+            add_rod_energies(model, own)
+            found.balance.bending[k] += own[2]
         if f.hinges.size:
             coupled += hinge.add_hinges(t[k], y[k], s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families import bodies_of
 from evolvent.kernels import loads, springs
 from evolvent.kernels.body_contact import contact_values
 from evolvent.kernels.contact import friction_values
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
+from evolvent.solvers.rod_messages import bent_too_far
 from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, TOUCHED, empty, rubbing_points
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
@@ -255,10 +257,14 @@ class Search:
                 self.free = free
                 return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
-            return f"the state stopped being finite at load factor {factor:.6g}"
+            return f"the state stopped being finite at load factor {factor:.6g}{self._bent()}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
-        return f"Newton's method does not converge beyond load factor {self.reached:.6g}; arc_length may lead on"
+        return f"Newton's method does not converge beyond load factor {self.reached:.6g}{self._bent()}; arc_length may lead on"
+
+    def _bent(self) -> str:
+        """Which element of a rod is bent too far in the last equilibrium, in words; "" of none."""
+        return bent_too_far(self.work.assembly, self.kept[-1][1] if self.kept else self._start)
 
     def _acting(self, free: list[str]) -> str:
         """Which loads act on parts that nothing holds, in words."""
@@ -277,7 +283,7 @@ class Search:
                 target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
             else:
                 continue
-            if acts and any(names[part] == target for part in free):
+            if acts and any(_holds(model, names[part], target) for part in free):
                 found.append(name)
         if not found:
             return ""
@@ -343,3 +349,8 @@ def _ways(count: int) -> str:
 
 def _motions(count: int) -> str:
     return "one motion" if count == 1 else f"{count} motions"
+
+
+def _holds(model: Any, part: tuple[str, int], target: tuple[str, int]) -> bool:
+    """Whether what a load acts on belongs to a part."""
+    return part == target or (target[0] == "bodies" and target[1] in bodies_of(model, *part))

@@ -13,6 +13,7 @@ from evolvent import jit
 from evolvent import model as mdl
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
+from evolvent.families import bodies_of
 from evolvent.flow import needs
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.powers import N_POWERS
@@ -264,6 +265,9 @@ def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
     if family == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN:
         first = int(model.bodies["iv"][index]) - n_q
         return slice(first, first + (6 if model.bodies["motion"][index] == rigid.FREE else 1))
+    if family == "rods":
+        bodies = bodies_of(model, family, index)
+        return slice(int(model.bodies["iv"][bodies[0]]) - n_q, int(model.bodies["iv"][bodies[-1]]) - n_q + 6)
     return None
 
 

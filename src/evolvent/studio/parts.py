@@ -162,7 +162,7 @@ def words(parts: Mapping[str, Any]) -> Sequence[str]:
         found.append(name)
         if not isinstance(content, Mapping):
             continue
-        if content.get("kind") == "beam":
+        if content.get("kind") in ("beam", "rod"):
             found += [f"{name}.root", f"{name}.tip"]
         points = content.get("points")
         if isinstance(points, Mapping):

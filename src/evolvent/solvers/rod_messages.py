@@ -1,0 +1,38 @@
+"""Elements of rods that bend or twist too far, in messages of runs that fail."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.builder import Assembly
+from evolvent.elements import rods
+from evolvent.families import bodies_of, owner
+from evolvent.kernels.rotations import rotation_from_quaternion
+
+#: Angle between the ends of an element, degrees, from which messages name it.
+LARGE = 60.0
+
+
+def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
+    """What to say of the element whose ends are turned most, "" below `LARGE`.
+
+    Parameters
+    ----------
+    y : (ny,) float, the last state
+    """
+    model, worst, where = assembly.model, LARGE, ""
+    for k, row in enumerate(model.flexible.rods):
+        R = np.empty((int(row["elements"]) + 1, 3, 3))
+        for i, b in enumerate(bodies_of(model, "rods", k)):
+            q = int(model.bodies["iq"][b]) + 3
+            rotation_from_quaternion(*y[q : q + 4], R[i])
+        if not np.all(np.isfinite(R)):
+            continue
+        turns = np.degrees(np.linalg.norm(rods.strains(np.zeros((len(R), 3)), R, 1.0)[:, 3:], axis=1))
+        if turns.max() >= worst:
+            worst, element = float(turns.max()), int(turns.argmax())
+            where = (
+                f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg, and none "
+                f"may exceed 120 deg: take more `elements`"
+            )
+    return where

@@ -1,0 +1,51 @@
+"""Cases of geometrically exact rods."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from evolvent import System, elements, parts
+from evolvent.builder import Assembly
+from evolvent.families import bodies_of
+from evolvent.solvers.places import rod_arms
+from families.beams import BETA, ORIGIN, SIGMA
+from families.case import Array, Case, columns, of
+
+FLAT = elements.Rectangle(thickness=0.02, width=0.05)
+SOFT = elements.Material(young_modulus=2e6, poisson_ratio=0.0, density=1000.0)
+EI, MASS = 2e6 * 0.05 * 0.02**3 / 12.0, 1.0
+
+
+def node(assembly: Assembly, y: Array, name: str, which: int) -> Array:
+    """Place (..., 3) of a node of a rod, m."""
+    index = assembly.names[name][1]
+    body = bodies_of(assembly.model, "rods", index)[which]
+    q = int(assembly.model.bodies["iq"][body])
+    x, (w, *v) = y[..., q : q + 3], np.moveaxis(y[..., q + 3 : q + 7], -1, 0)
+    arm, vector = rod_arms(assembly.model, index)[which], np.stack(v, axis=-1)
+    twice = 2.0 * np.cross(vector, np.broadcast_to(arm, vector.shape))
+    return np.asarray(x + arm + w[..., None] * twice + np.cross(vector, twice))
+
+
+@of("a rod")
+def rod() -> Case:
+    """A cantilever, held by penalties, sinks under its weight by q L^4/(8 E I)."""
+    sag = 5e-3
+    gravity = 8.0 * EI * sag / MASS
+
+    def system() -> System:
+        found = System(gravity=(0.0, -gravity, 0.0))
+        found.add(parts.Rod(length=1.0, section=FLAT, material=SOFT, elements=4), "rod")
+        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, turn_stiffness=1e3), "root")
+        return found
+
+    w = BETA**2 * math.sqrt(EI / MASS)
+    shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
+    shares = shares / shares.sum()
+    return Case(
+        part="rod", system=system, seen=lambda assembly, y: node(assembly, y, "rod", -1)[..., 1:2], end=1.5, step=1e-4,
+        theory=4e-3, motion=lambda t: columns(-sag * np.sum(shares * (1.0 - np.cos(np.outer(t, w))), axis=1)),
+        still=(-sag,), poles=(1j * w[0],),
+    )  # fmt: skip
