@@ -108,6 +108,11 @@ def observe_coordinate(view: View, name: str) -> Observed:
     found.scalar("latch_time", np.full(view.t.size, when), "s", "time at which the latch has locked")
     if math.isfinite(row["latch"]):
         _observe_latch(view, row, called, math.isfinite(when), (x, rate, latched), found)
+    if called is _TRAVEL:
+        pose = view.pose(int(row["body"]))
+        ends = np.stack([pose.x + turned(pose.R, row["zero"]), _second(view, row).u], axis=1)
+        found.along("ends", "end", ends, "m", "place of travel 0 on the first part, and the second end, inertial axes")
+        found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = [called.value, called.torque]
     return found
 
