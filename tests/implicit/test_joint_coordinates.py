@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pathlib
 from typing import Any
 
 import numpy as np
@@ -273,6 +274,22 @@ def test_a_joint_by_name_is_the_same_as_its_ends() -> None:
     for flip in (False, True):
         named, own = (seen(run(system(flip, way), times, "energy"), "hinge")["angle"] for way in (True, False))
         np.testing.assert_array_equal(named, own)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rate", [10.0, -10.0])
+def test_an_angle_goes_on_from_half_a_turn(method: str, rate: float, tmp_path: pathlib.Path) -> None:
+    """From a file: 180 deg at the start, then six turns more or less; the samples are further apart than a turn."""
+    (tmp_path / "fold.yaml").write_text(
+        f"""system: structure
+parts:
+  panel: {{kind: rigid-body, motion: spin, inertia: 0.4 kg m^2, rate: {rate} rad/s}}
+  hinge: {{kind: rotational-spring, a: ground, b: panel, angle: 180 deg}}
+simulate: {{until: 4 s, every: 1 s}}
+"""
+    )
+    found = run(evolvent.load(tmp_path / "fold.yaml"), np.arange(5.0), method)
+    assert seen(found, "hinge")["angle"] == pytest.approx(math.pi + rate * np.arange(5.0), abs=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------ latches
