@@ -128,6 +128,8 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
     if model.flexible.beams.size and families.ENERGY not in refused:
         return energy_momentum.NAME, "beams: no step gains energy, whatever its length"
+    if model.flexible.body_contacts.size and families.ENERGY not in refused:
+        return energy_momentum.NAME, "contact: no step gains energy, whatever its length"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
     if families.EXPLICIT in refused:
