@@ -133,6 +133,8 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if (model.flexible.beams.size or model.flexible.rods.size) and families.ENERGY not in refused:
         what = "beams" if model.flexible.beams.size else "rods"
         return energy_momentum.NAME, f"{what}: no step gains energy, whatever its length"
+    if model.flexible.body_contacts.size and families.ENERGY not in refused:
+        return energy_momentum.NAME, "contact: no step gains energy, whatever its length"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
     if families.EXPLICIT in refused:

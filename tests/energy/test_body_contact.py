@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 
 from book import Book
-from evolvent import System, parts
+from evolvent import Stepper, System, parts
+from evolvent.solvers.modes import modes
+from families.contacts import pressed
 
 Array = np.ndarray
 CHAPTER, CLOSED = "Contact", "closed form"
@@ -213,6 +215,25 @@ def test_a_capsule_rests_on_two_points() -> None:
     shares = np.array([0.5 * (MASS * g + force) + side * force * x / 0.6 for side in (-1.0, 1.0)])
     np.testing.assert_allclose(found.point_force.values[-1], shares, rtol=1e-4)
     np.testing.assert_allclose(found.force.values[-1], [0.0, 0.0, MASS * g + force], atol=1e-6)
+
+
+def test_modes_of_a_lever_on_crossed_capsules() -> None:
+    """A capsule of a lever lies across another one: the frequency is that of the contact's spring."""
+    a, b = (parts.Capsule(radius=RADIUS, length=0.5, axis=axis) for axis in ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0)))
+    case = pressed(a, b, 2.0 * RADIUS)
+    assert modes(case.system().assemble(), count=1).pole == pytest.approx(np.asarray(case.poles), rel=1e-3)
+
+
+def test_a_stepper_keeps_the_friction_of_the_step_before() -> None:
+    """A ball that slides and rolls, stepped from outside: 5/7 of its speed."""
+    system = System(gravity=(0.0, 0.0, -10.0))
+    ball(system, "ball", (0.0, 0.0, RADIUS - MASS * 10.0 / K), velocity=(1.0, 0.0, 0.0))
+    law = {"stiffness": K, "friction": 0.3, "stick_stiffness": 1e5, "stick_damping": 300.0}
+    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    stepper = Stepper(system, method=ALPHA, step=1e-3, until=1.0)
+    for _ in range(20):
+        stepper.step(0.01)
+    assert stepper.body("ball")[1][0] == pytest.approx(5.0 / 7.0, rel=2e-3)
 
 
 def test_explicit_methods_agree() -> None:

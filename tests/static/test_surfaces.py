@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent import System, elements, parts
+from evolvent import System, analysis, elements, parts
+from evolvent.solvers.modes import modes
+from evolvent.solvers.static import solve_static
+from families.beams import K_TOUCH, SUNK, resting
 
 E, SIDE, LOAD, K = 2e9, 0.02, 1.0, 1e7
 EI = E * SIDE**4 / 12.0
@@ -82,3 +85,36 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
     assert np.all(pressed > 0.1)
     np.testing.assert_allclose(friction[:, 2], mu * pressed, rtol=1e-3)
     np.testing.assert_allclose(found.force.values[5:], -found.point_resultant.values[5:, 0], atol=0.02 * N)
+
+
+@pytest.mark.parametrize("solver", ["rk4", "generalized-alpha", "energy-momentum", "static", "modes"])
+@pytest.mark.parametrize("prop", ["plane", "sphere", "capsule"])
+def test_a_rod_that_lies_on_a_surface(prop: str, solver: str) -> None:
+    """A rod on a hinge whose tip lies on the spring of the contact: motion, equilibrium and mode in closed form."""
+    given: dict[str, Any] = {
+        "body": "ground",
+        "beams": ["rod"],
+        "stiffness": K_TOUCH,
+        "points": 1,
+        "initial_overlap": 0.1,
+    }
+    centre = {"centre": (1.0, SUNK - 0.2, 0.0)}
+    part: Any = {
+        "plane": parts.PlaneContact(normal=(0.0, 1.0, 0.0), clearance=0.2, skip=1, **centre, **given),
+        "sphere": parts.SphereContact(radius=0.2, **centre, **given),
+        "capsule": parts.CapsuleContact(radius=0.2, length=0.3, **centre, **given),
+    }[prop]
+    case = resting("touch", lambda found: found.add(part, "touch") and None, 1.0)
+    system = case.system()
+    assembly = system.assemble()
+    if solver == "static":
+        found = case.seen(assembly, solve_static(assembly).y[-1])
+        assert found == pytest.approx(np.asarray(case.still), abs=1e-5)
+    elif solver == "modes":
+        assert modes(assembly, count=1).pole == pytest.approx(np.asarray(case.poles), rel=2e-3)
+    else:
+        step = 5e-5 if solver == "rk4" else 1e-3
+        plan, _ = analysis.plan(assembly, np.linspace(0.0, 0.6, 7), method=solver, step=step)
+        solution = plan.run()
+        exact = case.motion(solution.t)
+        assert np.abs(case.seen(assembly, solution.y) - exact).max() < 5e-3 * np.ptp(exact)

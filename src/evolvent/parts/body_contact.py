@@ -32,7 +32,9 @@ class Surface(NamedTuple):
 class BodyContact(ContactLaw):
     """Two rigid bodies that touch: a sphere or capsule of one, and a sphere, a capsule or a plane of the other.
 
-    Two capsules touch at one point, where their axes are closest; a capsule touches a plane at two, its ends.
+    Two capsules touch at one point, where their axes are closest, which moves to and fro where they lie side by side:
+    give one of them spheres along its axis instead, by several contacts. A capsule touches a plane at two points, its
+    ends.
 
     Parameters
     ----------
