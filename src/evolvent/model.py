@@ -43,7 +43,7 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties; step: a
     # bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth penalties", "gravity", "step compliance", gravity=_3),
+    "info": _record("nq nv ny ns ne bandwidth penalties redundant", "gravity", "step compliance", gravity=_3),
     "bodies": _record(
         "motion iq iv",
         "mass inertia axis R0 x0 rate spin_inertia",
