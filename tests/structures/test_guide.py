@@ -63,6 +63,16 @@ def test_the_array_and_the_tether(tmp_path: Any, monkeypatch: pytest.MonkeyPatch
     assert {path.name for path in tmp_path.iterdir()} == {"angles.png", "array.html", "tether.png", "tether.html"}
 
 
+def test_the_frame_of_two_booms(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program of the page on joints: the corner passes on the force's moment about it."""
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "joints.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    (program,) = re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
+    exec(program, names)
+    assert names["rest"].corner.moment.values[-1] == pytest.approx([0.0, 0.0, -10.0], abs=0.05)
+
+
 @pytest.mark.parametrize(("change", "line"), list(zip(CHANGES, QUOTED.splitlines(), strict=True)))
 def test_what_is_refused(
     change: tuple[str, str], line: str, call: Callable[..., tuple[int, str, str]], tmp_path: Any

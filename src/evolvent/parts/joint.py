@@ -286,7 +286,13 @@ class PrescribedRotation(Part):
         drive, until = self.drive.write(builder, name), _until(self.until)
         _check_jumps(name, self.drive, until, "rad/s")
         side = Side(sides.ON_COORDINATES, index, body["iq"], body["iv"], np.zeros(3), np.zeros(3), None)
-        path = {"path": kernels.LINEAR, "drive": drive.kind, "law": drive.law, "first": drive.first, "last": drive.last}
+        path: dict[str, Any] = {
+            "path": kernels.LINEAR,
+            "drive": drive.kind,
+            "law": drive.law,
+            "first": drive.first,
+            "last": drive.last,
+        }
         row = add_row(builder, kernels.ANGLE, side, side, until=until, **path)
         builder.names[name] = ("joints", row)
 

@@ -102,8 +102,8 @@ def iterate(t1, h, coasts, model, matrix, work):
         if touching != loop.contact_set:
             loop.contact_set = touching
             loop.stale = 1
-        # a thread's directions must be fresh
-        renewed = loop.stale == 1 or ratio > SLOW or model.threads.size > 0
+        # directions of threads must be fresh, and those in which multipliers of redundant constraints are free
+        renewed = loop.stale == 1 or ratio > SLOW or model.threads.size > 0 or model.info.redundant != 0
         if renewed:
             found = factor_at(t1, y, la, c_mass, c_rate, scale, model, matrix, work)
             if found < 0:

@@ -226,7 +226,7 @@ def iterate(most, searches, model, matrix, work):
         if not is_finite(step.r):
             return NOT_FINITE
         now = _count_touching(model)
-        fresh = stale or ratio > SLOW or now != touching
+        fresh = stale or ratio > SLOW or now != touching or model.info.redundant != 0
         if fresh:
             tangent(scale, model, step, matrix)
             found = sparse_lu.factor(matrix)

@@ -150,6 +150,8 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     yields = np.einsum("ij,ji->i", G[rows].toarray(), splu(M.tocsc()).solve(G[rows].T.toarray()))
     compliance = max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
     joints["slack"][rows] = size * compliance
+    info = model.info
+    info.redundant = 1
     return Redundancy(held.size, rank, names, rows, length, compliance)
 
 
