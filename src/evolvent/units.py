@@ -495,9 +495,7 @@ Inertias = Annotated[float | tuple[float, ...], OneOrMore(quantity=_INERTIA, eac
 Angle = Annotated[float, Quantity(what="an angle", unit="rad", example="10 deg")]
 AngularRate = Annotated[float, _ANGULAR_RATE]
 AngularRates = Annotated[float | tuple[float, ...], OneOrMore(quantity=_ANGULAR_RATE, each="one per blade")]
-PositiveRate = Annotated[
-    float, Quantity(what="an angular velocity", unit="rad/s", example="1.1e-3 rad/s", above=0.0)
-]
+PositiveRate = Annotated[float, Quantity(what="an angular velocity", unit="rad/s", example="1.1e-3 rad/s", above=0.0)]
 GravitationalParameter = Annotated[
     float, Quantity(what="a gravitational parameter", unit="m^3/s^2", example="3.986e14 m^3/s^2", above=0.0)
 ]

@@ -20,7 +20,8 @@ def law_values(view: View, address: int, first: int, last: int, x: Array, v: Arr
     parameters = np.ascontiguousarray(view.model.parameters[first:last])
     law = view.assembly.expressions[first][0] if first in view.assembly.expressions else view.assembly.laws[address]
     found = [
-        law(np.ascontiguousarray(x[k]), np.ascontiguousarray(v[k]), t, parameters) for k, t in enumerate(view.t.tolist())
+        law(np.ascontiguousarray(x[k]), np.ascontiguousarray(v[k]), t, parameters)
+        for k, t in enumerate(view.t.tolist())
     ]
     return np.array(found, dtype=float).reshape(-1, 3)
 

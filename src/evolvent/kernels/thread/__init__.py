@@ -32,8 +32,8 @@ from evolvent.kernels.thread.chain import (
     regular_rate,
 )
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
-from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import load_resultant, node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import (

@@ -49,9 +49,7 @@ def load_resultant(t, s, model, a, out):
         out[c] = 0.0
     for i in range(s[p]):
         node_motion(threads, nodes, s, p, i, e, position, velocity)
-        fx, fy, fz = thread_load(
-            t, loads, model, bodies, a, threads[p].body, threads[p].chord, position, velocity, e
-        )
+        fx, fy, fz = thread_load(t, loads, model, bodies, a, threads[p].body, threads[p].chord, position, velocity, e)
         span = node_share(loads, a, i, nodes[threads[p].node + i].span)
         out[0] += fx * span
         out[1] += fy * span

@@ -126,8 +126,9 @@ def carry_power(s, model):
 
     Notes
     -----
-    m r^2 (phi'' + n . omega') phi', n the spool's axis, less what fields do there (`wound_fields`). A free spool's phi'' is known only now; its reaction on a
-    driven body joins the body's wrench (a body that spins has its axis across the spool's).
+    m r^2 (phi'' + n . omega') phi', n the spool's axis, less what fields do there (`wound_fields`). A free spool's
+    phi'' is known only now; its reaction on a driven body joins the body's wrench (a body that spins has its axis
+    across the spool's).
     """
     threads, nodes, bodies = model.threads, model.nodes, model.bodies
     power = 0.0
