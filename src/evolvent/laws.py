@@ -27,6 +27,8 @@ FORMS = {
 def _compile_law(signature: Any, function: Callable) -> Any:
     """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
     options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
+    if function.__closure__:  # what it closes over is another object in every process
+        return njit(signature, **options)(function)
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
         return njit(signature, cache=True, **options)(function)

@@ -273,6 +273,6 @@ def test_a_law_with_the_time_first() -> None:
     system.add(parts.Point(mass=2.0), "mass")
     system.add(broken, "push")
     with pytest.raises(
-        InputError, match="'push' at t = 0 s: the law 'pulsed' .*test_law_loads.py.*0 parameters are given"
+        InputError, match=r"'push' at t = 0 s: the law 'pulsed' .*test_law_loads.py.*0 parameters are given"
     ):
         system.simulate(until=1.0)
