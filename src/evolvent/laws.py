@@ -28,6 +28,8 @@ FORMS = {
 def _compile_law(signature: Any, function: Callable) -> Any:
     """Compile a user's function as numba compiles its own, for the host, with checked indices, and keep it."""
     options = {"error_model": "numpy", "_nrt": False, "boundscheck": True}
+    if function.__closure__:  # what it closes over is another object in every process
+        return njit(signature, **options)(function)
     previous, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_DIR)
     try:
         return njit(signature, cache=True, **options)(function)
@@ -109,13 +111,15 @@ def _what(law: Any, arguments: tuple[Any, ...], error: Exception) -> str:
 
 
 def force_law(function: Callable) -> Any:
-    """Turn ``f(x, v, t, parameters) -> (fx, fy, fz)`` into a distributed load law.
+    """Turn ``f(x, v, t, parameters) -> (fx, fy, fz)`` into the law of a load or of an acceleration field.
 
     Parameters
     ----------
     function : callable
         Receives position `x` : (3,) m and velocity `v` : (3,) m/s in the inertial frame, time `t` : s and the
-        `parameters` : (k,) given with the load; returns force per length, N/m, inertial frame.
+        `parameters` : (k,) given with the part; returns three numbers: a force per length (N/m), a force (N), a torque
+        (N m) or an acceleration (m/s2), as the part says. Where its first argument is called ``t``, it receives the
+        time first: ``f(t, x, v, parameters)``.
 
     Returns
     -------
@@ -127,7 +131,36 @@ def force_law(function: Callable) -> Any:
     -----
     Keep helpers of a law in the same file: a change in another user file is not noticed by the cache.
     """
-    return _law("force", function)
+    return _law("force", _time_last(function))
+
+
+def _time_last(function: Any) -> Any:
+    """A force law with the time as its third argument, of one that has it first; others as they are."""
+    code = getattr(function, "__code__", None)
+    if code is None or code.co_argcount != 4 or code.co_varnames[0] != "t":
+        return function
+    inner = function if config.DISABLE_JIT else _compiled_first(function)
+
+    def ordered(x: Any, v: Any, t: float, parameters: Any) -> Any:
+        return inner(t, x, v, parameters)
+
+    named = {"co_filename": code.co_filename, "co_name": code.co_name, "co_firstlineno": code.co_firstlineno}
+    ordered.__code__ = ordered.__code__.replace(**named)
+    ordered.__name__ = function.__name__
+    return ordered
+
+
+def _compiled_first(function: Callable) -> Any:
+    """A force law with the time first, compiled."""
+    signature = LAWS["force"]
+    x, v, t, parameters = signature.args
+    try:
+        return _compile_law(signature.return_type(t, x, v, parameters), function)
+    except (NumbaError, TypeError) as error:
+        raise InputError(
+            f"{describe_law(function)} cannot be compiled as (t, x, v, parameters) -> (fx, fy, fz): "
+            f"{_one_line(str(error))}"
+        ) from error
 
 
 def spring_law(function: Callable) -> Any:

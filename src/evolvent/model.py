@@ -75,8 +75,8 @@ RECORDS: dict[str, np.dtype] = {
     ),
     # mass, its inverse, and the length of thread whose loads the node carries
     "nodes": _record("", "mass compliance span", "x v af tension piv off rhs", x=_3, v=_3, af=_3),
-    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the law
-    # of a force or torque; node: of a thread
+    # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
+    # law of a force or torque; node: of a thread
     "loads": _record("kind target law first last law_first law_last node", ""),
     "events": _record("law first last stops", ""),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor

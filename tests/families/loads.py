@@ -140,7 +140,7 @@ def panel() -> Case:
 @of("a body driven along a line")
 def table() -> Case:
     """A mass on a spring without length on a shaker's table, which moves by u = a sin(f t)."""
-    k, m, a, f, time = 8.0, 2.0, 0.5, 3.0, 0.4
+    k, m, a, f, time, lift = 8.0, 2.0, 0.5, 3.0, 0.4, 0.2
     w = math.sqrt(k / m)
 
     def system() -> System:
@@ -149,14 +149,16 @@ def table() -> Case:
         found.add(parts.RigidBody(motion="driven", drive=drive), "table")
         found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
         found.add(parts.Spring(a="table", b="mass", stiffness=k, length=0.0))
+        found.add(parts.Force(at="mass", force=(0.0, k * lift, 0.0)), "lift")
         return found
 
     return Case(
         part="table", system=system, end=3.0, step=0.01, seen=at("mass"), time=time,
         motion=lambda t: columns(
-            a * w**2 / (w**2 - f**2) * (np.sin(f * t) - f / w * np.sin(w * t)), 0.0, np.cos(w * t)
+            a * w**2 / (w**2 - f**2) * (np.sin(f * t) - f / w * np.sin(w * t)), lift * (1.0 - np.cos(w * t)),
+            np.cos(w * t),
         ),
-        still=(a * math.sin(f * time), 0.0, 0.0), poles=springs_poles(*[w**2] * 3),
+        still=(a * math.sin(f * time), lift, 0.0), poles=springs_poles(*[w**2] * 3),
     )  # fmt: skip
 
 

@@ -56,10 +56,10 @@ def test_a_cantilever_on_a_shaker(method: str, book: Book) -> None:
     """Its tip against its root: (cos b + cosh b)/(1 + cos b cosh b), b^4 = rho A w^2 L^4/(E I), of steady motion."""
     a, count, section = 1e-3, 8, elements.Rectangle(width=0.02, thickness=0.005)
     material = elements.Material(young_modulus=2e9, poisson_ratio=0.0, density=1000.0)
-    stiffness = 2e9 * 0.005 * 0.02**3 / 12.0 if False else 2e9 * 0.02 * 0.005**3 / 12.0
+    stiffness = 2e9 * 0.02 * 0.005**3 / 12.0
     b = 1.5
     w = b**2 * math.sqrt(stiffness / (1000.0 * 0.02 * 0.005))
-    # amplitude over the length: shape = A cos + B sin + C cosh + D sinh, with shape(0) = 1, shape'(0) = 0 and a free end
+    # amplitude over the length: A cos + B sin + C cosh + D sinh, 1 at the clamp, without slope there, a free end
     s, c, S, C = math.sin(b), math.cos(b), math.sinh(b), math.cosh(b)
     A, B = np.linalg.solve([[-c - C, -s - S], [s - S, -c - C]], [-C, -S])
     factors = np.array([A, B, 1.0 - A, -B])
@@ -92,9 +92,11 @@ def test_an_inextensible_thread_follows_the_acceleration_of_its_reel() -> None:
     drive = {"expression": "c*t**4", "constants": {"c": 0.5}}
     system.add(parts.RigidBody(motion="driven", drive=drive, direction=(0.0, 0.0, 1.0)), "crane")
     system.add(
-        parts.Reel(body="crane", radius=0.1, payout_axis=(0.0, 0.0, -1.0), drive=parts.ConstantDrive(rate=0.0, angle=10.0)),
+        parts.Reel(
+            body="crane", radius=0.1, payout_axis=(0.0, 0.0, -1.0), drive=parts.ConstantDrive(rate=0.0, angle=10.0)
+        ),
         "reel",
-    )  # fmt: skip
+    )
     system.add(
         parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=1, tip_mass=2.0, segments="inextensible"), "rope"
     )

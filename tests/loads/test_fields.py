@@ -270,7 +270,9 @@ def broken(x: Any, v: Any, t: float, p: Any) -> tuple[float, float, float]:
 def test_refusals() -> None:
     point = parts.Point(mass=1.0)
 
-    def refused(words: str, *fields: Any, call: str = "assemble", gravity: Any = (0.0, 0.0, 0.0), **options: Any) -> None:
+    def refused(
+        words: str, *fields: Any, call: str = "assemble", gravity: Any = (0.0, 0.0, 0.0), **options: Any
+    ) -> None:
         system = System(gravity=gravity)
         system.add(point, "p")
         for k, field in enumerate(fields):

@@ -120,24 +120,25 @@ def test_laws_moments_and_follower_forces_on_a_beam_agree_between_methods(formul
         parts.Beam(length=1.0, section=SECTION, material=soft, elements=2, formulation=formulation), "beam"
     )  # fmt: skip
     system.add(parts.Joint(a="beam.root", b=ORIGIN, type="clamp", stiffness=1e4, damping=5.0), "root")
-    sine = {"sine": {"amplitude": 1e-3, "frequency": 0.5}}
+    sine = {"sine": {"amplitude": 1e-2, "frequency": 0.5}}
     system.add(parts.Torque(at="beam.tip", axis=(0.0, 0.0, 1.0), profile=sine), "moment")
     system.add(parts.Torque(at="beam[1]", law=["-c*vx", "-c*vy", "-c*vz"], constants={"c": 1e-3}), "damper")
     if formulation != "cable":
         system.add(parts.Force(at="beam.tip", force=(0.0, 0.01, 0.01), frame="body"), "follower")
     system.add(parts.Force(at="beam.tip", law=spring, parameters=(0.1, 0.01)), "spring")
-    system.add(parts.LineLoad(beam="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.05"]), "drag")
+    system.add(parts.LineLoad(beam="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.5"]), "drag")
     places = []
-    for method, options in METHODS.items():
-        run = system.simulate(until=0.3, every=1e-3, method=method, **options)
+    methods = {**METHODS, "generalized-alpha": {"tolerance": 1e-5}}
+    del methods["generalized-alpha" if formulation == "cable" else "dopri5"]  # which take long there
+    for method, options in methods.items():
+        run = system.simulate(until=0.1, every=1e-3, method=method, **options)
         places.append(run["beam/position"].values[-1])
         scale = float(run["energy_kinetic"].max())
-        allowed = {"dopri5": 1e-8, "generalized-alpha": 1e-3, "energy-momentum": 1e-9}[method]
+        allowed = {"dopri5": 1e-7, "generalized-alpha": 1e-2, "energy-momentum": 1e-7}[method]
         assert float(np.abs(run["energy_defect"]).max()) < allowed * scale, method
         works = [float(group["work"][-1]) for group in run.children.values() if "work" in group]
         assert sum(works) == pytest.approx(float(run["work_loads"][-1]), rel=1e-2)
-    np.testing.assert_allclose(places[1], places[0], atol=2e-5)
-    np.testing.assert_allclose(places[2], places[0], atol=2e-5)
+    np.testing.assert_allclose(places[1:], [places[0]] * (len(places) - 1), atol=2e-5)
 
 
 def test_a_beam_on_an_elastic_foundation() -> None:
@@ -166,8 +167,9 @@ def tethered(**fields: Any) -> System:
     system.add(parts.RigidBody(motion="driven"), "hub")
     system.add(parts.Reel(body="hub", radius=0.1, drive=parts.ConstantDrive(rate=0.0, angle=10.0)), "reel")
     system.add(
-        parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=4, stiffness=1e3, damping=20.0, **fields), "tether"
-    )  # fmt: skip
+        parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=4, stiffness=1e3, damping=20.0, **fields),
+        "tether",
+    )
     return system
 
 
@@ -230,15 +232,21 @@ def test_refusals() -> None:
 
     law = ["1", "0", "0"]
     refused("load.at is 'point'; this load needs a body", parts.Torque(at="point", torque=(0.0, 0.0, 1.0)))
-    refused("load.at is 'tether.tip', a node of a thread, which takes forces alone", parts.Torque(at="tether.tip", law=law))
+    refused(
+        "load.at is 'tether.tip', a node of a thread, which takes forces alone", parts.Torque(at="tether.tip", law=law)
+    )
     refused("'tether' has no 'root'; give 'tether.tip'", parts.Force(at="tether.root", law=law))
     refused("'tether' has no node 4; give", parts.Force(at="tether[4]", law=law))
     refused("'tether' is a thread; give 'tether.tip'", parts.Force(at="tether", law=law))
     refused("load.torque is .*, along the cable at 'cable.tip'", parts.Torque(at="cable.tip", torque=(2.0, 0.0, 0.0)))
     refused("load.frame is 'body', but .* a node of a cable", parts.Force(at="cable.tip", law=law, frame="body"))
     refused("load.law and load.force are both given", parts.Force(at="point", law=law, force=(1.0, 0.0, 0.0)))
-    refused("load.law and load.profile are both given", parts.LineLoad(beam="cable", law=law, profile={"constant": 1.0}))
-    refused("load.constants is given without load.law", parts.Force(at="point", force=(1.0, 0.0, 0.0), constants={"a": 1}))
+    refused(
+        "load.law and load.profile are both given", parts.LineLoad(beam="cable", law=law, profile={"constant": 1.0})
+    )
+    refused(
+        "load.constants is given without load.law", parts.Force(at="point", force=(1.0, 0.0, 0.0), constants={"a": 1})
+    )
     refused(
         "load.specular and load.diffuse add up to 1.2",
         parts.PanelRadiation(at="hub", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0, specular=0.7, diffuse=0.5),
@@ -247,3 +255,24 @@ def test_refusals() -> None:
         "load.at is 'point'; this load needs a body",
         parts.PanelRadiation(at="point", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0),
     )
+
+
+@evolvent.force_law
+def pulsed(t: float, x: Any, v: Any, parameters: Any) -> tuple[float, float, float]:
+    return parameters[0] * t, -parameters[1] * x[1], 0.0
+
+
+def test_a_law_with_the_time_first() -> None:
+    system = System()
+    system.add(parts.Point(mass=2.0, position=(0.0, 0.1, 0.0)), "mass")
+    system.add(parts.Force(at="mass", law=pulsed, parameters=(3.0, 8.0)), "push")
+    run = system.simulate(until=1.0, every=0.5, method="dopri5", tolerance=1e-10)
+    np.testing.assert_allclose(run["mass/position"].values[-1], [0.25, 0.1 * math.cos(2.0), 0.0], atol=1e-8)
+    broken = parts.Force(at="mass", law=pulsed)
+    system = System()
+    system.add(parts.Point(mass=2.0), "mass")
+    system.add(broken, "push")
+    with pytest.raises(
+        InputError, match=r"'push' at t = 0 s: the law 'pulsed' .*test_law_loads.py.*0 parameters are given"
+    ):
+        system.simulate(until=1.0)

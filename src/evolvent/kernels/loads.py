@@ -162,9 +162,7 @@ def add_law_tangents(t, y, c_rate, model, matrix):
 
 @indirect(void(REAL, VECTOR, types.int64, REAL, MODEL, SPARSE))
 def add_law_tangent(t, y, k, c_rate, model, matrix):
-    """Add what the law of load k changes with place, and c_rate times with velocity; how it turns with a body is left
-    out.
-    """
+    """Add what the law of load k changes with place, and c_rate times with velocity, but for turns of its axes."""
     loads, markers, bodies, f = model.loads, model.markers, model.bodies, model.flexible
     p = model.parameters[loads[k].first : loads[k].last]
     scale = window(t, p[START], p[END], p[RAMP]) * p[0]

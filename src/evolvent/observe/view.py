@@ -114,13 +114,13 @@ class View:
         return self._poses[index]
 
     def _pose(self, body: Any) -> Pose:
-        n, q, v = self.t.size, int(body["iq"]), int(body["iv"])
+        n, q, at = self.t.size, int(body["iq"]), int(body["iv"])
         if body["motion"] == rigid.FREE:
             R = rotation_matrices(self.attitude_of(body))
-            rate = turned(R, self.coordinates(v + 3))
-            return Pose(self.coordinates(q), R, self.coordinates(v), rate)
+            rate = turned(R, self.coordinates(at + 3))
+            return Pose(self.coordinates(q), R, self.coordinates(at), rate)
         if body["motion"] == rigid.SPIN:
-            angle, rate = self.y[:, q], self.y[:, v]
+            angle, rate = self.y[:, q], self.y[:, at]
         else:
             angle, rate = body["rate"] * self.t, np.full(n, body["rate"])
         R = body["R0"] @ about(body["axis"], angle)

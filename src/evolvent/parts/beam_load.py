@@ -148,7 +148,7 @@ class LineLoad(Part):
         times = (self.start, self.end, self.ramp)
         if self.law is not None:
             refuse_beside_law(name, self, ("force", "direction", "profile"))
-            law = write_law(builder, name, self.law, "force", self.parameters, self.constants)
+            law: dict[str, Any] = write_law(builder, name, self.law, "force", self.parameters, self.constants)
             add_beam_load(builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, **law)
             return
         refuse_without_law(name, self)

@@ -232,8 +232,7 @@ class Force(Part):
         vector = _vector(name, self, ("force", "direction"))
         thread = _thread_node(builder, name, self.at)
         if thread is not None:
-            target, node = thread
-            _write_load(builder, name, kernels.NODE, target, self, vector, node=node)
+            _write_load(builder, name, kernels.NODE, thread[0], self, vector, node=thread[1])
             return
         node = _node(builder, name, self.at)
         if node is None:
@@ -362,7 +361,7 @@ def _write_at_node(builder: Builder, name: str, kind: int, load: Force | Torque,
             f"{name}.frame is 'body', but {name}.at is {load.at!r}, a node of a cable, which has no section; take "
             f"'inertial', or a beam"
         )
-    law: dict[str, int] = {}
+    law: dict[str, Any] = {}
     if load.law is not None:
         law = write_law(builder, name, load.law, "force", load.parameters, load.constants)
     add_beam_load(

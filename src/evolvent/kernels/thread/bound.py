@@ -42,6 +42,7 @@ def add_thread_bound(model, p, body, point):
             damping = np.append(damping, compliance * row["damping"])
         return [(float(k), float(d)) for k, d in zip(squared, damping, strict=True)]
     rate2 = float(np.sum(model.bodies["w"][b] ** 2))
+    rate2 += sum(float(np.abs(np.linalg.eigvalsh(field["K"])).max()) for field in model.fields)
     distance = float(np.linalg.norm(row["d"])) + row["segment"] * (n - np.arange(n))
     tension = np.cumsum(masses * (rate2 * distance + float(np.linalg.norm(model.info.gravity))))
     lighter = np.minimum(masses, np.roll(masses, -1))
