@@ -109,6 +109,7 @@ class Builder:
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
         #: Called with the builder once all parts are written.
         self.at_end: list[Callable[[Builder], None]] = []
+        self._pooled: dict[Any, int] = {}
         self._ground()
 
     def _ground(self) -> None:
@@ -154,13 +155,13 @@ class Builder:
 
     def pooled(self, **entries: Any) -> int:
         """Place of entries, of equal place in several pools of `model.Flexible`; equal ones are stored once."""
-        first = self.pools[next(iter(entries))]
-        for k in range(len(first)):
-            if all(np.array_equal(self.pools[name][k], value) for name, value in entries.items()):
-                return k
-        for name, value in entries.items():
-            self.pools[name].append(np.array(value, dtype=float))
-        return len(first) - 1
+        arrays = {name: np.array(value, dtype=float) for name, value in entries.items()}
+        key = tuple((name, value.tobytes()) for name, value in arrays.items())
+        if key not in self._pooled:
+            self._pooled[key] = len(self.pools[next(iter(arrays))])
+            for name, value in arrays.items():
+                self.pools[name].append(value)
+        return self._pooled[key]
 
     def law(self, law: Any, kind: str) -> int:
         """Address of a user's law, which is kept alive with the model."""

@@ -427,9 +427,13 @@ def bodies_of(model: Model, family: str, index: int) -> range:
 
 def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:
     what = family.name if family is not None else f"one of the {name}"
+    who = owner(assembly, name, index)
     advice = f"; {family.advice}" if family is not None and family.advice else ""
+    part = assembly.parts.get(who)
+    if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
+        advice = "; take generalized-alpha"
     raise InputError(
-        f"{owner(assembly, name, index)!r} is {what}, which {SOLVERS[solver]} "
+        f"{who!r} is {what}, which {SOLVERS[solver]} "
         f"{'does' if solver in (IMPLICIT, ENERGY, STATIC) else 'do'} not support{advice}"
     )
 

@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sparse
+from scipy.sparse.linalg import spsolve
 
+from book import Book
 from evolvent import InputError, parts
 from evolvent.elements import Angle, Arc, General, IBeam, Material, Rectangle, Taper, beam_parts
 from evolvent.elements.sections import CFRP, CFRP_UD, MATERIALS, SOURCES
@@ -181,3 +184,45 @@ def test_refusals(make: Any, message: str) -> None:
 def test_a_shear_modulus_of_its_own() -> None:
     plain, own = Material(young_modulus=1e9, density=1.0), Material(young_modulus=1e9, density=1.0, shear=1e7)
     assert (plain.shear_modulus, own.shear_modulus) == pytest.approx((1e9 / 2.6, 1e7))
+
+
+def prandtl(mask: Array, h: float) -> float:
+    """Torsion constant by Prandtl's stress function on a grid of inner points, 5-point Laplacian: J = 2 int phi dA."""
+    number = np.full(mask.shape, -1)
+    number[mask] = np.arange(mask.sum())
+    rows, columns = [], []
+    for axis in (0, 1):
+        for a, b in ((number, np.roll(number, -1, axis)), (number, np.roll(number, 1, axis))):
+            both = (a >= 0) & (b >= 0)
+            rows.append(a[both])
+            columns.append(b[both])
+    i, j = np.concatenate(rows), np.concatenate(columns)
+    n = int(mask.sum())
+    A = sparse.diags_array(np.full(n, 4.0)) - sparse.coo_array((np.ones(i.size), (i, j)), shape=(n, n))
+    phi = spsolve(A.tocsc(), np.full(n, 2.0 * h * h))
+    return 2.0 * h * h * float(phi.sum())
+
+
+def test_torsion_of_thin_walls_against_the_stress_function(book: Book) -> None:
+    """The thin walls' sum b t^3/3 leaves out ends and corners, some per cent."""
+    h = 0.15e-3
+    inner = {
+        "angle 40 x 30 x 3 mm": lambda y, z: (y < 0.003 - h / 2) | (z < 0.003 - h / 2),
+        "I 40 x 30 x 3 x 3 mm": lambda y, z: (
+            (y < 0.003 - h / 2) | (y > 0.037 + h / 2) | (abs(z - 0.015) < 0.0015 - h / 2)
+        ),
+    }
+    sections = (
+        Angle(height=0.04, width=0.03, thickness=0.003), IBeam(height=0.04, width=0.03, web=0.003, flange=0.003),
+    )  # fmt: skip
+    y, z = np.meshgrid(np.arange(268) * h, np.arange(202) * h, indexing="ij")
+    within = (y > h / 2) & (y < 0.04 - h / 2) & (z > h / 2) & (z < 0.03 - h / 2)
+    for (name, shape), section in zip(inner.items(), sections, strict=True):
+        wanted = prandtl(within & shape(y, z), h)
+        book(
+            "Statics of beams", f"Torsion constant of thin walls, {name}", reference=f"{1e12 * wanted:.4g} mm^4",
+            source="Prandtl's stress function, finite differences", allowed=0.05,
+            error=abs(section.properties(0.3).J / wanted - 1.0),
+        )  # fmt: skip
+    square = prandtl((y > h / 2) & (y < 0.03 - h / 2) & (z > h / 2) & (z < 0.03 - h / 2), h)
+    assert square == pytest.approx(Rectangle(thickness=0.03, width=0.03).properties(0.3).J, rel=1e-3)

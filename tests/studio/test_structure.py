@@ -62,8 +62,9 @@ def test_fields_of_a_beam_show_units_limits_and_how_mappings_are_written():
     assert "a length above 0" in fields["length"].help
     assert fields["section"].wide
     assert "{tube: {radius: ..., thickness: ...}}" in fields["section"].help
-    assert "{young_modulus: ..., poisson_ratio: ..., density: ...}" in fields["material"].help
-    assert "one of the names aluminium, cfrp" in fields["material"].help
+    keys = "{young_modulus: ..., poisson_ratio: ..., density: ..., shear: ..., thermal_expansion: ...}"
+    assert keys in fields["material"].help
+    assert "one of the names aluminium, beryllium-copper, cfrp" in fields["material"].help
     assert "from 1 to 100000" in fields["elements"].help
     joint = {field.key: field for field in form.describe(kinds()["joint"], flat=True).fields()}
     assert [key for key, field in joint.items() if field.refers] == ["a", "b"]

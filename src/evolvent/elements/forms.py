@@ -53,6 +53,7 @@ class Form:
         return Form(self.H - other.H, self.h - other.h, self.U0 - other.U0)
 
 
+@functools.cache
 def gauss(n: int) -> Rule:
     """Points and weights of Gauss's rule on [0, 1]."""
     points, weights = np.polynomial.legendre.leggauss(n)
@@ -71,10 +72,18 @@ ASSUMED = {"membrane": gauss(3), "bending": gauss(2), "torsion": gauss(2), "shea
 # ---------------------------------------------------------------------------------------------- products
 
 
+@functools.cache
+def _pairs(n: int) -> tuple[Any, Any, Array]:
+    """Indices i <= j of the products of n vectors, and the factors of a_i b_j + a_j b_i in a.b."""
+    i, j = np.triu_indices(n)
+    return i, j, np.where(i == j, 0.5, 1.0)
+
+
 def product_row(a: Array, b: Array) -> Array:
     """The row W with a.b = W g, for vectors a = sum a_i v_i and b = sum b_i v_i."""
-    i, j = np.triu_indices(len(a))
-    return np.where(i == j, 0.5, 1.0) * (a[i] * b[j] + a[j] * b[i])
+    i, j, factor = _pairs(len(a))
+    found: Array = factor * (a[i] * b[j] + a[j] * b[i])
+    return found
 
 
 def nodal_vectors(e: ArrayLike) -> Array:
