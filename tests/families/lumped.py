@@ -505,21 +505,21 @@ def thruster() -> Case:
 
 @of("an attitude controller")
 def attitude_controller() -> Case:
-    """The error is a damped oscillator, J e'' + D e' + P e = 0."""
-    J, P, D, start = 2.0, 4.0, 1.0, 0.8
+    """The error is a damped oscillator, (J - I) e'' + D e' + P e = 0."""
+    J, inertia, P, D, start = 2.0, 0.1, 4.0, 1.0, 0.8
 
     def system() -> System:
         found = System()
         turned = (math.cos(0.5 * start), 0.0, 0.0, math.sin(0.5 * start))
         found.add(parts.RigidBody(mass=1.0, inertia=J, orientation=turned), "bus")
-        found.add(parts.ReactionWheel(body="bus", inertia=0.1), "wheel")
+        found.add(parts.ReactionWheel(body="bus", inertia=inertia), "wheel")
         gains = {"proportional": (0.0, 0.0, P), "derivative": (0.0, 0.0, D)}
         goal = (1.0, 0.0, 0.0, 0.0)
         found.add(parts.AttitudeController(body="bus", actuators=["wheel"], target=goal, **gains), "control")
         return found
 
-    decay = 0.5 * D / J
-    w = math.sqrt(P / J - decay**2)
+    decay = 0.5 * D / (J - inertia)
+    w = math.sqrt(P / (J - inertia) - decay**2)
     return Case(
         part="control", system=system, seen=angle_about_z, end=3.0, step=0.01,
         motion=lambda t: columns(start * np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))),

@@ -150,7 +150,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: beam, custom-force, cylinder-contact, ",
+        "parts.hub.kind is missing; known: attitude-controller, beam, custom-force, cylinder-contact, ",
     ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},
