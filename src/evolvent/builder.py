@@ -245,7 +245,11 @@ class Builder:
         if family not in ("bodies", "points", "beams", "rods"):
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
-                advice = "; a mass at its end is its key `tip_mass`" if family == "threads" else ""
+                advice = (
+                    "; a mass at its end is its key `tip_mass`, a place it is fixed to its key `end`"
+                    if family == "threads"
+                    else ""
+                )
                 raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
             known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams", "rods")]
             raise InputError(

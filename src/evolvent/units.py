@@ -569,7 +569,6 @@ _TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N 
 _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
-TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
 TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
 TorqueOrForceLimit = Annotated[

@@ -456,3 +456,71 @@ def event() -> Case:
         part="passing", system=system, seen=at("mass"), end=math.pi / 3.0 / w, step=0.01, stops=True,
         motion=lambda t: columns(np.cos(w * t), 0.0, 0.0),
     )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ attitude
+
+
+def angle_about_z(assembly: Assembly, y: Array) -> Array:
+    """Angle of the body 'bus' about z."""
+    x = coordinates(assembly, y, "bus")
+    return columns(2.0 * np.arctan2(x[..., 6], x[..., 3]))
+
+
+@of("a reaction wheel")
+def reaction_wheel() -> Case:
+    """A motor with a constant torque turns the body back: -tau t^2/(2 (J - I))."""
+    J, inertia, torque = 2.0, 0.2, 0.3
+
+    def system() -> System:
+        found = System()
+        found.add(parts.RigidBody(mass=1.0, inertia=J), "bus")
+        found.add(parts.ReactionWheel(body="bus", inertia=inertia, torque=torque), "wheel")
+        return found
+
+    return Case(
+        part="wheel", system=system, seen=angle_about_z, end=2.0, step=0.01,
+        motion=lambda t: columns(-0.5 * torque / (J - inertia) * t**2),
+    )  # fmt: skip
+
+
+@of("a thruster")
+def thruster() -> Case:
+    """A burn along a line through the centre, whose force grows with time."""
+    m, slope = 2.0, 0.6
+
+    def system() -> System:
+        found = System()
+        found.add(parts.RigidBody(mass=m, inertia=1.0), "bus")
+        burn = {"table": [[0.0, 0.0], [5.0, 5.0 * slope]]}
+        found.add(parts.Thruster(at="bus", direction=(1.0, 0.0, 0.0), thrust=9.0, profile=burn), "engine")
+        return found
+
+    return Case(
+        part="engine", system=system, end=2.0, step=0.01,
+        seen=lambda assembly, y: coordinates(assembly, y, "bus")[..., :3],
+        motion=lambda t: columns(slope / (6.0 * m) * t**3, 0.0, 0.0),
+    )  # fmt: skip
+
+
+@of("an attitude controller")
+def attitude_controller() -> Case:
+    """The error is a damped oscillator, (J - I) e'' + D e' + P e = 0."""
+    J, inertia, P, D, start = 2.0, 0.1, 4.0, 1.0, 0.8
+
+    def system() -> System:
+        found = System()
+        turned = (math.cos(0.5 * start), 0.0, 0.0, math.sin(0.5 * start))
+        found.add(parts.RigidBody(mass=1.0, inertia=J, orientation=turned), "bus")
+        found.add(parts.ReactionWheel(body="bus", inertia=inertia), "wheel")
+        gains = {"proportional": (0.0, 0.0, P), "derivative": (0.0, 0.0, D)}
+        goal = (1.0, 0.0, 0.0, 0.0)
+        found.add(parts.AttitudeController(body="bus", actuators=["wheel"], target=goal, **gains), "control")
+        return found
+
+    decay = 0.5 * D / (J - inertia)
+    w = math.sqrt(P / (J - inertia) - decay**2)
+    return Case(
+        part="control", system=system, seen=angle_about_z, end=3.0, step=0.01,
+        motion=lambda t: columns(start * np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))),
+    )  # fmt: skip

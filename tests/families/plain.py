@@ -6,12 +6,6 @@ import json
 
 import numpy as np
 
-import families.beams
-import families.contacts
-import families.coordinates
-import families.loads
-import families.lumped
-import families.rods
 from evolvent import families as table
 from evolvent import model as mdl
 from evolvent.builder import Assembly

@@ -95,3 +95,21 @@ def test_every_function_of_expressions_is_named() -> None:
 
     for word in FUNCTIONS:
         assert re.search(rf"\b{word}\b", PAGE), word
+
+
+def test_reels_and_attitude(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The programs run: the brake lets the tether out, the wheels turn the craft."""
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "reels-and-attitude.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    for program in re.findall(r"^```python\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE):
+        exec(program, names)
+    flight = names["flight"]
+    assert "warning" not in flight.attrs
+    assert float(flight["tether"].deployed_length[-1]) > 0.7
+    momentum = flight.angular_momentum.values
+    assert np.abs(momentum - momentum[0]).max() < 1e-6 * np.linalg.norm(momentum[0])
+    slew = names["slew"]
+    assert float(slew["control"].error_angle.max()) < 0.02
+    assert slew["bus"].attitude.values[-1] == pytest.approx([np.cos(np.pi / 6), 0.0, 0.0, np.sin(np.pi / 6)], abs=1e-3)
+    assert np.abs(slew.angular_momentum.values).max() < 1e-6 * float(np.ptp(slew["wheel 1"].wheel_momentum.values))

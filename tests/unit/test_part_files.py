@@ -124,6 +124,12 @@ EVERY: dict[str, Part] = {
         body="ground", beams=["boom"], radius=0.3, half_length=1.0, law="paper", damping="0.1 N s/m"
     ),
     "self-contact": parts.SelfContact(body="hub", over="boom", under="other", thickness=(1e-3, 2e-3), width=0.01),
+    "tether": parts.Thread(reel="reel", length=5.0, line_density=7e-4, end=("hub", (0.1, 0.0, 0.2)), thickness="50 um"),
+    "reaction wheel": parts.ReactionWheel(body="hub", inertia=0.05, rate="100 rpm", torque_limit=0.1, friction=1e-3),
+    "thruster": parts.Thruster(at="hub.left", direction=(0.0, 1.0, 0.0), thrust="1 N"),
+    "attitude controller": parts.AttitudeController(
+        body="hub", actuators=["one", "two"], proportional=2.0, derivative=(1.0, 2.0, 0.0), target=(1.0, 0.0, 0.0, 0.1)
+    ),
     "thread": parts.Thread(
         reel="reel", length=5.0, line_density=7e-4, nodes=4, direction=(1.0, 0.1, 0.0), lets_go=True
     ),
@@ -146,7 +152,7 @@ def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
     own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {"cylinder_contact", "self_contact", "translational_spring", "synchronization", "motor"}
+    own |= {"cylinder_contact", "self_contact", "translational_spring", "synchronization", "motor", "attitude"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
 
@@ -183,7 +189,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: beam, ",
+        "parts.hub.kind is missing; known: acceleration-field, attitude-controller, beam, ",
     ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},

@@ -25,7 +25,7 @@ from evolvent.model import (
 
 #: Share of a segment by which a drive may run past the end of its thread (round-off of a run that ends just there).
 OVERRUN = 1e-6
-#: An event of a thread is due from this value on: the state is within so much of a segment of it.
+#: An event of a thread or spool is due from this value on: the state is within so much of a segment of it.
 DUE = -1e-10
 #: Rate below which a spool with friction stands, rad/s.
 STANDSTILL = 1e-9
@@ -103,7 +103,7 @@ def change_brake(t, y, s, model, switch):
         s[switch] = 0
         rhs(t, y, s, model, model.dy[1])
         held = thread.hold_torque(s, model, p)
-        if abs(held) >= threads[p].spool_friction:
+        if abs(held) / threads[p].spool_friction - 1.0 >= DUE:
             s[switch] = -1 if held > 0.0 else 1
 
 

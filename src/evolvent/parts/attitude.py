@@ -194,10 +194,10 @@ class AttitudeController(Part):
     Notes
     -----
     The torque is -(P e + D d), e the rotation vector from the target to the body, of at most 180 degrees, d the
-    difference of rates, all in body axes. About one axis of a body of inertia J it is J e'' + D e' + P e = 0: the
-    frequency is sqrt(P/J), the damping ratio D/(2 sqrt(P J)). Wheels share the torque by the pseudo-inverse of their
-    axes. Thrusters share it by the least forces that make each of the six torques about the body's axes, without a
-    resulting force where they can.
+    difference of rates, all in body axes. About one axis it is J e'' + D e' + P e = 0: the frequency is sqrt(P/J), the
+    damping ratio D/(2 sqrt(P J)), J the body's inertia, less J_w (axis . wheel)^2 of every wheel. Wheels share the
+    torque by the pseudo-inverse of their axes. Thrusters share it by the least forces that make each of the six torques
+    about the body's axes, without a resulting force where they can.
     """
 
     kind: Literal["attitude-controller"] = "attitude-controller"

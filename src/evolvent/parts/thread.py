@@ -259,7 +259,7 @@ class Thread(Part):
             v[:released] = np.cross(pose.w, e)
         elif end >= 0:
             root, far = pose.x + d, builder.marker_state(end)
-            root_speed = pose.v + np.cross(pose.w, d)
+            root_speed = pose.v + np.cross(pose.w, d) + speed * e
             for i in range(released):
                 share = (out - i * l0) / out if out > 0.0 else 0.0
                 q[i] = root + share * distance * e

@@ -261,11 +261,23 @@ class _Run:
         y, s = self.work.y[None], self.work.s[None]
         return balances(self.model, y, sums_of(self.model, np.array([t]), y, s))[0]
 
+    def _peak_of_samples(self) -> float:
+        """Largest energy of the samples kept so far, J: what went from rest to rest had it between two looks."""
+        kept, work = int(self.work.loop.sample), self.work
+        if kept == 0:
+            return 0.0
+        y, s = work.out_y[:kept], work.out_s[:kept]
+        found = eb.energy(balances(self.model, y, sums_of(self.model, work.samples[:kept], y, s)))
+        return float(np.max(found, initial=0.0, where=np.isfinite(found)))
+
     def is_balanced(self) -> bool:
         """Look at the energy balance of the state now."""
         now = self._balance(self.reached)
         self.peak = max(self.peak, float(eb.energy(now)))
-        defect = abs(float(eb.defect(now, self.start))) / max(float(eb.scale(now, self.peak)), LEAST_ENERGY)
+        off = abs(float(eb.defect(now, self.start)))
+        if off > ENERGY_LIMIT * float(eb.scale(now, self.peak)):
+            self.peak = max(self.peak, self._peak_of_samples())
+        defect = off / max(float(eb.scale(now, self.peak)), LEAST_ENERGY)
         self.worst = defect if not defect <= self.worst else self.worst
         return self.worst <= ENERGY_LIMIT
 

@@ -210,8 +210,8 @@ def fire(model, t, work):
         event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
-            allowed = k >= g.size - model.info.brakes or work.g0[k] < 0.0
-            if (k < 2 * threads.size and g[k] >= DUE) or (k >= 2 * threads.size and allowed and g[k] >= 0.0):
+            of_reels = k < 2 * threads.size or k >= g.size - model.info.brakes
+            if (of_reels and g[k] >= DUE) or (not of_reels and work.g0[k] < 0.0 and g[k] >= 0.0):
                 due = k
                 break
         if due < 0:

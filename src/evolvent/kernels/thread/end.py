@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.jit import REAL, indirect, inlined
+from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
 from evolvent.kernels.sides import ON_BODY as SIDE_ON_BODY
 from evolvent.kernels.sides import ON_COORDINATES, add_product, add_turning, side_columns
@@ -84,8 +84,8 @@ def add_end_residual(n_q, model, p, r):
         points[i].f[c] = 0.0
 
 
-@indirect(void(REAL, REAL, types.int64, MODEL, SPARSE))
-def add_end_tangent(along, tension, p, model, matrix):
+@indirect(void(VECTOR, REAL, REAL, types.int64, MODEL, SPARSE))
+def add_end_tangent(y, along, tension, p, model, matrix):
     """Tangent of the outermost segment of thread p, whose outer end is a place.
 
     Parameters
@@ -93,14 +93,14 @@ def add_end_tangent(along, tension, p, model, matrix):
     along : float, N/m, stiffness along the segment; tension : float, N
     """
     threads, nodes, markers, f = model.threads, model.nodes, model.markers, model.flexible
-    first, s, e = threads[p].node, f.switches, threads[p].end
+    first, s, e, q = threads[p].node, f.switches, threads[p].end, threads[p].iq + 3
     Ja, Jb = f.J[0], f.J[1]
     whole = s[p] == 1  # the segment ends at the departure point
-    x, z, Q = nodes[first].x, nodes[first + (0 if whole else 1)].x, threads[p].Q
+    x, Q = nodes[first].x, threads[p].Q
     if whole:
         dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
     else:
-        dx, dy, dz = x[0] - z[0], x[1] - z[1], x[2] - z[2]
+        dx, dy, dz = x[0] - y[q], x[1] - y[q + 1], x[2] - y[q + 2]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     if length > TINY:
         ex, ey, ez, across = dx / length, dy / length, dz / length, tension / length

@@ -157,7 +157,7 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
         along = threads[p].stiffness + c_rate * threads[p].damping
         held = is_end(threads, p, 0)
         if held and (s[p] > 1 or s[threads.size + p] == 0):
-            add_end_tangent(along, f.strands[threads[p].node, 7], p, model, matrix)
+            add_end_tangent(y, along, f.strands[threads[p].node, 7], p, model, matrix)
         for i in range(1 if held else 0, s[p] - 1):
             a = q + 3 * i
             add_segment_tangent(

@@ -1,0 +1,210 @@
+"""A thread whose outer end is fixed to a body or a point mass."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from book import Book
+from evolvent import InputError, System, parts
+from evolvent.builder import Assembly
+from evolvent.flow import implicit as equations
+from evolvent.flow.needs import load_implicit
+from evolvent.flow.observations import observe
+from evolvent.flow.powers import N_POWERS
+from evolvent.kernels.sparse import OUTSIDE
+from evolvent.solvers import alpha_state, solve
+from evolvent.solvers.implicit import matrix_of, solve_implicit
+from evolvent.solvers.static_work import sparse_of
+from helpers import Run, run
+
+W = np.array((0.02, 0.1, 0.3))
+R = 0.05
+HOOK = np.array((1.5, 0.1, 0.0))
+
+
+def tether(end: str = "body", *, rate: float = 4.0, nodes: int = 4, **thread: Any) -> Assembly:
+    """A free ship that turns pays out a tether of 2 m, 1 m out, to a satellite of 5 kg."""
+    system = System()
+    system.add(parts.RigidBody(mass=40.0, inertia=(3.0, 4.0, 5.0), angular_velocity=tuple(W)), "ship")
+    drive = parts.ConstantDrive(rate=rate, angle=1.0 / R)
+    system.add(parts.Reel(body="ship", radius=R, centre=(0.5, 0.1, -R), drive=drive), "reel")
+    given = {"length": 2.0, "line_density": 0.05, "nodes": nodes, "stiffness": 2000.0, "damping": 0.5}
+    given |= {"wound_mass": "carried"} | thread
+    off = np.array((0.2, 0.05, 0.0)) if end == "body" else np.zeros(3)
+    moving = {"position": tuple(HOOK + off), "velocity": tuple(np.cross(W, HOOK + off) + np.array((0.2, 0.0, 0.0)))}
+    if end == "tip":
+        system.add(parts.Thread(reel="reel", tip_mass=5.0, **given), "tether")
+        return system.assemble()
+    if end == "point":
+        system.add(parts.Point(mass=5.0, **moving), "satellite")
+    else:
+        body = parts.RigidBody(
+            mass=5.0, inertia=(0.1, 0.2, 0.25), angular_velocity=tuple(W), points={"hook": tuple(-off)}, **moving
+        )
+        system.add(body, "satellite")
+    place = "satellite" if end in ("point", "centre") else "satellite.hook"
+    system.add(parts.Thread(reel="reel", end=place, **given), "tether")
+    return system.assemble()
+
+
+def sums(found: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Angular momentum less what releases brought in, and linear momentum."""
+    return found.momentum + found.wound_momentum - found.jumps, found.linear_momentum
+
+
+@pytest.mark.parametrize("end", ["body", "point"])
+def test_balances(end: str, book: Book) -> None:
+    """Paid out between two free bodies, through two releases: energy, linear and angular momentum."""
+    found = run(tether(end), np.linspace(0.0, 4.0, 9), "dopri5", rtol=1e-9, atol=1e-11)
+    assert found.solution.event_times.size >= 2
+    H, P = sums(found)
+    defect = np.abs(found.energy_defect).max() / found.energy[0]
+    assert defect < 1e-6
+    assert np.abs(H - H[0]).max() < 1e-9 * np.linalg.norm(H[0])
+    assert np.abs(P - P[0]).max() < 1e-12
+    book(
+        "Threads, reels, tethers", f"Tether paid out from a free body to a {end}: balance of energy",
+        reference="work of the spool", source="balance; momenta kept to 1e-9", error=defect, allowed=1e-6,
+    )  # fmt: skip
+
+
+def test_an_end_on_a_point_is_a_tip_mass() -> None:
+    """And so is the centre of a body without that body's turning."""
+    samples = np.linspace(0.0, 3.0, 7)
+    found = {end: run(tether(end), samples, "rk4", step=1e-3) for end in ("tip", "point", "centre")}
+    for end in ("point", "centre"):
+        for node in range(3):
+            x, exact = (f.seen.position[:, node] for f in (found[end], found["tip"]))
+            assert np.abs(x - exact).max() < 2e-6, (end, node)  # the tip starts at the drive's speed as they do
+        assert np.abs(found[end].seen.tension - found["tip"].seen.tension)[:, :3].max() < 1e-3
+
+
+@pytest.mark.parametrize("end", ["point", "body"])
+@pytest.mark.parametrize("method", ["rk4", "alpha"])
+def test_two_bodies_on_one_segment(end: str, method: str, book: Book) -> None:
+    """A stretched segment between a body and an end: 1 m + 5 cm cos(w t), w^2 = c (1/M + 1/m)."""
+    M, m, rho, c = 4.0, 1.5, 0.2, 30.0
+    system = System()
+    system.add(parts.RigidBody(mass=M, inertia=1.0), "ship")
+    drive = parts.ConstantDrive(rate=0.0, angle=10.0)
+    system.add(parts.Reel(body="ship", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
+    if end == "point":
+        system.add(parts.Point(mass=m, position=(1.05, 0.0, 0.0)), "end")
+    else:
+        system.add(parts.RigidBody(mass=m, inertia=1.0, position=(1.05, 0.0, 0.0)), "end")
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=rho, nodes=1, stiffness=c, end="end"), "thread")
+    assembly, t = system.assemble(), np.linspace(0.0, 3.0, 13)
+    if method == "rk4":
+        solution = run(assembly, t, "rk4", step=2e-3).solution
+    else:
+        solution = solve_implicit(assembly, samples=t, step=1e-3, spectral_radius=1.0)
+        assert solution.success, solution.message
+    w = np.sqrt(c * (1.0 / M + 1.0 / (m + 0.5 * rho)))
+    first = int((assembly.model.points if end == "point" else assembly.model.bodies)["iq"][0 if end == "point" else 2])
+    apart = solution.y[:, first] - solution.y[:, int(assembly.model.bodies["iq"][1])]
+    error = np.abs(apart - 1.0 - 0.05 * np.cos(w * t)).max() / 0.05
+    allowed = 1e-8 if method == "rk4" else 1e-4
+    assert error < allowed
+    book(
+        "Threads, reels, tethers", f"Two bodies on a stretched thread, end on a {end} ({method})",
+        reference="cos(w t), w^2 = c (1/M + 1/m)", source="closed form", error=error, allowed=allowed,
+    )  # fmt: skip
+
+
+def test_generalized_alpha_as_rk4_has_it() -> None:
+    samples = np.linspace(0.0, 3.0, 7)
+    exact = run(tether(), samples, "rk4", step=1e-3)
+    solution = solve_implicit(tether(), samples=samples, step=2e-3, spectral_radius=0.9)
+    assert solution.success, solution.message
+    assembly = solution.assembly
+    found = Run(assembly, solution, observe(assembly.model, solution.t, solution.y, solution.s))  # type: ignore[arg-type]
+    np.testing.assert_allclose(found.seen.position[:, 0], exact.seen.position[:, 0], atol=2e-4)
+    H, P = sums(found)
+    assert np.abs(H - H[0]).max() < 1e-5 * np.linalg.norm(H[0])
+    assert np.abs(P - P[0]).max() < 1e-5
+    assert np.abs(found.energy_defect).max() < 1e-3 * found.energy[0]
+
+
+@pytest.mark.parametrize(("end", "nodes"), [("body", 4), ("point", 4), ("body", 1)])
+def test_tangent(end: str, nodes: int, rng: np.random.Generator) -> None:
+    """Against central differences of the residual, all unknowns."""
+    assembly = tether(end, nodes=nodes)
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s
+    model.flexible.switches[:] = s
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    y[int(model.bodies["iq"][1])] -= 0.02  # stretched
+    a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
+    matrix, r, mass, rate = matrix_of(model), np.zeros(n_v), 10.0, 3.0
+    load_implicit(model)
+
+    def residual(d: np.ndarray) -> np.ndarray:
+        moved = y.copy()
+        alpha_state.displace(y, d, model, moved)
+        moved[n_q : n_q + n_v] = y[n_q : n_q + n_v] + rate * d
+        equations.residual(0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
+        return r.copy()
+
+    residual(np.zeros(n_v))
+    equations.tangent(0.0, y, la, mass, rate, 1.0, model, matrix)
+    assert matrix.counts[OUTSIDE] == 0
+    found = sparse_of(matrix).toarray()
+    for k, e in enumerate(np.eye(n_v)):
+        column = (residual(1e-6 * e) - residual(-1e-6 * e)) / 2e-6
+        assert np.abs(column - found[:, k]).max() < 2e-4 * np.abs(found).max()
+
+
+def test_results() -> None:
+    """The end's force is the tension of the outermost segment; loads on the thread act on the end as well."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven"), "hub")
+    drive = parts.ConstantDrive(rate=0.0, angle=10.0)
+    system.add(parts.Reel(body="hub", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
+    system.add(parts.Point(mass=1.0, position=(1.02, 0.0, 0.0)), "end")
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=2, stiffness=100.0, end="end"), "thread")
+    system.add(parts.UniformLoad(thread="thread", force=(0.0, 0.0, 2.0)), "wind")
+    found = system.simulate(until=0.1, every=0.05, method="rk4", step=1e-3)
+    tension = float(found["thread"].tension[0, 0])
+    assert tension == pytest.approx(1.0)
+    assert found["thread"].end_force[0].values == pytest.approx([-tension, 0.0, 0.0])
+    lifted = float(found["end"].position[-1, 2])
+    assert lifted == pytest.approx(0.5 * 2.0 * 0.25 / (1.0 + 0.1 * 0.25) * 0.1**2, rel=0.1)
+    assert found["thread"].tip_position.values == pytest.approx(found["end"].position.values)
+
+
+def _with(end: Any, **thread: Any) -> System:
+    system = System()
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0, points={"own": (0.0, 1.0, 0.0)}), "ship")
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(2.0, 0.0, 0.0)), "satellite")
+    beam = {"length": 1.0, "section": {"tube": {"radius": 0.01, "thickness": 1e-3}}, "material": "cfrp", "elements": 2}
+    system.add(parts.Beam(position=(2.0, 0.0, 0.0), **beam), "boom")
+    reel = parts.Reel(body="ship", radius=0.1, centre=(0.0, 0.0, -0.1), drive=parts.ConstantDrive(rate=1.0, angle=20.0))
+    system.add(reel, "reel")
+    system.add(parts.Thread(reel="reel", end=end, length=5.0, line_density=0.1, **thread), "tether")
+    return system
+
+
+@pytest.mark.parametrize(
+    ("end", "thread", "message"),
+    [
+        ("boom.root", {}, r"tether.end is 'boom.root', a node of a beam.*add a Point with at='boom.root'"),
+        ("satelite", {}, "did you mean 'satellite'"),
+        ("reel", {}, "tether.end is 'reel'; 'reel' is a Reel, not a body, point or beam"),
+        ("ship.own", {}, "tether.end is 'ship.own', on the body of 'reel' itself"),
+        ("satellite", {"segments": "inextensible"}, "tether.end is 'satellite'; it needs tether.segments 'springs'"),
+        ("satellite", {"direction": (1.0, 0.0, 0.0)}, "tether.direction and tether.end are both given"),
+        (("satellite", (1.0, 0.0, 0.0)), {}, r"3 m from where.*but 2 m are out.*reel.drive.angle to 30 rad"),
+    ],
+)
+def test_refusals(end: Any, thread: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        _with(end, **thread).assemble()
+
+
+def test_reeling_in_an_end_stops_the_run() -> None:
+    """Reeled in whole, there is no thread left."""
+    found = solve(tether(rate=-4.0, nodes=2), samples=[0.0, 8.0], method="rk4", step=2e-3)
+    assert not found.success
+    assert "reels in what is already wound" in found.message
