@@ -46,7 +46,7 @@ from evolvent.solids import Solid
 Array = np.ndarray
 #: Points that are drawn between two nodes of a beam, and most of them in all.
 _BETWEEN, _MOST_POINTS = 6, 400
-#: Most arrows of a contact with a beam; of more contact points, neighbours share one.
+#: Most arrows of a contact; of more contact points, neighbours share one.
 _MOST_ARROWS = 100
 #: Most numbers beside the picture.
 _NUMBERS = 4
@@ -85,7 +85,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
                     marks.append(Marks(name=part, points=points))
                 elif kind == "forces":
-                    at, vectors = (_several(group[own[key]].values) for key in ("points", "vectors"))
+                    at, vectors = _few(*(group[own[key]].values for key in ("points", "vectors")))
                     points = np.concatenate(_copies(run, own, at), axis=1)
                     vectors = np.concatenate(_copies(run, own, vectors, places=False), axis=1)
                     name = own.get("name", part)
@@ -116,9 +116,14 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     )
 
 
-def _several(values: Array) -> Array:
-    """Places or vectors (nt, 3) or (nt, n, 3) as (nt, n, 3)."""
-    return values[:, None] if values.ndim == 2 else values
+def _few(points: Array, vectors: Array) -> tuple[Array, Array]:
+    """Places and forces (nt, 3) or (nt, n, 3) as (nt, m, 3): of more than can be seen, neighbours share an arrow."""
+    if points.ndim == 2:
+        return points[:, None], vectors[:, None]
+    count = points.shape[1]
+    first = np.arange(0, count, -(-count // _MOST_ARROWS))
+    shared = np.diff(np.append(first, count))[:, None]
+    return np.add.reduceat(points, first, axis=1) / shared, np.add.reduceat(vectors, first, axis=1)
 
 
 def _add_surface(frames: dict[str, Frame], run: xr.DataTree, part: str, own: dict[str, Any]) -> None:
