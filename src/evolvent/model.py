@@ -100,6 +100,11 @@ RECORDS: dict[str, np.dtype] = {
     # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
     "custom_forces": _record("law first last place places", "", "balanced symmetric"),
     "custom_places": _record("on index iq iv", "local", "", local=_3),
+    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
+    "gear_coordinates": _record(
+        "kind body other", "axis zero local centre factor", "force torque x",
+        axis=_3, zero=_3, local=_3, centre=_3, force=_3, torque=_3, x=_3,
+    ),
     # rigid cylinders on bodies, and the points of beams that are checked against them: first, last; under: -1, or the
     # beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
@@ -130,7 +135,7 @@ RECORDS: dict[str, np.dtype] = {
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places",
+    "custom_places", "gear_coordinates",
 )  # fmt: skip
 
 
@@ -150,8 +155,8 @@ class Flexible(Struct):
 
     Attributes
     ----------
-    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places : families of
-        records (see `RECORDS`)
+    beams, elements, joints, hinges, cylinders, contact_points, beam_loads, custom_forces, custom_places,
+    gear_coordinates : families of records (see `RECORDS`)
     H24, h24, U24 : (k, 28, 28), (k, 28), (k,) float, forms of elements of 24 coordinates (`evolvent.elements`)
     H12, h12, U12 : (k, 6, 6), (k, 6), (k,) float, those of cables
     M24, M12 : (k, 8, 8), (k, 4, 4) float, masses
@@ -177,6 +182,7 @@ class Flexible(Struct):
     beam_loads: Array = array(1, RECORDS["beam_loads"])
     custom_forces: Array = array(1, RECORDS["custom_forces"])
     custom_places: Array = array(1, RECORDS["custom_places"])
+    gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

@@ -6,6 +6,7 @@ from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
+from evolvent.parts.gear import Gear
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
@@ -32,6 +33,7 @@ __all__ = [
     "ExpressionDrive",
     "Force",
     "FreeSpool",
+    "Gear",
     "Guide",
     "Joint",
     "LawDrive",

@@ -15,7 +15,7 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, cord_step, hinge_step, joint, layer_step, rigid, sides, springs
+from evolvent.kernels import contact_step, cord_step, gear, hinge_step, joint, layer_step, rigid, sides, springs
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record
@@ -128,6 +128,7 @@ def is_held(model: Any) -> bool:
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]]]
+    fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
     places = f.custom_places
     fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
@@ -144,6 +145,8 @@ def needed(model: Any) -> list[Any]:
         found.append(flow.add_springs)
     if np.any(model.flexible.joints["kind"] == joint.CORD):
         found.append(cord_step.add_cord_step)
+    if model.flexible.gear_coordinates.size:
+        found.append(gear.secant_gear)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
     if model.flexible.cylinders.size:
