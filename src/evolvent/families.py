@@ -5,10 +5,10 @@ that it supports, so that a family which the table does not name is refused, nev
 lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
-`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `hinge`, `custom`
-(users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `contact` (with `contact_laws` and `layers`),
-`body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them, family by
-family.
+`rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
+`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `contact` (with `contact_laws` and
+`layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them,
+family by family.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from evolvent.kernels import (
     custom,
     fields,
     flexible,
+    gear,
     hinge,
     joint,
     layers,
@@ -62,6 +63,7 @@ EVERY = frozenset(SOLVERS)
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
     "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points", "rod_elements",
+    "gear_coordinates",
 )  # fmt: skip
 
 
@@ -113,6 +115,7 @@ _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
 _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
+_GEAR = (gear.gear_geometry, gear.add_gear_force)
 _BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
 _EXPLICIT = frozenset({EXPLICIT})
 _ACTUATORS = (attitude.add_actuators, attitude.command, attitude.find_error, profile.profile)
@@ -244,8 +247,18 @@ FAMILIES = (
         tangents=(node_loads.add_following_tangent,),
     ),
     Family(
-        "a joint by a penalty", "joints", EVERY, which=lambda found: found["stiffness"] > 0.0, forces=_JOINT,
-        tangents=_JOINT_TANGENT,
+        "a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found),
+        forces=_JOINT, tangents=_JOINT_TANGENT,
+    ),
+    Family(
+        "a gear by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & _is_gear(found),
+        forces=(*_JOINT, *_GEAR), tangents=(*_JOINT_TANGENT, gear.add_gear),
+    ),
+    Family(
+        "a gear that is a constraint", "joints", _NOT_EXPLICIT,
+        "give it a `stiffness` above 0, which makes it a penalty, or take generalized-alpha",
+        which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found), forces=(*_JOINT, *_GEAR),
+        tangents=(*_JOINT_TANGENT, gear.add_gear),
     ),
     Family(
         "a joint driven along a path", "joints", _NOT_EXPLICIT, "take energy-momentum or generalized-alpha",
@@ -254,7 +267,8 @@ FAMILIES = (
     Family(
         "a joint that is a constraint", "joints", _NOT_EXPLICIT,
         "give it a `stiffness` above 0, which makes it a penalty, or take energy-momentum or generalized-alpha",
-        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found), forces=_JOINT, tangents=_JOINT_TANGENT,
+        which=lambda found: (found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found), forces=_JOINT,
+        tangents=_JOINT_TANGENT,
     ),
     Family(
         "a hinge", "hinges", EVERY,
@@ -345,6 +359,10 @@ def _is_driven(found: Array) -> Array:
 
 def _is_angle(found: Array) -> Array:
     return np.asarray(found["kind"] == coordinate.ANGLE)
+
+
+def _is_gear(found: Array) -> Array:
+    return np.asarray(found["kind"] == joint.GEAR)
 
 
 def _is_conservative(found: Array) -> Array:

@@ -157,6 +157,11 @@ RECORDS: dict[str, np.dtype] = {
     # resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric
     "custom_forces": _record("law first last place places", "", "balanced symmetric"),
     "custom_places": _record("on index iq iv", "local", "", local=_3),
+    # angles and travels of gears, which are joints (`kernels.gear`); first, last of a joint: its coordinates
+    "gear_coordinates": _record(
+        "kind body other", "axis zero local centre factor", "force torque x",
+        axis=_3, zero=_3, local=_3, centre=_3, force=_3, torque=_3, x=_3,
+    ),
     # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
     # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`
     "cylinders": _record(
@@ -204,7 +209,7 @@ RECORDS: dict[str, np.dtype] = {
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
-    "custom_places", "body_contacts", "motors", "synchronizations", "rods", "rod_elements",
+    "custom_places", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
 )  # fmt: skip
 
 
@@ -256,6 +261,7 @@ class Flexible(Struct):
     synchronizations: Array = array(1, RECORDS["synchronizations"])
     rods: Array = array(1, RECORDS["rods"])
     rod_elements: Array = array(1, RECORDS["rod_elements"])
+    gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

@@ -327,6 +327,95 @@ def test_an_infinitesimal_mechanism_holds() -> None:
     assert np.abs(coordinates(found.assembly, found.y, "bob")[-1, 1:]).max() < 1e-2
 
 
+# ------------------------------------------------------------------------------------------------ gears
+
+
+@pytest.mark.parametrize("method", METHODS[:2])
+def test_wheels_that_mesh_turn_many_times(method: str, book: Book) -> None:
+    """20 against 35 teeth under a torque: q = T t^2/2 / (J_1 + J_2/ratio^2), over more than 6 turns."""
+    ratio, torque, times = 35.0 / 20.0, 4.0, np.linspace(0.0, 4.0, 9)
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=0.2), "pinion")
+    system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.3, 0.6), position=(1.0, 0.0, 0.0)), "wheel")
+    system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("wheel", ORIGIN), type="revolute"), "axle")
+    system.add(parts.Gear(a="pinion", b="axle", ratio=ratio), "gear")
+    system.add(parts.Torque(at="pinion", torque=(0.0, 0.0, torque)), "motor")
+    found = solved(system, times, method, 2e-3)
+    wanted = 0.5 * torque / (0.2 + 0.6 / ratio**2) * times**2
+    assert wanted[-1] > 12.0 * math.pi
+    angle = found.y[:, int(found.assembly.model.bodies["iq"][1])]
+    assert angle == pytest.approx(wanted, abs=2e-2)
+    p = coordinates(found.assembly, found.y, "wheel")[:, 3:]
+    assert np.array([rotation(q)[0, 0] for q in p]) == pytest.approx(np.cos(angle / ratio), abs=1e-6)
+    gap = np.abs(angle - wanted).max()
+    if method == "generalized-alpha":
+        book(
+            "Rigid bodies", "Gear of 20 and 35 teeth under a torque for 6 turns (2 ms)", reference="T t^2/2 over the "
+            "inertia by the ratio squared", source="closed form", error=gap, allowed=1e-6, unit="rad",
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS[:2])
+def test_a_rack_falls_and_turns_its_pinion(method: str) -> None:
+    """A travel and an angle: a = m g/(m + J/r^2)."""
+    radius, times = 0.3, np.linspace(0.0, 1.0, 6)
+    system = System(gravity=(0.0, 0.0, -G))
+    system.add(parts.RigidBody(motion="spin", inertia=0.2, axis=(0.0, 1.0, 0.0)), "pinion")
+    system.add(parts.RigidBody(mass=2.0, inertia=0.1, position=(radius, 0.0, 0.0)), "rack")
+    system.add(parts.Joint(a=ORIGIN, b="rack", type="prismatic", axis=(0.0, 0.0, 1.0)), "slide")
+    system.add(parts.Gear(a="slide", b="pinion", ratio=radius), "gear")
+    found = solved(system, times, method, 1e-3)
+    fallen = 0.5 * 2.0 * G / (2.0 + 0.2 / radius**2) * times**2
+    assert coordinates(found.assembly, found.y, "rack")[:, 2] == pytest.approx(-fallen, abs=1e-4)
+    assert found.y[:, int(found.assembly.model.bodies["iq"][1])] == pytest.approx(fallen / radius, abs=1e-3)
+
+
+def test_a_gear_between_free_bodies_keeps_energy_and_momenta() -> None:
+    """Two wheels on a base in space, geared, one of them on a spring."""
+    system, w = System(), np.array([0.2, 0.1, 0.0])
+    system.add(parts.RigidBody(mass=3.0, inertia=(0.3, 0.4, 0.5), angular_velocity=tuple(w)), "base")
+    for name, x, rate in (("p", (0.5, 0.0, 0.0), 3.0), ("q", (-0.5, 0.0, 0.0), -1.5)):
+        turning = {"velocity": tuple(np.cross(w, x)), "angular_velocity": tuple(w + np.array([0.0, 0.0, rate]))}
+        system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=x, **turning), name)
+        system.add(parts.Joint(a="base", b=(name, ORIGIN), type="revolute"), f"axle {name}")
+    system.add(parts.Gear(a="axle p", b="axle q", ratio=2.0), "gear")
+    system.add(parts.Spring(a=("p", (0.1, 0.0, 0.0)), b=("base", (0.5, 0.3, 0.0)), stiffness=20.0, length=0.1))
+    times = np.linspace(0.0, 3.0, 7)
+    found = solved(system, times, "energy-momentum", 1e-2)
+    assert np.abs(found.energy_defect).max() < 1e-9 * found.energy[0]
+    assert np.abs(found.momentum.drift_angular).max() < 1e-8
+    assert np.abs(found.momentum.drift_linear).max() < 1e-12
+    finer, other = solved(system, times, "energy-momentum", 1e-3), solved(system, times, "generalized-alpha", 1e-3)
+    assert np.abs(finer.y[:, :21] - other.y[:, :21]).max() < 2e-4
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"a": "axle", "b": "axle", "ratio": 1.0}, "gear.a and gear.b are both 'axle'"),
+        ({"a": "axle", "b": "spinner", "ratio": 0.0}, "gear.ratio is 0"),
+        (
+            {"a": "axle", "b": "spinner", "ratio": math.pi},
+            r"ratio of whole numbers of teeth up to 200, such as \d+/\d+",
+        ),
+        ({"a": "axle", "b": "pin", "ratio": 1.0}, "gear.b is 'pin', a joint of type 'spherical', which has no single"),
+        ({"a": "axle", "b": "hub", "ratio": 1.0}, "gear.b is 'hub'; only a body with motion 'spin' has an angle"),
+        ({"a": "axle", "b": "root", "ratio": 1.0}, "gear.b is 'root', a joint of a beam or a point"),
+    ],
+)
+def test_what_cannot_be_geared_is_refused(given: dict[str, Any], words: str) -> None:
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=1.0), "spinner")
+    system.add(parts.RigidBody(mass=1.0, inertia=1.0), "hub")
+    system.add(parts.Beam(length=1.0, elements=1, section=SQUARE, material=SOFT), "boom")
+    system.add(parts.Joint(a=ORIGIN, b=("hub", ORIGIN), type="revolute"), "axle")
+    system.add(parts.Joint(a="hub", b="boom.tip"), "pin")
+    system.add(parts.Joint(a=ORIGIN, b="boom.root", type="revolute"), "root")
+    system.add(parts.Gear(**given), "gear")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
+
+
 # ------------------------------------------------------------------------------------------------ beams
 
 

@@ -264,6 +264,58 @@ def penalty() -> Case:
     )  # fmt: skip
 
 
+RATIO, INERTIAS, TURN, REST = 20.0 / 35.0, (0.2, 0.1), 1.5, 0.3
+
+
+def geared(**given: float) -> System:
+    """Two wheels whose angles keep q_1 + ratio q_2 = 0, and a spring on the first one that rests at an angle."""
+    found = System()
+    for name, inertia in zip(("one", "two"), INERTIAS, strict=True):
+        found.add(parts.RigidBody(motion="spin", inertia=inertia), name)
+    found.add(parts.Gear(a="one", b="two", ratio=RATIO, **given), "gear")
+    found.add(parts.RotationalSpring(a="ground", b="one", axis=(0.0, 0.0, 1.0), stiffness=TURN, rest=REST), "spring")
+    return found
+
+
+def angles(assembly: Assembly, y: Array) -> Array:
+    """Angles of both wheels."""
+    return y[..., assembly.model.bodies["iq"][1:3]]
+
+
+@of("a gear that is a constraint")
+def gear() -> Case:
+    """The second wheel counts with its inertia by the ratio squared."""
+    w = math.sqrt(TURN / (INERTIAS[0] + INERTIAS[1] / RATIO**2))
+
+    def motion(t: Array) -> Array:
+        angle = REST * (1.0 - np.cos(w * t))
+        return columns(angle, -angle / RATIO)
+
+    return Case(
+        part="gear", system=geared, seen=angles, end=2.0, step=0.01, motion=motion, still=(REST, -REST / RATIO),
+        poles=springs_poles(w**2),
+    )  # fmt: skip
+
+
+@of("a gear by a penalty")
+def soft_gear() -> Case:
+    """Two wheels on a spring between them, of two modes."""
+    k = 20.0
+    size = np.sqrt(INERTIAS)
+    K = np.array([[TURN + k, k * RATIO], [k * RATIO, k * RATIO**2]]) / np.outer(size, size)
+    squares, shapes = np.linalg.eigh(K)
+    still = np.array([REST, -REST / RATIO])
+
+    def motion(t: Array) -> Array:
+        part = shapes.T @ (still * size)
+        return still - (np.cos(np.outer(t, np.sqrt(squares))) * part) @ shapes.T / size
+
+    return Case(
+        part="gear", system=lambda: geared(stiffness=k), seen=angles, end=2.0, step=0.005, motion=motion,
+        still=tuple(still), poles=springs_poles(*squares),
+    )  # fmt: skip
+
+
 @of("a joint driven along a path")
 def carried() -> Case:
     """A mass hangs from a hand that goes up; in equilibrium the hand stands where it is at that time."""

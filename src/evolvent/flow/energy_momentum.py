@@ -47,6 +47,7 @@ from evolvent.kernels import (
     element_step,
     fields,
     flexible,
+    gear,
     hinge,
     hinge_step,
     joint,
@@ -368,6 +369,8 @@ def _add_joint(t, k, row, model, work):
         work.r[row] = la
         return 0.0
     joint.joint_geometry(t, work.ym, k, model)
+    if joints[k].kind == joint.GEAR:
+        gear.secant_gear(k, model, work.R0, work.R1)
     if joints[k].kind == joint.DISTANCE:
         scale = 2.0 * (joints[k].gap + joints[k].value) / (work.gap0[k] + work.gap1[k] + 2.0 * joints[k].value)
         for i in range(2):

@@ -219,6 +219,10 @@ def is_isolated(t, model):
                     return False
                 if f.joints[k].on[side] == ON_BODY and bodies[f.joints[k].index[side]].motion != rigid.FREE:
                     return False
+    for k in range(f.gear_coordinates.size):
+        for index in (f.gear_coordinates[k].body, f.gear_coordinates[k].other):
+            if bodies[index].motion != rigid.FREE:
+                return False
     for k in range(f.hinges.size):
         if bodies[f.hinges[k].body].motion != rigid.FREE:
             return False

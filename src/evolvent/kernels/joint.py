@@ -8,6 +8,7 @@ from numba import types, void
 from evolvent.jit import REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels.cord import drum_cord
 from evolvent.kernels.drive import drive
+from evolvent.kernels.gear import add_gear, add_gear_force, gear_geometry
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -25,7 +26,8 @@ from evolvent.model import MODEL, family_type
 _I = types.int64
 # kinds of joints: places coincide along a direction; directions keep their product; places keep their distance;
 # a spinning body keeps to an angle; a cord winds onto a drum of side a; places coincide along a direction that turns
-PLACE, DIRECTION, DISTANCE, ANGLE, CORD, ALONG = 0, 1, 2, 3, 4, 5
+# two angles or travels stay in a ratio (`evolvent.kernels.gear`)
+PLACE, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR = 0, 1, 2, 3, 4, 5, 6
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
 
@@ -77,6 +79,9 @@ def joint_geometry(t, y, k, model):
         return
     if kind == CORD:
         _cord_geometry(y, k, model)
+        return
+    if kind == GEAR:
+        gear_geometry(k, model)
         return
     is_place = kind != DIRECTION
     a = _vector(y, joints, bodies, k, 0, is_place)
@@ -174,6 +179,9 @@ def add_joint_force(k, la, model, F):
         n = bodies[index].axis
         nx, ny, nz = turn(bodies[index].R, n[0], n[1], n[2])
         return nx * la  # it acts on the body alone; what drives that is outside
+    if joints[k].kind == GEAR:
+        add_gear_force(k, la, model)
+        return 0.0
     for side in range(side_count(joints[k].kind)):
         g, is_place = joints[k].g[side], joints[k].kind != DIRECTION and side != 2
         if joints[k].on[side] == ON_NODE:
@@ -287,6 +295,9 @@ def add_held_joint(k, la, row, scale, damped, model, matrix):
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, scale * damped)
         add_entry(matrix, at, row, scale)
+        return
+    if kind == GEAR:
+        add_gear(k, row, scale, damped, model, matrix)
         return
     is_place = kind != DIRECTION
     Ja, Jb, Jd = flexible.J[0], flexible.J[1], flexible.J[2]

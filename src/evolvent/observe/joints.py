@@ -13,6 +13,7 @@ import numpy as np
 from evolvent.kernels import joint as kernels
 from evolvent.kernels import sides
 from evolvent.kernels.constraint_rows import CENTRE
+from evolvent.observe.gears import observe_gear
 from evolvent.observe.variables import Observed, cross, dot, norm, turned, unwrapped
 from evolvent.observe.view import Side, View
 from evolvent.references import split_reference
@@ -88,6 +89,8 @@ def observe_joint(view: View, name: str) -> Observed:
     """Reaction force and moment, angle or travel of a joint or of a prescribed motion."""
     part, rows, found = view.part(name), rows_of(view, name), Observed()
     joints = view.model.flexible.joints
+    if joints["kind"][rows[0]] == kernels.GEAR:
+        return observe_gear(view, name, joints[rows[0]], acts(view, joints[rows[0]]))
     row, sign = joints[rows[0]], -1.0 if _is_turned_round(view, name) else 1.0
     reaction = reactions(view, rows)
     on = _called(next(getattr(part, key) for key in ("b", "at", "body") if hasattr(part, key)))

@@ -9,6 +9,7 @@ from evolvent.parts.cylinder_contact import CylinderContact
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
 from evolvent.parts.field import AccelerationField, Orbit
+from evolvent.parts.gear import Gear
 from evolvent.parts.guide import Guide
 from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
 from evolvent.parts.link import Link
@@ -45,6 +46,7 @@ __all__ = [
     "ExpressionDrive",
     "Force",
     "FreeSpool",
+    "Gear",
     "Guide",
     "Joint",
     "LawDrive",

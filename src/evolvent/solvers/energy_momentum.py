@@ -20,6 +20,7 @@ from evolvent.kernels import (
     contact_step,
     coordinate,
     cord_step,
+    gear,
     hinge,
     hinge_step,
     joint,
@@ -142,6 +143,7 @@ def is_held(model: Any) -> bool:
     fixed = [~free[joints["index"][joints["on"] == sides.ON_BODY]], joints["kind"] == joint.ANGLE]
     fixed += [~free[hinges["body"]], ~free[hinges["other"][hinges["on"] == sides.ON_BODY]]]
     fixed += [~free[f.cylinders["body"]], ~free[f.body_contacts["a"]], ~free[f.body_contacts["b"]]]
+    fixed += [~free[f.gear_coordinates["body"]], ~free[f.gear_coordinates["other"]]]
     used = np.concatenate([model.springs["a"], model.springs["b"]]).astype(int)
     places = f.custom_places
     fixed += [~free[places["index"][places["on"] == sides.ON_BODY]], f.custom_forces["places"] == 1]
@@ -160,6 +162,8 @@ def needed(model: Any) -> list[Any]:
         found.append(flow.add_springs)
     if np.any(model.flexible.joints["kind"] == joint.CORD):
         found.append(cord_step.add_cord_step)
+    if model.flexible.gear_coordinates.size:
+        found.append(gear.secant_gear)
     if model.flexible.hinges.size:
         found += [hinge_step.measure_hinges, hinge_step.add_hinge_step, hinge_step.hinge_energy]
         found += [hinge.note_turns, coordinate.end_coordinate_step]

@@ -164,8 +164,11 @@ def _add_multipliers(graph: _Graph) -> None:
                 ends.append(graph.of(int(row["iv"][side])))
             elif row["on"][side] == sides.ON_BODY:
                 ends.append(int(graph.body[row["index"][side]]))
+        if row["kind"] == joint.GEAR:
+            coordinates = graph.model.flexible.gear_coordinates[int(row["first"]) : int(row["last"])]
+            ends = [int(b) for key in ("body", "other") for b in graph.body[coordinates[key]]]
         groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if row["kind"] not in (joint.PLACE, joint.ANGLE):  # the force turns with the other side
+        if row["kind"] not in (joint.PLACE, joint.ANGLE, joint.GEAR):  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         group = len(graph.blocks)

@@ -10,7 +10,7 @@ from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import joint, rigid
+from evolvent.kernels import gear, joint, rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
@@ -97,6 +97,8 @@ def check_start(assembly: Assembly, t: float) -> None:
     joints = model.flexible.joints
     if np.any(joints["kind"] == joint.CORD):
         jit.load([joint._cord_geometry])
+    if np.any(joints["kind"] == joint.GEAR):
+        jit.load([gear.gear_geometry])
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
@@ -106,7 +108,7 @@ def check_start(assembly: Assembly, t: float) -> None:
             continue
         joint.joint_geometry(t, y, k, model)
         gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
-        unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE) else " m"
+        unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE, joint.GEAR) else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
                 f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "

@@ -182,5 +182,5 @@ def is_held(joints: Array, t: float) -> Array:
 
 def _turns(joints: Array) -> Array:
     """Which joints hold directions, whose gaps have no unit: (n,) bool."""
-    directions = (joints["kind"] == joint.DIRECTION) | (joints["kind"] == joint.ANGLE)
+    directions = np.isin(joints["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
     return np.asarray(directions | ((joints["kind"] == joint.ALONG) & (joints["on"][:, 0] == sides.ON_NODE)))
