@@ -144,7 +144,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: beam, custom-force, cylinder-contact, ",
+        "parts.hub.kind is missing; known: acceleration-field, beam, custom-force, ",
     ),
     "a misspelt kind": (
         {"hub": {"kind": "rigid body"}},
