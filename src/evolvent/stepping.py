@@ -175,8 +175,8 @@ class Stepper:
     def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Force (N) and torque about the body's origin (N m), inertial axes, of the structure on a body.
 
-        All that acts on it but inputs and weight: threads, beams, springs, joints and contacts, at the end of the last
-        step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
+        All that acts on it but inputs and weight: threads, beams, springs, joints, contacts and fields, at the end of
+        the last step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
         """
         row = self.assembly.model.bodies[self._index(name)]
         found = row["F"].copy()

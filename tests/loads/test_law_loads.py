@@ -276,3 +276,23 @@ def test_a_law_with_the_time_first() -> None:
         InputError, match=r"'push' at t = 0 s: the law 'pulsed' .*test_law_loads.py.*0 parameters are given"
     ):
         system.simulate(until=1.0)
+
+
+def test_loads_in_a_file(tmp_path: Any) -> None:
+    """A system with all of them is the same after it was written and read."""
+    system = tethered(tip_mass=0.5)
+    drive = {"expression": "a*sin(t)", "constants": {"a": 0.1}}
+    system.add(parts.RigidBody(motion="driven", drive=drive, direction=(0.0, 0.0, 1.0)), "table")
+    system.add(beam(position=(0.0, 5.0, 0.0)), "beam")
+    law: dict[str, Any] = {"law": ["a*x", "sin(t)", "-vz"], "constants": {"a": 0.1}}
+    system.add(parts.Force(at="tether.tip", frame="body", **law), "force")
+    system.add(parts.Torque(at="beam.tip", **law), "torque")
+    system.add(parts.LineLoad(beam="beam", **law), "line")
+    system.add(parts.AccelerationField(**law), "field")
+    light: dict[str, Any] = {"area": 2.0, "normal": (0.0, 0.0, 1.0), "pressure": 4.56e-6, "specular": 0.3}
+    system.add(parts.PanelRadiation(at=("table", (0.0, 1.0, 0.0)), **light), "light")
+    path = tmp_path / "case.yaml"
+    path.write_text(system.to_yaml(until="1 s"))
+    read = evolvent.load(path)
+    assert dict(read.parts) == dict(system.parts)
+    read.assemble()

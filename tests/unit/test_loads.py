@@ -109,7 +109,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "body axes of a node": (lambda: parts.Force(at="boom.tip", force=Y, frame="body"), "load.frame is 'body', but"),
     "body axes of a point": (lambda: parts.Force(at="ball", force=Y, frame="body"), "load.at is 'ball'; .* a body"),
     "torque on a point": (lambda: parts.Torque(at="ball", torque=Y), "load.at is 'ball'; this load needs a body"),
-    "torque on a node": (lambda: parts.Torque(at="boom.tip", torque=Y), "a node of a beam, which takes forces alone"),
+    "torque on a node": (lambda: parts.Torque(at="boom.tip", torque=Y, frame="body"), "load.frame is 'body', but"),
     "frame": (lambda: parts.Force(at="hub", force=Y, frame="bdy"), "Force.frame is 'bdy'; did you mean 'body'"),
     "times": (lambda: parts.Force(at="hub", force=Y, start=2, end=1), "load.end is 1.0; it must be after start 2.0"),
     "times of a node": (lambda: parts.Force(at="boom.tip", force=Y, start=2, end=1), "load.end is 1.0 s; .* 2.0 s"),
