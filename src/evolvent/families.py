@@ -164,8 +164,13 @@ FAMILIES = (
     Family("a guide", "guides", EVERY),
     Family(
         "a thread with segments of springs", "threads", _IN_TIME, "take a Beam",
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
+    ),
+    Family(
+        "a thread that goes slack", "threads", _EXPLICIT, "set `slack` to false, or take rk4, heun or dopri5",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
+        forces=(thread.spring_thread, *_THREAD),
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),

@@ -66,7 +66,7 @@ RECORDS: dict[str, np.dtype] = {
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
     "guides": _record("kind body", "direction axis value", direction=_3, axis=_3),
     "threads": _record(
-        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go end coupled "
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried lets_go end slack coupled "
         "spool_switch motor_profile motor_law motor_first motor_last",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
         "coiling core spool_friction spool_viscous",

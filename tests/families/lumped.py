@@ -374,6 +374,22 @@ def spring_thread() -> Case:
     )  # fmt: skip
 
 
+@of("a thread that goes slack")
+def slack_thread() -> Case:
+    """A mass on a thread falls towards its reel: free fall."""
+
+    def motion(t: Array) -> Array:
+        return columns(0.8 - 0.5 * G * t**2, 0.0, 0.0)
+
+    return Case(
+        part="thread", seen=outer_node, end=0.3, step=1e-3, motion=motion,
+        system=lambda: reeled(
+            parts.ConstantDrive(rate=0.0, angle=8.0), gravity=(-G, 0.0, 0.0), length=1.0, nodes=1, stiffness=200.0,
+            slack=True,
+        ),
+    )  # fmt: skip
+
+
 @of("a thread with segments of fixed length")
 def fixed_thread() -> Case:
     """One segment, all of it out: a pendulum."""

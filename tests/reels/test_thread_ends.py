@@ -114,6 +114,37 @@ def test_two_bodies_on_one_segment(end: str, method: str, book: Book) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("damping", [0.0, 3.0])
+def test_a_slack_thread_lets_its_end_fly(damping: float, book: Book) -> None:
+    """Stretched by 5 cm it pulls its ends together until it is slack; then they fly on. Energy balances."""
+    M, m, c = 4.0, 1.5, 30.0
+    system = System()
+    system.add(parts.RigidBody(mass=M, inertia=1.0), "ship")
+    drive = parts.ConstantDrive(rate=0.0, angle=10.0)
+    system.add(parts.Reel(body="ship", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
+    system.add(parts.Point(mass=m, position=(1.05, 0.0, 0.0)), "end")
+    thread = {"stiffness": c, "damping": damping, "slack": True, "end": "end"}
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-9, nodes=1, **thread), "thread")
+    t = np.linspace(0.0, 2.0, 21)
+    found = run(system.assemble(), t, rtol=1e-10, atol=1e-12)
+    assert np.abs(found.energy_defect).max() < 1e-7 * found.energy[0]
+    if damping == 0.0:
+        assert found.seen.tension.min() >= 0.0
+        w = np.sqrt(c * (1.0 / M + 1.0 / m))
+        free = 0.5 * np.pi / w
+        exact = np.where(t < free, 0.05 * np.cos(w * t), -0.05 * w * (t - free))
+        apart = (
+            found.y[:, int(found.assembly.model.points["iq"][0])]
+            - found.y[:, int(found.assembly.model.bodies["iq"][1])]
+        )
+        error = np.abs(apart - 1.0 - exact).max() / 0.05
+        assert error < 1e-6
+        book(
+            "Threads, reels, tethers", "Thread that goes slack between two bodies", source="closed form",
+            reference="cos(w t), then free flight", error=error, allowed=1e-6,
+        )  # fmt: skip
+
+
 def test_generalized_alpha_as_rk4_has_it() -> None:
     samples = np.linspace(0.0, 3.0, 7)
     exact = run(tether(), samples, "rk4", step=1e-3)
@@ -194,6 +225,7 @@ def _with(end: Any, **thread: Any) -> System:
         ("reel", {}, "tether.end is 'reel'; 'reel' is a Reel, not a body, point or beam"),
         ("ship.own", {}, "tether.end is 'ship.own', on the body of 'reel' itself"),
         ("satellite", {"segments": "inextensible"}, "tether.end is 'satellite'; it needs tether.segments 'springs'"),
+        ("satellite", {"segments": "inextensible", "slack": True}, "tether.slack is true; it needs tether.segments"),
         ("satellite", {"direction": (1.0, 0.0, 0.0)}, "tether.direction and tether.end are both given"),
         (("satellite", (1.0, 0.0, 0.0)), {}, r"3 m from where.*but 2 m are out.*reel.drive.angle to 30 rad"),
     ],

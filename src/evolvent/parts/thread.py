@@ -47,6 +47,9 @@ class Thread(Part):
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs).
+    slack : bool
+        Whether a segment that is shorter than its length goes slack (springs), without stiffness and damping, or pushes
+        as a spring does.
     direction : (3,) float, optional
         Of the thread already out at the start, body axes; that in which the reel lets it out if left out. With `end`
         it goes straight to that place.
@@ -77,7 +80,7 @@ class Thread(Part):
     With `end` the first node is that place: the outermost segment pulls on it, and half a segment and `tip_mass` move
     with it. On a body their energy and momentum count with the thread; a point mass takes their mass up into its own.
     What is out at the start lies straight and is stretched evenly where the place is farther off than its length.
-    Segments carry compression as springs do: let the end move away, or keep the thread taut by a spin.
+    Without `slack` segments carry compression as springs do: let the end move away, or keep the thread taut by a spin.
     """
 
     kind: Literal["thread"] = "thread"
@@ -90,6 +93,7 @@ class Thread(Part):
     segments: Literal["springs", "inextensible"] = "springs"
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
+    slack: bool = False
     direction: units.Direction | None = None
     velocity_turn: bool = True
     wound_mass: Literal["ignored", "carried"] = "ignored"
@@ -108,6 +112,8 @@ class Thread(Part):
         kind, n, length, tip = SEGMENTS[self.segments], self.nodes, self.length, self.tip_mass
         if kind == kernels.SPRINGS and self.stiffness == 0.0:
             raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
+        if self.slack and kind != kernels.SPRINGS:
+            raise InputError(f"{name}.slack is true; it needs {name}.segments 'springs', not {self.segments!r}")
         l0 = length / n
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
@@ -193,6 +199,7 @@ class Thread(Part):
             lets_go=int(self.lets_go),
             capture=self.capture,
             end=end,
+            slack=int(self.slack),
             coiling=0.5 * self.thickness / np.pi,
             core=np.sqrt(core),
             spool_friction=drive.friction,

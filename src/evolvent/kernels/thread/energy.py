@@ -45,6 +45,8 @@ def thread_inventory(y, s, model, p, out):
                 dx, dy, dz = x[0] - threads[p].Q[0], x[1] - threads[p].Q[1], x[2] - threads[p].Q[2]
                 rest = threads[p].b[0]
             extension = math.sqrt(dx * dx + dy * dy + dz * dz) - rest
+            if threads[p].slack != 0:
+                extension = max(extension, 0.0)
             if i < j - 1 or s[threads.size + p] == 0:
                 elastic += spring_energy(threads[p].stiffness, extension)
     part[ELASTIC] = elastic

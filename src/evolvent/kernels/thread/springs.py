@@ -24,6 +24,14 @@ def spring_points(y, s, threads, nodes, p):
             nodes[first + i].v[c] = y[v + 3 * i + c]
 
 
+@inlined
+def taut(elastic, damped):
+    """Elastic and damping part of the tension of a segment that goes slack, N: none below its length."""
+    if elastic <= 0.0:
+        return 0.0, 0.0
+    return elastic, damped
+
+
 @indirect(types.UniTuple(REAL, 2)(VECTOR, INTEGERS, MODEL, types.int64, types.boolean, VECTOR))
 def spring_thread(y, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
@@ -53,8 +61,11 @@ def spring_thread(y, s, model, p, loaded, dy):
         length = math.sqrt(ex * ex + ey * ey + ez * ez)
         scale = 1.0 / length
         rate = ((vx - vx1) * ex + (vy - vy1) * ey + (vz - vz1) * ez) * scale
-        T = stiffness * (length - l0) + damping * rate
-        dissipated += damping * rate * rate
+        elastic, damped = stiffness * (length - l0), damping * rate
+        if threads[p].slack != 0:
+            elastic, damped = taut(elastic, damped)
+        T = elastic + damped
+        dissipated += damped * rate
         nodes[first + i].tension = T
         scale *= T
         ex *= scale
@@ -94,7 +105,10 @@ def spring_thread(y, s, model, p, loaded, dy):
     elastic = stiffness * (length - threads[p].b[0])
     if s[threads.size + p] != 0:  # released whole
         elastic = rate = 0.0
-    T = elastic + damping * rate
+    damped = damping * rate
+    if threads[p].slack != 0:
+        elastic, damped = taut(elastic, damped)
+    T = elastic + damped
     nodes[first + j - 1].tension = T
     a, c = q + 3 * (j - 1), v + 3 * (j - 1)
     if is_end(threads, p, j - 1):
@@ -118,10 +132,10 @@ def spring_thread(y, s, model, p, loaded, dy):
     )
     if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
         pull_spool(model, p, T)
-        dissipated += damping * rate * (stretch_rate - b1)
+        dissipated += damped * (stretch_rate - b1)
         return copies * dissipated, driven
     else:
         # what is left of the boundary's power once strain energy and dissipation are taken out
-        dissipated += damping * rate * rate
-        power = -elastic * b1 - damping * rate * (stretch_rate - rate)
+        dissipated += damped * rate
+        power = -elastic * b1 - damped * (stretch_rate - rate)
     return copies * dissipated, copies * power
