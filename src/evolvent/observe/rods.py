@@ -77,9 +77,7 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
     found.vector("tip_position", x[:, -1], "m", "position of the tip, inertial axes")
 
 
-def _observe_sections(
-    view: View, index: int, part: Any, x: Array, R: Array, found: Observed
-) -> tuple[Array, Array]:
+def _observe_sections(view: View, index: int, part: Any, x: Array, R: Array, found: Observed) -> tuple[Array, Array]:
     """Strains, forces and moments in the middles of the elements; returns the energy of all strains and of moments."""
     row = view.model.flexible.rods[index]
     elements = view.model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
@@ -103,12 +101,16 @@ def _observe_sections(
     found.along("torsional_moment", "element", S[..., 3], "N m", f"moment about x {own}, {where}")
     for i, axis in ((4, "y"), (5, "z")):
         found.along(f"bending_moment_{axis}", "element", S[..., i], "N m", f"moment about {axis} {own}, {where}")
-    found.along("energy_density", "element", 0.5 * np.einsum("tni,tni->tn", S, E), "J m-1", f"strain energy per length {where}")
+    found.along(
+        "energy_density", "element", 0.5 * np.einsum("tni,tni->tn", S, E), "J m-1", f"strain energy per length {where}"
+    )
     total = energy.sum(axis=1)
     return total, energy[:, 3:].sum(axis=1)
 
 
-def _observe_sums(view: View, bodies: list[int], poses: list[Any], elastic: Array, bending: Array, found: Observed) -> None:
+def _observe_sums(
+    view: View, bodies: list[int], poses: list[Any], elastic: Array, bending: Array, found: Observed
+) -> None:
     """Energies and momenta."""
     kinetic, linear, angular = np.zeros(view.t.size), np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3))
     for b, pose in zip(bodies, poses, strict=True):

@@ -191,7 +191,9 @@ def iterate(most, searches, model, matrix, work):
     step, loop, options = work.step, work.loop, work.options
     n_v, n_j = model.info.nv, step.la.size
     scale = 4.0 * options.mass / (step.step.h * step.step.h)
-    rounding = min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size + model.flexible.rods.size > 0 else 0.0
+    rounding = (
+        min(ROUND_OFF, 1e4 * options.newton) if model.flexible.elements.size + model.flexible.rods.size > 0 else 0.0
+    )
     residual(model, step)
     soft, last, ratio, touching = step.step.soft != 1.0, math.inf, 0.0, loop.contact_set
     # what keeps momenta or energy takes a tangent of its own, for it converges to round-off

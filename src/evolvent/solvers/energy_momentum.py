@@ -15,7 +15,18 @@ from evolvent.errors import InputError
 from evolvent.flow import energy_momentum as flow
 from evolvent.flow import needs
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact_step, cord_step, hinge_step, joint, layer_step, rigid, rod, rod_step, sides, springs
+from evolvent.kernels import (
+    contact_step,
+    cord_step,
+    hinge_step,
+    joint,
+    layer_step,
+    rigid,
+    rod,
+    rod_step,
+    sides,
+    springs,
+)
 from evolvent.kernels.sparse import INNER, SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.pointer import zeros_record

@@ -12,8 +12,8 @@ from evolvent.families import bodies_of
 from evolvent.kernels import loads, springs
 from evolvent.solvers import balance as eb
 from evolvent.solvers import equilibrium as eq
-from evolvent.solvers.sampled import N_CYLINDER, empty
 from evolvent.solvers.rod_messages import bent_too_far
+from evolvent.solvers.sampled import N_CYLINDER, empty
 from evolvent.solvers.solution import Path, Solution
 from evolvent.solvers.static_work import Work, add_turn
 
@@ -253,7 +253,8 @@ class Search:
             return f"the state stopped being finite at load factor {factor:.6g}{self._bent()}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
-        return f"Newton's method does not converge beyond load factor {self.reached:.6g}{self._bent()}; arc_length may lead on"
+        beyond = f"{self.reached:.6g}{self._bent()}"
+        return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
 
     def _bent(self) -> str:
         """Which element of a rod is bent too far in the last equilibrium, in words; "" of none."""
