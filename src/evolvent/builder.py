@@ -253,7 +253,7 @@ class Builder:
                 raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
             known = [n for n, (f, _) in self.names.items() if f in ("bodies", "points", "beams", "rods")]
             raise InputError(
-                f"{key} is {where!r}; no body, point or beam is called {name!r}; {nearest(str(name), known)}"
+                f"{key} is {where!r}; no body, point, beam or rod is called {name!r}; {nearest(str(name), known)}"
             )
         return family, index
 
@@ -331,7 +331,7 @@ class Builder:
         n_threads = len(self.rows["threads"])
         s = self._switches(families["hinges"], families["joints"], families["threads"])
         accounts = mdl.N_ACCOUNTS
-        if self.rows["beams"]:
+        if self.rows["beams"] or self.rows["rods"]:
             accounts += mdl.IMPULSE + len(self.rows["cylinders"])
         accounts += self._place_accounts(families, n_q + n_v + accounts)
         y = np.array(self.q + self.v + [0.0] * accounts)

@@ -24,8 +24,8 @@ Array = np.ndarray
 ACCOUNTS = ("dissipated", "spool", "load", "drive", "release")
 DISSIPATED, SPOOL, LOAD, DRIVE, RELEASE = range(5)
 JUMP_ANGULAR, JUMP_LINEAR, N_ACCOUNTS = 5, 8, 11
-#: Accounts that follow in a model with beams, under explicit methods: what causes have taken, and the impulse of the
-#: normal forces of every cylinder.
+#: Accounts that follow in a model with beams or rods, under explicit methods: what causes have taken, and the impulse
+#: of the normal forces of every cylinder.
 BY_MASS, BY_STIFFNESS, BY_CONTACT, BY_JOINTS, IMPULSE = range(5)
 #: Accounts of each joint's coordinate, which stand last: force of the friction now (N or N m), and what the damper, the
 #: latch and the friction have dissipated (J). Each motor and synchronization has one account.
@@ -110,8 +110,8 @@ RECORDS: dict[str, np.dtype] = {
     "elements": _record("beam iq iv form bending mass force tangent energy stretch", "length alpha beta thickness"),
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
-    # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its ends,
-    # body axes; stiffness: per length, of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`
+    # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
+    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`
     "rod_elements": _record(
         "a b", "length beta arm_a arm_b stiffness rest", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6
     ),

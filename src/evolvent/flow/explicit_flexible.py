@@ -1,4 +1,4 @@
-"""Beams, rods, contacts, hinges, penalty joints and users' laws between places under explicit methods: forces, energies.
+"""Beams, rods, contacts, hinges, penalty joints, users' laws between places under explicit methods: forces, energies.
 
 A constraint must be a penalty here (`stiffness` above 0), and contact cannot stick: see `evolvent.solvers.flexible`.
 """
@@ -46,7 +46,7 @@ def has_flexible(model):
 
 @indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_forces(t, y, s, model, dy):
-    """Forces of beams, rods, contacts, hinges, penalties and users' laws: onto bodies and points, into F and P of `Flexible`.
+    """Forces of beams, rods, contacts, hinges, penalties, users' laws: onto bodies and points, into F and P.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def add_flexible_forces(t, y, s, model, dy):
         _, by_laws, _ = custom.add_custom_forces(t, y, model, F)
     if f.joints.size > 0 or f.hinges.size > 0 or f.custom_forces.size > 0:
         points.take_forces(n_q, model.points, F)
-    if f.beams.size > 0:
+    if f.beams.size > 0 or f.rods.size > 0:
         dy[account + BY_MASS] = by_mass
         dy[account + BY_STIFFNESS] = by_stiffness
         dy[account + BY_CONTACT] = by_contact
@@ -108,7 +108,7 @@ def add_flexible_forces(t, y, s, model, dy):
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
 def add_flexible_inventory(t, y, s, model, out):
-    """Add beams, rods, contacts, hinges, penalties and users' laws to an inventory (beams' momenta are those of bodies)."""
+    """Add beams, rods, contacts, hinges, penalties, laws to an inventory (beams' momenta are those of bodies)."""
     f, F = model.flexible, model.flexible.F
     for i in range(F.size):
         F[i] = 0.0

@@ -4,16 +4,17 @@ With the directors d_i of the sections at both ends a and b, T_ij = d_i^a . d_j^
 
     s_k = (T_ij - T_ji)/2 (i, j, k cyclic: T_21 - T_12 for k = 0),  c = (tr T - 1)/2,  v_i = (d_i^a + d_i^b)/2 . d/L
 
-that is s = sin(angle) e and c = cos(angle) of the turn of one end relative to the other about the axis e. The strains of
-force, Gamma, and of moment, K, are those of the helix through both ends::
+that is s = sin(angle) e and c = cos(angle) of the turn of one end relative to the other about the axis e. The strains
+of force, Gamma, and of moment, K, are those of the helix through both ends::
 
     phi = angle/sin(angle),   psi = (1 - phi)/sin(angle)^2
     Gamma = phi v + psi (s . v) s - Gamma_0,   K = phi s/L - K_0
 
-exact where the strains are constant along the element; they do not change in a rigid motion. s, c and v are quadratic in
-vectors that are fixed to the bodies, of which `kernels.rod_step` makes use. With Gamma_0 = (1, 0, 0) and K_0 = 0 the rod
-is straight without stress. The energy is E . C E L/2, E = (Gamma, K); C of `parts.rod` contains what moments that vary
-linearly along the element bend it by, so that it neither locks nor needs more points than one.
+exact where the strains are constant along the element; they do not change in a rigid motion. s, c and v are quadratic
+in vectors that are fixed to the bodies, of which `kernels.rod_step` makes use. With Gamma_0 = (1, 0, 0) and K_0 = 0 the
+rod is straight without stress. The energy is E . C E L/2, E = (Gamma, K). The compliance 1/C contains the bending by
+moments that vary linearly along the element (`evolvent.elements.rods`), so that an element neither locks nor needs more
+points than one.
 
 Literature: Reissner 1981; Simo 1985; Crisfield & Jelenic 1999 (helical strains); MacNeal 1978 (residual bending
 flexibility).
@@ -508,7 +509,7 @@ def _add_damping(k, m, dphi, dpsi, model, S):
 
 @inlined
 def _stressed(k, model, m, S, p):
-    """Measures, stresses times the length (damping included) and `conjugate` of element k; returns the damping's power."""
+    """Measures, stresses times the length, and `conjugate` of element k; returns the power of its damping, W."""
     rows, length, lost = model.flexible.rod_elements, model.flexible.rod_elements[k].length, 0.0
     measure_element(k, model, m)
     dphi, dpsi, _, _ = angle_slopes(m[COSINE])

@@ -2,7 +2,7 @@
 
 s, c and v of an element (`kernels.rod`) are quadratic in vectors fixed to its bodies, so that their changes over a step
 are exactly their derivatives at the mean shape times the increments; those of the strains follow from them by
-`rod.conjugate`, which takes changes of products by means of their factors and those of phi and psi over the change of c.
+`rod.conjugate`, which takes changes of products by the means of their factors, and phi and psi by their secants in c.
 As of `kernels.element_step` the step adds chi/2 C (dE - ratio dE_p) and the damping beta C dE/h.
 """
 
@@ -69,7 +69,7 @@ def _secants(m0, m1):
 
 @inlined
 def _step_stress(k, model, h, chi, ratio, m0, m1, before, change, S):
-    """Stresses times the length of element k over a step, and the changes of its strains; returns the damping's loss, J."""
+    """Stresses times the length of element k over a step, changes of its strains; returns what damping takes, J."""
     rows, work = model.flexible.rod_elements, model.flexible.rod
     length, beta = rows[k].length, rows[k].beta
     mean, lost = work[_B : _B + 6], 0.0

@@ -132,6 +132,7 @@ class Rod(Part):
         n, h = self.elements, self.length / self.elements
         x, R = self.start(name)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
+        turns = np.maximum(turns, np.degrees(h * np.linalg.norm(self.curvature)))
         if turns.max() > LARGEST_TURN:
             k = int(turns.argmax())
             raise InputError(
@@ -143,7 +144,6 @@ class Rod(Part):
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
         stiffness, shares = [], []
         for piece, strain in zip(pieces[: 1 if same else n], rest, strict=False):
-            self._check(name, rods.section_stiffness(piece, self.material))
             stiffness.append(rods.element_stiffness(h, piece, self.material, strain))
             shares.append(rods.element_inertia(h, piece, self.material))
         if same:
@@ -158,13 +158,6 @@ class Rod(Part):
             "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping
         )
         builder.names[name] = ("rods", index)
-
-    def _check(self, name: str, stiffness: np.ndarray) -> None:
-        """Refuse a section without one of its stiffnesses."""
-        what = ("axial", "shear", "shear", "torsion", "bending", "bending")
-        for i, value in enumerate(np.diag(stiffness)):
-            if not value > 0.0:
-                raise InputError(f"{name}.section has no {what[i]} stiffness, {value:g}; a rod needs all six above 0")
 
     def _write_nodes(self, builder: Builder, x: np.ndarray, R: np.ndarray, shares: list) -> int:
         """Write the nodes as free bodies; returns the first one's index."""

@@ -45,8 +45,8 @@ def reason(code: int, work: energy_loop.EnergyLoop, assembly: Assembly, *, fixed
     rounding = ", or a greater `newton`: the corrections are round-off" if size < 1e-9 else ""
     return (
         f"Newton's method found no solution {when}, the shortest that was tried; the largest correction, {size:.2g} of "
-        f"the size of the system, is at {where}{what_may_jump(assembly)}{bent}; {smaller}{softer}{rounding}, and look at the "
-        f"last samples"
+        f"the size of the system, is at {where}{what_may_jump(assembly)}{bent}; {smaller}{softer}{rounding}, and "
+        f"look at the last samples"
     )
 
 
@@ -56,7 +56,9 @@ def stalled(work: energy_loop.EnergyLoop, assembly: Assembly, steps: int, time: 
     return (
         f"by t = {float(work.loop.time):.6g} s the steps have become so small, {time / max(steps, 1):.2g} s in the "
         f"mean, that the rest would take {rest:.1e} of them; Newton's method corrects most at {where}"
-        f"{what_may_jump(assembly)}{bent_too_far(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last samples"
+        f"{what_may_jump(assembly)}"
+        f"{bent_too_far(assembly, work.step.y0)}; take a greater `tolerance` or `step`{softer}, and look at the last "
+        f"samples"
     )
 
 

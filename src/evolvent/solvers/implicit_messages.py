@@ -49,7 +49,8 @@ def reason(code: int, work: alpha_state.Workspace, step: float | None, assembly:
             f"{smaller}{joined}{law}"
         )
     if code == alpha_state.NOT_FINITE:
-        return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s{bent_too_far(assembly, work.y0)}; {smaller}"
+        bent = bent_too_far(assembly, work.y0)
+        return f"the state stopped being finite in the step of {h:.3g} s from t = {t:.6g} s{bent}; {smaller}"
     if code in (alpha_state.SINGULAR, alpha_state.REDUNDANT):
         return (
             f"the equations of the step of {h:.3g} s from t = {t:.6g} s are singular: something has no mass, "

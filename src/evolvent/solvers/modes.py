@@ -210,6 +210,16 @@ def _skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
+def _attached(model: Any) -> set[int]:
+    """Bodies on which anything but elements of rods acts."""
+    f, markers = model.flexible, model.markers
+    found = [markers["index"][markers["kind"] == springs.ON_BODY], f.hinges["body"], f.cylinders["body"]]
+    for rows, index in ((f.joints, f.joints["index"]), (f.custom_places, f.custom_places["index"])):
+        found.append(index[rows["on"] == sides.ON_BODY])
+    found.append(f.hinges["other"][f.hinges["on"] == sides.ON_BODY])
+    return {int(b) for b in np.concatenate([np.ravel(one) for one in found])}
+
+
 def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     """K with what the tangent of Newton's method leaves out, by differences of the forces.
 
@@ -218,8 +228,13 @@ def _completed(work: Work, K: sparse.csr_matrix) -> sparse.csr_matrix:
     b, model, f = work.balance, work.model, work.model.flexible
     own: list[int] = []
     by_law = np.any(model.springs["law"] != 0) or f.custom_forces.size
-    families = ("bodies", "rods", "points") if by_law else ("bodies", "rods")
+    families = ("bodies", "points") if by_law else ("bodies",)
     for family, index in work.assembly.names.values():
+        if family == "rods":  # whose own tangent is complete
+            for body in sorted(set(bodies_of(model, family, index)) & _attached(model)):
+                where = places_of(model, "bodies", body)
+                own.extend(range(where.start, where.stop) if where else ())
+            continue
         where = places_of(model, family, index) if family in families else None
         if where is not None:
             own.extend(range(where.start, where.stop))

@@ -32,7 +32,7 @@ def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
         if turns.max() >= worst:
             worst, element = float(turns.max()), int(turns.argmax())
             where = (
-                f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg, and none "
-                f"may exceed 120 deg: take more `elements`"
+                f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg, and "
+                f"none may exceed 120 deg: take more `elements`"
             )
     return where

@@ -118,7 +118,7 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
     found["spools"], found["released"] = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
     found["by_springs"] = accounts[:, mdl.DISSIPATED]
-    if model.flexible.beams.size:
+    if model.flexible.beams.size or model.flexible.rods.size:
         causes = accounts[:, mdl.N_ACCOUNTS :]
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]

@@ -260,7 +260,8 @@ class Search:
             return f"the state stopped being finite at load factor {factor:.6g}{self._bent()}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
-        return f"Newton's method does not converge beyond load factor {self.reached:.6g}{self._bent()}; arc_length may lead on"
+        beyond = f"{self.reached:.6g}{self._bent()}"
+        return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
 
     def _bent(self) -> str:
         """Which element of a rod is bent too far in the last equilibrium, in words; "" of none."""
