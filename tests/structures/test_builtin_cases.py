@@ -210,6 +210,43 @@ def test_spinning_tether(book: Book) -> None:
     assert pull == pytest.approx(tension[-1], rel=1e-4)
 
 
+def test_orbit_tether(book: Book) -> None:
+    """Paid out at a rate in proportion to its length, it keeps its angle: sin 2 theta = -4 c/(3 n)."""
+    n, c = 1.1e-3, 5.5e-4
+    wanted = 0.5 * math.asin(-4.0 * c / (3.0 * n))
+    line = values("orbit-tether", "end body.position") - values("orbit-tether", "satellite.position")
+    length = np.linalg.norm(line, axis=1)
+    book(
+        "Threads, reels, tethers", "Tether paid out in orbit from 20 to 349 m: angle to the vertical",
+        reference="sin 2 theta = -4 c/(3 n)", source="closed form, light tether",
+        error=np.abs(np.arctan2(line[:, 1], line[:, 0]) - wanted).max(), allowed=5e-4, unit="rad",
+    )  # fmt: skip
+    mass = 500.0 * 20.0 / 520.0  # both bodies swing about their common centre of mass
+    tension = mass * length * (3.0 * (n * math.cos(wanted)) ** 2 - c * c)
+    found = np.linalg.norm(values("orbit-tether", "tether.end_force"), axis=-1)
+    late = slice(100, None)  # every node that leaves makes the tether ring for a while
+    book(
+        "Threads, reels, tethers", "Tether paid out in orbit from 20 to 349 m: tension at the end body, mean",
+        reference="m L (3 n^2 cos^2 theta - c^2)", source="closed form, light tether",
+        error=abs((found / tension)[late].mean() - 1.0), allowed=2e-2,
+    )  # fmt: skip
+
+
+def test_two_booms(book: Book) -> None:
+    """The pulse's end of the frame moves as one of 24-coordinate elements does."""
+    content = cases.content_of("two-booms")
+    for name in ("inner boom", "outer boom"):
+        content["parts"][name] |= {"kind": "beam", "elements": 16}
+    beams = ev.run(content)
+    moved = values("two-booms", "outer boom.position")[:, -1, 2]
+    book(
+        "Dynamics", "Two booms at a right angle under a triangular pulse (rod, 8 elements each), 0.5 s",
+        reference="tip across the plane, beams of 16 elements", source="other elements",
+        error=np.abs(moved - beams["outer boom"].position.values[:, -1, 2])[:101].max() / np.abs(moved).max(),
+        allowed=5e-3,
+    )  # fmt: skip
+
+
 def test_wire_booms(book: Book) -> None:
     """Wires as stiff pendulums with an offset hinge (W. Johnson, Helicopter Theory, 1980), alone and with the hub."""
     offset, length, tip, mu, inertia = 0.6, 20.0, 0.25, 6000.0 * math.pi * 0.0004**2, 60.0
