@@ -11,7 +11,7 @@ and the gap is the distance less the radius. `closest_places` does this for two 
 
 import math
 
-from evolvent.jit import inlined
+from evolvent.jit import REAL, entry, inlined
 from evolvent.kernels import contact_laws
 
 CYLINDER, CAPSULE, PLANE = 0, 1, 2
@@ -81,6 +81,7 @@ def step_place(surface, u0, u1, half):
     return s + share * (0.5 * (u0 + u1) - s), share
 
 
+@entry(REAL, REAL, REAL, REAL, REAL)
 @inlined
 def closest_places(u, v, w, half_a, half_b):
     """Places s and t on two segments that are closest: |d + s a - t b| is least for s, t in +-half_a, +-half_b.
