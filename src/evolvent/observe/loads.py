@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import jit
+from evolvent import families, jit
 from evolvent.flow.inventory import inventory
 from evolvent.flow.needs import load_explicit
 from evolvent.kernels import beam_loads, flexible
@@ -42,8 +42,11 @@ def observe_load(view: View, name: str) -> Observed:
     if row["law"] != 0:
         vector = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
     if is_panel:
-        n = turned(view.pose(int(marker["index"])).R, values[7:10])
-        vector = np.array([kernels.panel_force(*values[:3], *normal, *values[10:12]) for normal in n])
+        n, (specular, diffuse) = turned(view.pose(int(marker["index"])).R, values[7:10]), values[10:12]
+        size = float(np.linalg.norm(values[:3])) or 1.0
+        c = (n @ values[:3] / size)[:, None]  # `kernels.panel_force`
+        across = c * size * (2.0 * specular * np.abs(c) + 2.0 / 3.0 * diffuse)
+        vector = np.abs(c) * (1.0 - specular) * values[:3] + across * n
     if values[kernels.FRAME] != 0.0:
         vector = turned(view.pose(int(marker["index"])).R, vector)
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
@@ -95,7 +98,7 @@ def observe_beam_load(view: View, name: str) -> Observed:
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
     after, before = (row["value"] * factor for factor in strength(view, *times, at))
     nodes, rates = view.nodes(int(row["beam"]))
-    if beam_loads.follows(view.model.flexible.beam_loads, view.index(name)):
+    if families.follows(view.model.flexible.beam_loads)[view.index(name)]:
         _add_following(found, view, row, after, before)
         return found
     if row["kind"] == beam_loads.POINT:
