@@ -261,7 +261,7 @@ FAMILIES = (
     ),
     Family(
         "a gear that is a constraint", "joints", _NOT_EXPLICIT,
-        "give it a `stiffness` above 0, which makes it a penalty, or take generalized-alpha",
+        "give it a `stiffness` above 0, which makes it a penalty, or take energy-momentum or generalized-alpha",
         which=lambda found: (found["stiffness"] == 0.0) & _is_gear(found), forces=(*_JOINT, *_GEAR),
         tangents=(*_JOINT_TANGENT, gear.add_gear),
     ),
@@ -347,7 +347,7 @@ FAMILIES = (
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
-        "leave out `friction`, or take generalized-alpha", which=lambda found: found["friction"] > 0.0,
+        "leave out `friction`, or take energy-momentum or generalized-alpha", which=lambda found: found["friction"] > 0.0,
         forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
     Family(
@@ -454,7 +454,7 @@ def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | 
     advice = f"; {family.advice}" if family is not None and family.advice else ""
     part = assembly.parts.get(who)
     if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
-        advice = "; take generalized-alpha"
+        advice = "; take energy-momentum or generalized-alpha"
     raise InputError(
         f"{who!r} is {what}, which {SOLVERS[solver]} "
         f"{'does' if solver in (IMPLICIT, ENERGY, STATIC) else 'do'} not support{advice}"

@@ -128,7 +128,7 @@ def _panel(axis: Any, panel: Panel) -> None:
         axis.set_yscale("log")
     if panel.log_x:
         axis.set_xscale("log")
-    if panel.y_zero:
+    if panel.y_zero and panel.lines:
         values = np.concatenate([np.ravel(line.y) for line in panel.lines])
         values = values[np.isfinite(values)]
         if values.size and values.min() >= 0.0 and values.max() > 0.0:

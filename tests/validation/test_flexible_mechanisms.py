@@ -41,7 +41,7 @@ SLIDER_CRANK = np.array(
 )
 
 
-@pytest.mark.parametrize(("kind", "elements", "allowed"), [("rod", 16, 1e-5), ("beam", 16, 2e-5)])
+@pytest.mark.parametrize(("kind", "elements", "allowed"), [("rod", 32, 1e-5), ("beam", 16, 3e-5)])
 def test_slider_crank(kind: str, elements: int, allowed: float, book: Book) -> None:
     x = path("slider_crank", kind, elements, "rod", until=0.04, every=0.01, step=1e-5)[1:]
     book(

@@ -85,8 +85,8 @@ class Joint(Part):
     Nodes of two beams of 24-coordinate elements may be clamped at any angle; their sections pass the moment on.
     Constraints may be redundant, as in closed loops of hinges: then multipliers are those of least norm (moments by the
     size of the system), and the run's message and statistics give the rank.
-    A clamp leaves the length of slopes free, unless `hold` is "all": at the clamp the section can then neither shear nor
-    grow thicker, nor the axis stretch.
+    A clamp leaves the length of slopes free, unless `hold` is "all": at the clamp the section can then neither shear
+    nor grow thicker, nor the axis stretch.
     """
 
     kind: Literal["joint"] = "joint"
