@@ -347,7 +347,8 @@ FAMILIES = (
     ),
     Family(
         "a contact between bodies with friction", "body_contacts", _NOT_EXPLICIT,
-        "leave out `friction`, or take energy-momentum or generalized-alpha", which=lambda found: found["friction"] > 0.0,
+        "leave out `friction`, or take energy-momentum or generalized-alpha",
+        which=lambda found: found["friction"] > 0.0,
         forces=(body_contact.add_body_contacts,), tangents=_BODY_CONTACT,
     ),
     Family(
