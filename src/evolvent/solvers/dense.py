@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from evolvent.jit import inlined
-from evolvent.kernels import rigid, rod
+from evolvent.kernels import rigid, rod_samples
 from evolvent.kernels.flexible import NODE_VECTORS
 
 
@@ -50,7 +50,7 @@ def interpolate(theta, h, y0, y1, model, y):
             _cubics(theta, h, y0, y1, q, v, 3, y)
             _attitude(theta, h, y0, y1, q + 3, v + 3, y)
     if model.flexible.rods.size > 0:
-        rod.keep_chords(theta, y0, y1, model, y)
+        rod_samples.keep_chords(theta, y0, y1, model, y)
 
 
 @inlined
