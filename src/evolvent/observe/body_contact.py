@@ -44,6 +44,8 @@ def observe_body_contact(view: View, name: str) -> Observed:
 def _drawn(view: View, name: str) -> list[dict[str, Any]]:
     """The shapes of a contact that its bodies are not drawn by."""
     part, found = view.part(name), []
+    if hasattr(part, "beams"):
+        return [{"surface": {"body": part.body, "solids": [_solid(view, name)]}}]
     rows = view.model.flexible.body_contacts
     row = rows[view.index(name)]
     for key in ("a", "b"):
@@ -62,6 +64,15 @@ def _drawn(view: View, name: str) -> list[dict[str, Any]]:
             solid = capsule(shape.radius, getattr(shape, "length", 0.0), centre.tolist(), axis)
         found.append({"surface": {"body": body_name(view, body), "solids": [solid]}})
     return found
+
+
+def _solid(view: View, name: str) -> dict[str, Any]:
+    """The surface that rods touch."""
+    row = view.model.flexible.body_contacts[view.index(name)]
+    centre, axis = row["place_b"].tolist(), row["axis_b"].tolist()
+    if row["surface"] == surfaces.PLANE:
+        return disc(view.part(name).size, centre, axis)
+    return capsule(float(row["radius"]), 2.0 * float(row["half_b"]), centre, axis)
 
 
 def body_name(view: View, index: int) -> str:

@@ -110,10 +110,10 @@ def add_body_contacts(
     allowed = float(getattr(part, "initial_overlap", 0.0)) if overlap is None else overlap
     first = len(builder.rows["body_contacts"])
     for a, b in pairs:
-        depth = -start_gap(builder, a, b)
-        if depth > allowed * a.radius:
+        depth, radius = -start_gap(builder, a, b), a.radius if a.radius > 0.0 else b.radius
+        if depth > allowed * radius:
             raise InputError(
-                f"{name!r} starts with its bodies {depth:.3g} m inside each other, {depth / a.radius:.3g} radii; move "
+                f"{name!r} starts with its bodies {depth:.3g} m inside each other, {depth / radius:.3g} radii; move "
                 f"them apart, or allow it by `initial_overlap`, now {allowed:g}"
             )
         builder.add(
@@ -130,6 +130,6 @@ def start_gap(builder: Builder, a: Surface, b: Surface) -> float:
     d = poses[0].x + poses[0].R @ a.place - poses[1].x - poses[1].R @ b.place
     e, g = (pose.R @ unit(side.axis) for pose, side in zip(poses, (a, b), strict=True))
     if b.kind == surfaces.PLANE:
-        return float(d @ g) - a.radius
+        return float(d @ g) - a.radius - b.radius
     s, t = surfaces.closest_places(d @ e, d @ g, e @ g, a.half, b.half)
     return float(np.linalg.norm(d + s * e - t * g)) - a.radius - b.radius

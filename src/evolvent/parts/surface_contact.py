@@ -11,6 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import surfaces
 from evolvent.parts.base import BeamNames, BodyName, unit
+from evolvent.parts.body_contact import Surface, add_body_contacts
 from evolvent.parts.contact import Contact
 
 
@@ -26,6 +27,10 @@ def add_surface(
     radius, half : float, m, to the beams' axes, and half the length
     axis : (3,) float, body axes
     """
+    rods = [beam for beam in part.beams if builder.names.get(beam, ("",))[0] == "rods"]
+    if rods:
+        _add_to_rods(part, builder, name, rods, Surface(-1, np.array(part.centre), surface, radius, half, axis))
+        return
     body, centre, axis = builder.find(part.body, "bodies"), np.array(part.centre), unit(axis)
     pose, first = builder.poses[body], len(builder.rows["contact_points"])
     place, along = pose.x + pose.R @ centre, pose.R @ axis
@@ -51,6 +56,29 @@ def add_surface(
     builder.names[name] = ("cylinders", index)
 
 
+def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surface: Surface) -> None:
+    """Write a surface that the nodes of rods touch."""
+    other = next((beam for beam in part.beams if beam not in rods), None)
+    if other is not None:
+        raise InputError(
+            f"{name}.beams holds the rod {rods[0]!r} and {other!r}, which is no rod; give each a contact of its own"
+        )
+    if surface.kind == surfaces.CYLINDER:
+        raise InputError(
+            f"{name}.beams holds the rod {rods[0]!r}, which a cylinder-contact does not support; take a capsule-contact"
+        )
+    if part.law == "paper":
+        raise InputError(f"{name}.law is 'paper', which rods do not support; take 'hunt-crossley' or 'conservative'")
+    surface = surface._replace(body=builder.find(part.body, "bodies"))
+    pairs = []
+    for rod in rods:
+        elements = builder.rows["rods"][builder.names[rod][1]]["elements"]
+        for i in range(1 + part.skip, elements + 1):
+            at = builder.place(f"{rod}[{i}]")
+            pairs.append((Surface(at.row, at.local, surfaces.CAPSULE), surface))
+    add_body_contacts(part, builder, name, pairs)
+
+
 class SphereContact(Contact):
     """A rigid sphere on a body (or the ground), and the beams that touch it.
 
@@ -59,7 +87,7 @@ class SphereContact(Contact):
     body : str
         Body that the sphere is fixed to, or ground.
     beams : list of str
-        Beams whose contact points it pushes out.
+        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
     radius : float, m
         To the beams' axes.
     centre : (3,) float, m
@@ -91,7 +119,7 @@ class CapsuleContact(Contact):
     body : str
         Body that the capsule is fixed to, or ground.
     beams : list of str
-        Beams whose contact points it pushes out.
+        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
     radius : float, m
         To the beams' axes.
     length : float, m
@@ -129,7 +157,7 @@ class PlaneContact(Contact):
     body : str
         Body that the plane is fixed to, or ground.
     beams : list of str
-        Beams whose contact points it pushes out.
+        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
     normal : (3,) float
         Out of the plane, to the side on which the beams are, body axes.
     clearance : float, m
