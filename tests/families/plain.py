@@ -6,6 +6,12 @@ import json
 
 import numpy as np
 
+import families.beams
+import families.contacts
+import families.coordinates
+import families.loads
+import families.lumped
+import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import families as table
 from evolvent import model as mdl
 from evolvent.builder import Assembly

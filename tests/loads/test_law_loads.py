@@ -49,7 +49,7 @@ def test_a_moment_bends_a_cantilever_into_an_arc(formulation: str, allowed: floa
 
 def test_a_moment_twists_a_rod() -> None:
     """T L/(G J) at its end, and the moment at its root."""
-    section, twist = elements.Rod(radius=0.01), 0.2
+    section, twist = elements.Circle(radius=0.01), 0.2
     T = twist * 1e9 * math.pi * 0.01**4 / 2.0
     system = System()
     system.add(

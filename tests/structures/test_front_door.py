@@ -60,7 +60,7 @@ def test_no_parts_are_refused() -> None:
     [
         (
             parts.Force(at="tether", force=(1, 0, 0)),
-            "'tether' is a Thread, not a body, point or beam; a mass at its end",
+            "'tether' is a thread; give 'tether.tip', or a node from its tip on, 'tether.0.' to 'tether.3.'",
         ),
         (parts.Force(at="reel", force=(1, 0, 0)), "'reel' is a Reel, not a body, point or beam$"),
         (parts.Force(at="hub.antenna", force=(1, 0, 0)), "'hub' has no point 'antenna'; its key `points` names none$"),

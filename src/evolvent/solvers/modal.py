@@ -17,6 +17,7 @@ from evolvent.errors import InputError
 from evolvent.families import bodies_of
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.checks import positive, vector
+from evolvent.references import split_reference
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
@@ -144,7 +145,7 @@ class Modes:
         if name in known:
             displacement, rotation = (self._mapped([known[name]], which)[:, 0] for which in (0, 1))
             shape = self.shape[:, known[name].where]
-            if name not in self.assembly.names and shape.shape[1] != 6:  # of a beam's node
+            if self.assembly.names[split_reference(name)[0]][0] == "beams":  # one of its nodes
                 shape = shape.reshape(len(shape), -1, 3)
             return PartModes(name, shape, displacement, None if known[name].rotation is None else rotation)
         family, index, where = find_moving(self.assembly, name)

@@ -8,12 +8,9 @@ Directions count with the size of the system, so that moments are forces at that
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
 from evolvent.builder import Assembly
@@ -25,6 +22,9 @@ from evolvent.kernels import joint, sides, sparse_lu
 from evolvent.kernels.sparse import LOST, SparseBlocks
 from evolvent.solvers import ordering
 from evolvent.solvers.implicit_messages import redundant
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
 
 Array = np.ndarray
 
@@ -117,6 +117,10 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     InputError
         Where something beside the joints is undetermined, a driven joint is among them, or one holds what cannot move.
     """
+    import scipy.sparse as sparse  # which most runs do not need
+    from scipy.sparse.csgraph import connected_components
+    from scipy.sparse.linalg import splu
+
     model, n_v = assembly.model, int(assembly.model.info.nv)
     unknowns = ordering.redundant_unknowns(matrix)
     if np.any(unknowns < n_v):
@@ -157,6 +161,8 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
 
 def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
     """Rank of the gradients, and the largest part of each row in a dependence; None where there are too many rows."""
+    import scipy.sparse as sparse
+
     n = part.shape[0]
     if n > MOST:
         return n - unresolved, None
@@ -167,6 +173,7 @@ def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None
 
 def independent(G: sparse.csr_matrix, rank: int) -> sparse.csr_matrix:
     """As many rows of gradients as their rank, which span those of all."""
+    import scipy.sparse as sparse
     from scipy.linalg import qr
 
     norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
