@@ -399,8 +399,8 @@ def test_a_gear_between_free_bodies_keeps_energy_and_momenta() -> None:
             r"ratio of whole numbers of teeth up to 200, such as \d+/\d+",
         ),
         ({"a": "axle", "b": "pin", "ratio": 1.0}, "gear.b is 'pin', a joint of type 'spherical', which has no single"),
-        ({"a": "axle", "b": "hub", "ratio": 1.0}, "gear.b is 'hub'; only a body with motion 'spin' has an angle"),
-        ({"a": "axle", "b": "root", "ratio": 1.0}, "gear.b is 'root', a joint of a beam or a point"),
+        ({"a": "axle", "b": "hub", "ratio": 1.0}, "gear.b is 'hub'; it must be a body with motion 'spin', or a joint"),
+        ({"a": "axle", "b": "root", "ratio": 1.0}, "gear.b is 'root', a joint on a beam or a point"),
     ],
 )
 def test_what_cannot_be_geared_is_refused(given: dict[str, Any], words: str) -> None:
@@ -564,10 +564,10 @@ def craft() -> System:
         ({"a": "cord.root", "b": "wire.root", "type": "cylindrical"}, "a node of a cable has no twist"),
         ({"a": "hub", "b": "bob", "type": "prismatic"}, "'prismatic', but a point mass has no directions"),
         ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two places"),
-        ({"a": "hub", "b": "bob", "type": "universal"}, "held.axis_b is missing; a universal joint turns about two"),
+        ({"a": "hub", "b": "bob", "type": "universal"}, "held.axis_b is missing; a universal joint has two"),
         (
             {"a": "hub", "b": "boom.root", "type": "universal", "axis_b": (1.0, 0.0, 1.0)},
-            "held.axis_b is .*, which is not at a right angle to held.axis",
+            "held.axis_b is .*, which is not perpendicular to held.axis",
         ),
         ({"a": "hub", "b": "boom.root", "axis_b": (1, 0, 0)}, "held.axis_b is given, but held.type is 'spherical'"),
         ({"a": "hub", "b": "boom.tip", "type": "screw"}, "type is 'screw'"),
