@@ -200,7 +200,7 @@ FAMILIES = (
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
         forces=(profile.profile,),
     ),
-    Family("light on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
     Family(
         "a force or torque by a law", "loads", EVERY,
         which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),

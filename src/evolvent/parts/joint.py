@@ -147,9 +147,7 @@ class Joint(Part):
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
         apart, axis = float(np.linalg.norm(b.u - a.u)), unit(self.axis)
         if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
-            raise InputError(
-                f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node"
-            )
+            raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
         if self.type == "distance":
             if apart == 0.0:
                 raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")

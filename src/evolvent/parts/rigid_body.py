@@ -51,8 +51,8 @@ class RigidBody(Part):
     points : mapping of names to (3,) float, m
         Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
     at : place, optional
-        Node of a beam, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body has the node's velocity
-        and angular velocity at the start.
+        Node of a beam, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body starts with
+        the velocity and angular velocity of the node.
     position : (3,) float, m
         Of the centre of mass at the start, inertial axes; for a body with `at` the position of the node if left out.
     velocity : (3,) float, m/s
