@@ -21,7 +21,7 @@ SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
 
 
 def turns_with(builder: Builder, body: int, axis: np.ndarray, centre: np.ndarray) -> bool:
-    """Whether a spool on a spinning body feels how that turns, or leaves its plane."""
+    """Whether the rotation of a spinning body acts on its spool: axes not perpendicular, or centre off the plane."""
     along = builder.rows["bodies"][body]["axis"]
     return bool(abs(along @ axis) > 1e-9 or abs(centre @ axis) > 1e-9)
 
@@ -258,7 +258,7 @@ class Thread(Part):
         distance: float,
         end: int,
     ) -> tuple[int, int]:
-        """Coordinates of all nodes: what is out is straight and turns with the body, or moves as both its ends do."""
+        """Coordinates of all nodes: straight, rotating with the body or moving with both ends."""
         pose, l0 = builder.poses[body], self.length / n
         e = pose.R @ direction
         d = pose.R @ departure
