@@ -132,9 +132,9 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
         raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
     if (model.flexible.beams.size or model.flexible.rods.size) and families.ENERGY not in refused:
         what = "beams" if model.flexible.beams.size else "rods"
-        return energy_momentum.NAME, f"{what}: no step gains energy, whatever its length"
+        return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
     if model.flexible.body_contacts.size and families.ENERGY not in refused:
-        return energy_momentum.NAME, "contact: no step gains energy, whatever its length"
+        return energy_momentum.NAME, "contact: steps of any length gain no energy"
     if families.EXPLICIT in refused and families.IMPLICIT not in refused:
         return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
     if families.EXPLICIT in refused:
@@ -268,8 +268,8 @@ def unloaded_tips(assembly: Assembly) -> str:
         if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_nodes:
             return (
                 f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
-                f"{threads[part.thread].tip_mass:g} kg; for that add a Force at '{part.thread}.tip', or take an "
-                f"AccelerationField"
+                f"{threads[part.thread].tip_mass:g} kg; for a load on the tip mass add a Force "
+                f"at '{part.thread}.tip', or an AccelerationField"
             )
     return ""
 

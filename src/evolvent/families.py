@@ -200,7 +200,7 @@ FAMILIES = (
         which=lambda found: _at_markers(found) & _has_profile(found, loads.PROFILE) & (found["law"] == 0),
         forces=(profile.profile,),
     ),
-    Family("light on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
+    Family("radiation pressure on a panel", "loads", EVERY, which=_is("kind", loads.PANEL)),
     Family(
         "a force or torque by a law", "loads", EVERY,
         which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),
@@ -447,6 +447,13 @@ def bodies_of(model: Model, family: str, index: int) -> range:
         row = model.flexible.rods[index]
         return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
     return range(index, index + 1) if family == "bodies" else range(0)
+
+
+def rod_arms(model: Model, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.flexible.rods[index]
+    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
 
 
 def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:

@@ -118,8 +118,8 @@ def force_law(function: Callable) -> Any:
     function : callable
         Receives position `x` : (3,) m and velocity `v` : (3,) m/s in the inertial frame, time `t` : s and the
         `parameters` : (k,) given with the part; returns three numbers: a force per length (N/m), a force (N), a torque
-        (N m) or an acceleration (m/s2), as the part says. Where its first argument is called ``t``, it receives the
-        time first: ``f(t, x, v, parameters)``.
+        (N m) or an acceleration (m/s2), depending on the part. If its first argument is named ``t``, the order is
+        ``f(t, x, v, parameters)``.
 
     Returns
     -------

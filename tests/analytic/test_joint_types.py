@@ -301,7 +301,7 @@ def test_what_is_driven_twice_is_refused_by_name(method: str) -> None:
     for name, rate in (("one", 1.0), ("other", 1.0)):
         drive = parts.RampDrive(rate=0.0, steps=((0.0, 1.0, rate),))
         system.add(parts.PrescribedRotation(body="wheel", drive=drive), name)
-    with pytest.raises(InputError, match=r"'(one|other)' is redundant: it drives what the other joints already"):
+    with pytest.raises(InputError, match=r"'(one|other)' is redundant: it drives a motion that other joints already"):
         solved(system, [0.0, 1.0], method, 1e-2)
 
 
@@ -313,7 +313,7 @@ def test_constraints_that_come_to_contradict_one_another_end_the_run(method: str
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 0.5, 0.0)), "bob")
     system.add(parts.Joint(a=("hub", (1.0, 0.0, 0.0)), b="bob"), "pin")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="bob", type="in-plane", axis=(1.0, 0.0, 0.0)), "wall")
-    with pytest.raises(AssertionError, match=r"the constraints of 'pin', 'wall' contradict one another at t = "):
+    with pytest.raises(AssertionError, match=r"the constraints of 'pin', 'wall' are inconsistent at t = "):
         solved(system, [0.0, 1.0], method, 1e-2)
 
 
@@ -399,8 +399,8 @@ def test_a_gear_between_free_bodies_keeps_energy_and_momenta() -> None:
             r"ratio of whole numbers of teeth up to 200, such as \d+/\d+",
         ),
         ({"a": "axle", "b": "pin", "ratio": 1.0}, "gear.b is 'pin', a joint of type 'spherical', which has no single"),
-        ({"a": "axle", "b": "hub", "ratio": 1.0}, "gear.b is 'hub'; only a body with motion 'spin' has an angle"),
-        ({"a": "axle", "b": "root", "ratio": 1.0}, "gear.b is 'root', a joint of a beam or a point"),
+        ({"a": "axle", "b": "hub", "ratio": 1.0}, "gear.b is 'hub'; it must be a body with motion 'spin', or a joint"),
+        ({"a": "axle", "b": "root", "ratio": 1.0}, "gear.b is 'root', a joint on a beam or a point"),
     ],
 )
 def test_what_cannot_be_geared_is_refused(given: dict[str, Any], words: str) -> None:
@@ -564,10 +564,10 @@ def craft() -> System:
         ({"a": "cord.root", "b": "wire.root", "type": "cylindrical"}, "a node of a cable has no twist"),
         ({"a": "hub", "b": "bob", "type": "prismatic"}, "'prismatic', but a point mass has no directions"),
         ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two places"),
-        ({"a": "hub", "b": "bob", "type": "universal"}, "held.axis_b is missing; a universal joint turns about two"),
+        ({"a": "hub", "b": "bob", "type": "universal"}, "held.axis_b is missing; a universal joint has two"),
         (
             {"a": "hub", "b": "boom.root", "type": "universal", "axis_b": (1.0, 0.0, 1.0)},
-            "held.axis_b is .*, which is not at a right angle to held.axis",
+            "held.axis_b is .*, which is not perpendicular to held.axis",
         ),
         ({"a": "hub", "b": "boom.root", "axis_b": (1, 0, 0)}, "held.axis_b is given, but held.type is 'spherical'"),
         ({"a": "hub", "b": "boom.tip", "type": "screw"}, "type is 'screw'"),

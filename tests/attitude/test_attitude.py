@@ -236,7 +236,7 @@ BAD: dict[str, tuple[Any, str]] = {
         lambda: [(parts.RigidBody(motion="driven"), "bus"), wheel()],
         "reactionwheel-1.body is 'bus', a driven body",
     ),
-    "wheel too heavy": (lambda: [(BUS, "bus"), wheel(inertia=1.0)], "takes less than 1 kg m2"),
+    "wheel too heavy": (lambda: [(BUS, "bus"), wheel(inertia=1.0)], "it must be below 1 kg m2"),
     "wheel too fast": (lambda: [(BUS, "bus"), wheel(rate=3.0, rate_limit=2.0)], "rate is 3.0 rad/s"),
     "thruster on ground": (
         lambda: [parts.Thruster(at="ground", direction=(1, 0, 0), thrust=1.0)],
@@ -247,10 +247,10 @@ BAD: dict[str, tuple[Any, str]] = {
         "thruster-1.thrust is -1.0 N; it must be above 0 N",
     ),
     "no actuator": (lambda: [(BUS, "bus"), controlled(["wheel"])], "wheel"),
-    "not an actuator": (lambda: [(BUS, "bus"), controlled(["bus"])], "'bus' is no reaction wheel or thruster"),
+    "not an actuator": (lambda: [(BUS, "bus"), controlled(["bus"])], "'bus' is not a reaction wheel or thruster"),
     "an axis without a wheel": (
         lambda: [(BUS, "bus"), (wheel(), "wheel"), controlled(["wheel"])],
-        "these wheels make no torque about x alone",
+        "these wheels cannot produce a torque about x alone",
     ),
     "a wheel of another body": (
         lambda: [(BUS, "bus"), (BUS, "other"), (wheel(body="other"), "wheel"), controlled(["wheel"])],

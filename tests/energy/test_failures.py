@@ -89,4 +89,4 @@ def test_redundant_joints_run_and_are_named() -> None:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("body", (0.0, 0.0, 0.0)), type="clamp"), "first")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("body", (1.0, 0.0, 0.0))), "second")
     result = system.simulate(until=1.0, method=METHOD, step=1e-2)
-    assert "6 of 9 constraints are independent, those of 'first', 'second' repeat one another" in result.message
+    assert "6 of 9 constraints are independent, those of 'first', 'second' are redundant" in result.message

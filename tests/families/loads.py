@@ -112,7 +112,7 @@ def law() -> Case:
     )  # fmt: skip
 
 
-@of("light on a panel")
+@of("radiation pressure on a panel")
 def panel() -> Case:
     """Light along the normal of a panel in a body's middle: F = p A (1 + specular + 2/3 diffuse)."""
     force = 0.5 * 2.0 * (1.0 + 0.3 + 2.0 / 3.0 * 0.2)

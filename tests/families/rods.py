@@ -8,8 +8,7 @@ import numpy as np
 
 from evolvent import System, elements, parts
 from evolvent.builder import Assembly
-from evolvent.families import bodies_of
-from evolvent.solvers.places import rod_arms
+from evolvent.families import bodies_of, rod_arms
 from families.beams import BETA, ORIGIN, SIGMA
 from families.case import Array, Case, columns, of
 

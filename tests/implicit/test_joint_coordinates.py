@@ -389,7 +389,7 @@ def test_refusals() -> None:
     refused("motor.position_gain and motor.velocity_gain are 0", motor=parts.Motor(joint="hinge", motion=drive))
     capped = parts.Motor(joint="hinge", motion=drive, position_gain=1.0, rate_limit=1.0)
     refused("motor.velocity_gain is 0; motor.rate_limit", motor=capped)
-    refused("motor.rate_limit goes with motor.motion", motor=parts.Motor(joint="hinge", rate_limit=1.0, **turn))
+    refused("motor.rate_limit belongs to motor.motion", motor=parts.Motor(joint="hinge", rate_limit=1.0, **turn))
     refused(
         "cable.hinges is .*; a synchronization needs two", cable=parts.Synchronization(hinges=["hinge"], stiffness=1)
     )
@@ -401,7 +401,7 @@ def test_refusals() -> None:
     refused("slot.low is 0.3 m, above slot.high, 0.1 m", slot=stops)
     refused("spring.joint is 'ball', a joint of type 'spherical'", spring=parts.RotationalSpring(joint="ball"))
     beside = parts.RotationalSpring(joint="ball", a="body")
-    refused("spring.a is given beside spring.joint, 'ball'", spring=beside)
+    refused("spring.a and spring.joint, 'ball', are both given", spring=beside)
     refused("spring.b is missing", spring=parts.RotationalSpring(a="ground"))
     with pytest.raises(InputError, match=r"\(t, x, v, parameters\) -> torque"):
 

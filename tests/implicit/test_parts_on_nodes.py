@@ -230,7 +230,7 @@ def test_a_clamp_of_all_coordinates(formulation: str, book: Book) -> None:
 def test_refusals() -> None:
     system = cantilevers(2, boom=0.0)
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="boom.tip", type="spherical", hold="all"), "held")
-    with pytest.raises(InputError, match=r"held\.hold is 'all'; that takes a joint of type 'clamp' between a body and"):
+    with pytest.raises(InputError, match=r"held\.hold is 'all'; it needs a joint of type 'clamp' between a body and"):
         system.assemble()
     system = System()
     system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=2), "boom")

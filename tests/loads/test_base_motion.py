@@ -114,7 +114,7 @@ def test_refusals() -> None:
             system.assemble()
 
     refused("table.direction is given without table.drive", direction=(1.0, 0.0, 0.0))
-    refused("table.drive carries a driven body, but table.motion is 'free'", motion="free", mass=1.0, inertia=1.0,
+    refused("table.drive needs a driven body, but table.motion is 'free'", motion="free", mass=1.0, inertia=1.0,
             drive=parts.ConstantDrive(rate=1.0))  # fmt: skip
     refused("table.drive is a free spool", drive=parts.FreeSpool(inertia=1.0))
-    refused("table.drive.steps holds one of no duration", drive=parts.RampDrive(steps=((1.0, 0.0, 2.0),)))
+    refused("table.drive.steps has a step of zero duration", drive=parts.RampDrive(steps=((1.0, 0.0, 2.0),)))

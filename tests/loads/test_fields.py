@@ -283,12 +283,12 @@ def test_refusals() -> None:
     orbit = parts.Orbit(rate=1.0)
     refused("'f1' is an orbit, and so is 'f0'; a system has one at most", orbit, orbit)
     refused("gravity is .*, but 'f0' is an orbit", orbit, gravity=(0.0, 0.0, -9.81))
-    refused("f0.along is .*; it must be across f0.radial", parts.Orbit(rate=1.0, along=(1.0, 1.0, 0.0)))
+    refused("f0.along is .*; it must be perpendicular to f0.radial", parts.Orbit(rate=1.0, along=(1.0, 1.0, 0.0)))
     refused("f0.rate and f0.radius are both given", parts.Orbit(rate=1.0, radius=7e6))
     refused("f0.gravitational_parameter is missing", parts.Orbit(radius=7e6))
     refused("f0.rate is missing", parts.Orbit())
     refused("'f0' is an orbital frame, which modes do not support", orbit, call="modes")
-    refused("rotating goes without the field 'f0'", orbit, call="equilibrium", rotating=(0.0, 0.0, 1.0))
+    refused("rotating does not support the field 'f0'", orbit, call="equilibrium", rotating=(0.0, 0.0, 1.0))
     refused("'f0' at t = 0 s: the law 'broken'", parts.AccelerationField(law=broken), call="simulate", until=1.0)
     with pytest.raises(InputError, match="cannot be compiled as"):
 

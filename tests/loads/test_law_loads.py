@@ -233,7 +233,8 @@ def test_refusals() -> None:
     law = ["1", "0", "0"]
     refused("load.at is 'point'; this load needs a body", parts.Torque(at="point", torque=(0.0, 0.0, 1.0)))
     refused(
-        "load.at is 'tether.tip', a node of a thread, which takes forces alone", parts.Torque(at="tether.tip", law=law)
+        "load.at is 'tether.tip', a node of a thread, on which only forces can act",
+        parts.Torque(at="tether.tip", law=law),
     )
     refused("'tether' has no 'root'; give 'tether.tip'", parts.Force(at="tether.root", law=law))
     refused("'tether' has no node 4; give", parts.Force(at="tether[4]", law=law))

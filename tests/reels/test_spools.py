@@ -270,7 +270,7 @@ def test_a_file() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"inertia": 2.0}, r"reel.drive.inertia is 2.0 kg m2; the inertia of 'ship' contains it, and takes less than"),
+        ({"inertia": 2.0}, r"reel.drive.inertia is 2.0 kg m2; the inertia of 'ship' includes it; it must be below"),
         ({"brake": -0.1}, "FreeSpool.brake is -0.1"),
         ({"friction": -0.1}, "FreeSpool.friction is -0.1"),
         ({"thickness": 4e-3}, r"tether.thickness is 0.004 m, which leaves no core.*below 0.0039"),

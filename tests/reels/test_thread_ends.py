@@ -227,7 +227,7 @@ def _with(end: Any, **thread: Any) -> System:
         ("satellite", {"segments": "inextensible"}, "tether.end is 'satellite'; it needs tether.segments 'springs'"),
         ("satellite", {"segments": "inextensible", "slack": True}, "tether.slack is true; it needs tether.segments"),
         ("satellite", {"direction": (1.0, 0.0, 0.0)}, "tether.direction and tether.end are both given"),
-        (("satellite", (1.0, 0.0, 0.0)), {}, r"3 m from where.*but 2 m are out.*reel.drive.angle to 30 rad"),
+        (("satellite", (1.0, 0.0, 0.0)), {}, r"3 m from where.*but the .* is 2 m.*reel.drive.angle to 30 rad"),
     ],
 )
 def test_refusals(end: Any, thread: dict[str, Any], message: str) -> None:

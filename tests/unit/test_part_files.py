@@ -480,7 +480,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         (parts.Joint(a="huub", b="bob"), "'held' refers to 'huub', but no part is called that; did you mean 'hub'?"),
         (parts.Joint(a="hub", b="ground"), r"held.a and held.b are both bodies named alone, .*; give held.position"),
         (parts.Joint(a="hub.left", b="hub"), "held.a and held.b are on one body, 'hub.left'; a joint needs two parts"),
-        (parts.Joint(a="hub.left", b="bob", position=(0, 0, 1)), "held.position is given, but .* already say where"),
+        (parts.Joint(a="hub.left", b="bob", position=(0, 0, 1)), "held.position is given, but .* already define where"),
         (
             parts.Joint(a="hub", b="bob", type="distance", position=(0, 0, 1)),
             "a joint of type 'distance' has no position",

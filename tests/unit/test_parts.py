@@ -110,7 +110,7 @@ BAD = {
     "reel: unknown body": (lambda: [body(), reel(body="hubb")], "did you mean 'hub'"),
     "reel: axes not across": (lambda: [body(), reel(spool_axis=(1.0, 0.0, 0.0))], "reel.payout_axis"),
     "reel: centre": (lambda: [body(), reel(centre=(nan, 0.0, 0.0))], "Reel.centre"),
-    "reel: free spool heavier than its body": (lambda: [free(), reel(drive=parts.FreeSpool(inertia=9.0))], "contains"),
+    "reel: free spool heavier than its body": (lambda: [free(), reel(drive=parts.FreeSpool(inertia=9.0))], "includes"),
     "thread: no reel": (lambda: [body(), thread()], "'blade' refers to 'reel', but no part is called that"),
     "thread: unknown reel": (lambda: [body(), reel(), thread(reel="real")], "did you mean 'reel'"),
     "thread: no nodes": (lambda: [body(), reel(), thread(nodes=0)], "Thread.nodes is 0"),

@@ -15,7 +15,7 @@ from evolvent.schema import Section
 
 
 class SectionInertia(Section):
-    """Inertia of a beam per length, apart from its stiffness; what is left out follows from material and section.
+    """Inertia of a beam per length, independent of its stiffness; keys left out follow from material and section.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class SectionInertia(Section):
     inertia_yz : float, kg m, optional
         Product int y z dm; 0 if left out beside one of the moments.
     offset : (2,) float, m
-        Place (y, z) of the mass centre from the centroid, in the section.
+        Position (y, z) of the mass centre relative to the centroid, in the section.
     """
 
     mass_per_length: units.LineDensity | None = None

@@ -15,17 +15,28 @@ _AT, _WEIGHT = np.polynomial.legendre.leggauss(4)
 
 
 class Lumped(NamedTuple):
-    """Mass (kg) and moments of inertia (3,) about x, y and z (kg m2) of an element's share of a node."""
+    """Mass (kg) and inertia (3, 3), axes of the section (kg m2), of an element's share of a node."""
 
     mass: float
     inertia: Array
 
 
 def section_stiffness(section: CrossSection, material: Material, at: float = 0.5) -> Array:
-    """(6, 6): forces (N, Q_y, Q_z) and moments (M_x, M_y, M_z) by the strains Gamma and K; N, N m and N m2."""
+    """(6, 6): forces (N, Q_y, Q_z) and moments (M_x, M_y, M_z) by the strains Gamma and K; N, N m and N m2.
+
+    Notes
+    -----
+    The strain along the axis is Gamma_x + z K_y - y K_z, which Iyz = int y z dA couples; shear is that of the shear
+    centre, about which the section twists.
+    """
     s, G = section.at(at).properties(material.nu), material.shear_modulus
     E = material.E
-    return np.diag([E * s.area, s.shear_y * G * s.area, s.shear_z * G * s.area, G * s.J, E * s.Iy, E * s.Iz])
+    own = np.diag([E * s.area, s.shear_y * G * s.area, s.shear_z * G * s.area, G * s.J, E * s.Iy, E * s.Iz])
+    own[4, 5] = own[5, 4] = -E * s.Iyz
+    at_centre = np.eye(6)
+    at_centre[1, 3], at_centre[2, 3] = -s.centre_z, s.centre_y
+    found: Array = at_centre.T @ own @ at_centre
+    return found
 
 
 def element_stiffness(length: float, section: CrossSection, material: Material, rest: Array) -> Array:
@@ -62,12 +73,12 @@ def element_inertia(length: float, section: CrossSection, material: Material) ->
     """Mass and rotary inertia of the section that an element gives to its first and its last node."""
     shares = []
     for side in range(2):
-        mass, inertia = 0.0, np.zeros(3)
+        mass, inertia = 0.0, np.zeros((3, 3))
         for x, weight in zip(0.5 + 0.5 * _AT, 0.5 * _WEIGHT, strict=True):
             s = section.at(x).properties(material.nu)
             part = material.density * length * weight * (x if side else 1.0 - x)
             mass += part * s.area
-            inertia += part * np.array([s.Iy + s.Iz, s.Iy, s.Iz])
+            inertia += part * np.array([[s.Iy + s.Iz, 0.0, 0.0], [0.0, s.Iy, -s.Iyz], [0.0, -s.Iyz, s.Iz]])
         shares.append(Lumped(mass, inertia))
     return shares[0], shares[1]
 

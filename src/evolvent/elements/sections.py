@@ -14,7 +14,7 @@ from evolvent.schema import OneOf, Section
 
 
 class Material(Section):
-    """Linearly elastic; isotropic, unless a shear modulus of its own is given.
+    """Linearly elastic material; isotropic, unless `shear` is given.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Material(Section):
 
 
 class Properties(NamedTuple):
-    """What a section adds to a beam's axis, about its centroid; m2, m4 and m.
+    """Properties of a section about its centroid; m2, m4 and m.
 
     Iy = int z^2 dA (bending about y), Iz = int y^2 dA (bending about z), J of torsion, shear correction factors,
     Iyz = int y z dA, and the place (y, z) of the shear centre.
@@ -81,7 +81,7 @@ class Properties(NamedTuple):
 
 
 class CrossSection(Section):
-    """A cross-section, the same or changing along an element."""
+    """A cross-section, constant or varying along an element."""
 
     def at(self, xi: float) -> CrossSection:
         """The section at x = xi length; itself, where it is the same all along."""
@@ -202,7 +202,7 @@ class Circle(CrossSection):
 
 
 class Angle(CrossSection):
-    """Angle of two legs of one thickness: from the outer corner one along y, one along z.
+    """Angle section with two legs of equal thickness, along y and z from the outer corner.
 
     Parameters
     ----------
@@ -249,14 +249,14 @@ class Angle(CrossSection):
 
 
 class IBeam(CrossSection):
-    """I of a web along y between two flanges along z.
+    """I-section with a web along y and two flanges along z.
 
     Parameters
     ----------
     height : float, m
-        Along y, over both flanges.
+        Total height along y, including both flanges.
     width : float, m
-        Of the flanges, along z.
+        Width of the flanges along z.
     web, flange : float, m
         Thickness of the web, and of each flange.
     """
@@ -306,20 +306,20 @@ FLATTEST = 0.1
 
 
 class Arc(CrossSection):
-    """Thin strip curved across the beam, such as a tape spring; of 360 degrees a tube slit along its length.
+    """Thin strip with a circular arc as cross-section, such as a tape spring; at 360 degrees a slit tube.
 
     Parameters
     ----------
     radius : float, m
-        Of the strip's middle line.
+        Radius of the middle line.
     angle : float, rad
-        That the strip spans, from 0.1 rad to a whole turn; its middle is farthest along y.
+        Angle of the arc, from 0.1 rad to a full turn; the apex of the arc points along y.
     thickness : float, m
-        Of the strip, below the radius.
+        Thickness of the strip, below the radius.
 
     Notes
     -----
-    The section keeps its shape: that a tape spring flattens where it folds is not modelled.
+    The shape of the section is constant: the flattening of a tape spring in a fold is not modelled.
     """
 
     radius: units.Length
@@ -380,7 +380,7 @@ class General(CrossSection):
     Iyz : float, m^4
         Product int y z dA; 0 about principal axes.
     shear_centre : (2,) float, m
-        Place (y, z) of the shear centre from the centroid: a force through it does not twist the beam.
+        Position (y, z) of the shear centre relative to the centroid.
     """
 
     area: units.Area
@@ -399,7 +399,7 @@ class General(CrossSection):
         return self
 
     def properties(self, nu: float) -> Properties:
-        """Its own properties, whatever nu."""
+        """The given properties, independent of nu."""
         own = Properties(self.area, self.Iy, self.Iz, self.J, self.shear_y, self.shear_z, self.Iyz)
         return own._replace(centre_y=self.shear_centre[0], centre_z=self.shear_centre[1])
 
@@ -417,12 +417,12 @@ UniformSection = Annotated[CrossSection, OneOf(UNIFORM)]
 
 
 class Taper(CrossSection):
-    """A section whose sides (of general sections: properties) change linearly along the beam.
+    """A section whose dimensions (for `General`, its properties) vary linearly along the beam.
 
     Parameters
     ----------
     root, tip : section
-        At the ends of the beam, of the same kind.
+        Sections at the ends of the beam, of the same kind.
     """
 
     root: UniformSection

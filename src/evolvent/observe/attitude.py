@@ -78,12 +78,12 @@ def observe_thruster(view: View, name: str) -> Observed:
 
 
 def observe_controller(view: View, name: str) -> Observed:
-    """Errors of attitude and rate, and the torque that a controller asks for."""
+    """Errors of attitude and rate, and the commanded torque of a controller."""
     found = Observed()
     seen: dict[str, Any] = _evaluated(view, "controllers", name, "error", "slip", "torque")
     found.vector("error", seen["error"], "rad", "rotation vector from the target to the body, body axes")
     found.scalar("error_angle", norm(seen["error"]), "rad", "angle between the target and the body")
-    found.vector("rate_error", seen["slip"], "rad s-1", "angular velocity less that of the target, body axes")
-    found.vector("torque", seen["torque"], "N m", "torque asked for, body axes")
+    found.vector("rate_error", seen["slip"], "rad s-1", "angular velocity relative to the target, body axes")
+    found.vector("torque", seen["torque"], "N m", "commanded torque, body axes")
     found.plots = ["error", "torque"]
     return found

@@ -95,7 +95,7 @@ def observe_coordinate(view: View, name: str) -> Observed:
         called.torque,
         torque,
         called.torque_unit,
-        f"{called.torque} of the joint, that of {parts} together, which resists the {called.value}",
+        f"{called.torque} of the joint, sum of {parts}, positive against the {called.value}",
     )
     found.scalar("energy_elastic", energy, "J", "elastic energy of spring, stops and latch")
     found.scalar("dissipation", lost, "W", "power dissipated by the dampers of hinge and latch")
@@ -103,7 +103,7 @@ def observe_coordinate(view: View, name: str) -> Observed:
     found.scalar("damper_work", since[:, account + BY_DAMPER], "J", "energy that the damper has dissipated")
     if row["friction"] > 0.0:
         unit = called.torque_unit
-        found.scalar(f"friction_{called.torque}", rubs, unit, f"{called.torque} of the friction, a part of it")
+        found.scalar(f"friction_{called.torque}", rubs, unit, f"{called.torque} of friction, part of that of the joint")
         found.scalar("friction_work", since[:, account + BY_FRICTION], "J", "energy that friction has dissipated")
     found.scalar("latched", latched, "1", "1 once the latch has locked")
     when = latch_time(view, index)
@@ -122,16 +122,16 @@ def observe_coordinate(view: View, name: str) -> Observed:
 def _observe_latch(
     view: View, row: Any, called: _Names, caught: bool, motion: tuple[Array, Array, Array], found: Observed
 ) -> None:
-    """What a latch bears and takes."""
+    """Torque or force of a latch, its peak, and the energy that it dissipates."""
     x, rate, latched = motion
     account, unit = int(row["account"]), called.torque_unit
-    bears = latched * (row["latch_stiffness"] * (x - row["latch"]) + row["latch_damping"] * rate)
-    found.scalar(f"latch_{called.torque}", bears, unit, f"{called.torque} in the latch, a part of the joint's")
+    load = latched * (row["latch_stiffness"] * (x - row["latch"]) + row["latch_damping"] * rate)
+    found.scalar(f"latch_{called.torque}", load, unit, f"{called.torque} in the latch, part of that of the joint")
     size = view.t.size
     peak, at = (float(row[key]) if caught else math.nan for key in ("peak", "caught"))
-    text = f"largest {called.torque} in the latch in the run, either way, of all steps"
+    text = f"largest absolute {called.torque} in the latch over all steps"
     found.scalar(f"latch_{called.torque}_peak", np.full(size, peak), unit, text)
-    found.scalar("latch_rate", np.full(size, at), called.rate, f"rate of the {called.value} as the latch locked")
+    found.scalar("latch_rate", np.full(size, at), called.rate, f"rate of the {called.value} at the time of latching")
     taken = view.y[:, account + BY_LATCH] - view.y[0, account + BY_LATCH] if size else np.zeros(0)
     found.scalar("latch_work", taken, "J", "energy that the latch has dissipated since it locked")
 
@@ -147,7 +147,7 @@ def latch_time(view: View, index: int) -> float:
 
 
 def observe_motor(view: View, name: str) -> Observed:
-    """Torque or force, power and work of a motor, and how far its coordinate is off the motion that it follows."""
+    """Torque or force, power and work of a motor, and the error of its coordinate against the reference."""
     f, found = view.model.flexible, Observed()
     row = f.motors[view.index(name)]
     hinge = int(row["hinge"])
@@ -156,7 +156,7 @@ def observe_motor(view: View, name: str) -> Observed:
     torque = _torques(view, view.index(name), x, rate)
     found.scalar(called.value, x, called.unit, f"{called.value} that the motor drives")
     found.scalar("rate", rate, called.rate, f"rate of the {called.value}")
-    text = f"{called.torque} of the motor, positive where it raises the {called.value}"
+    text = f"{called.torque} of the motor, positive where it increases the {called.value}"
     found.scalar(called.torque, torque, called.torque_unit, text)
     found.scalar("power", torque * rate, "W", "power of the motor")
     account = int(row["account"])
@@ -165,8 +165,8 @@ def observe_motor(view: View, name: str) -> Observed:
     if row["kind"] == coordinate.BY_MOTION:
         parameters = view.model.parameters[int(row["first"]) : int(row["last"])]
         wanted = np.array([drive(int(row["drive"]), parameters, int(row["law"]), float(t))[0] for t in view.t])
-        found.scalar("reference", wanted, called.unit, f"{called.value} that the motor is to follow")
-        found.scalar("error", wanted - x, called.unit, f"{called.value} that the motor is to follow, less its own")
+        found.scalar("reference", wanted, called.unit, f"reference {called.value} of the motor")
+        found.scalar("error", wanted - x, called.unit, f"reference {called.value} of the motor less the actual one")
     found.plots = [called.value, called.torque]
     return found
 

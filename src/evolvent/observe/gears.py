@@ -1,4 +1,4 @@
-"""Observations of gears: what they pass on, and what they are off."""
+"""Observations of gears: torques or forces, and constraint errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _UNITS = {kernels.ANGLE: ("N m", "torque"), kernels.TRAVEL: ("N", "force")}
 
 
 def observe_gear(view: View, name: str, row: Any, acts: Array) -> Observed:
-    """Torques or forces of a gear on its two coordinates, and what it is off.
+    """Torques or forces of a gear on its two coordinates, and its constraint error.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def observe_gear(view: View, name: str, row: Any, acts: Array) -> Observed:
     if row["radius"] > 0.0:
         gap = gap - row["radius"] * np.round(gap / row["radius"])
     unit = "m" if coordinates["kind"][0] == kernels.TRAVEL else "rad"
-    found.scalar("gap", np.where(acts, gap, np.nan), unit, "what the coordinate of a is off")
+    found.scalar("gap", np.where(acts, gap, np.nan), unit, "error of the coordinate of a")
     found.scalar("closed", acts, "1", "1 while the gear holds, 0 once it is released")
     if row["stiffness"] > 0.0:
         energy = np.where(acts, 0.5 * row["stiffness"] * gap**2, 0.0)

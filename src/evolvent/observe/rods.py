@@ -1,4 +1,4 @@
-"""Observations of geometrically exact rods: shape, strains, and what the sections carry."""
+"""Observations of geometrically exact rods: shape, strains, and section forces."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.elements import rods
-from evolvent.families import bodies_of
+from evolvent.families import bodies_of, rod_arms
 from evolvent.motion import quaternions
 from evolvent.observe.beams import _section_drawn
 from evolvent.observe.variables import Observed, Variable, cross, dot, norm, turned
 from evolvent.observe.view import View
-from evolvent.solvers.places import rod_arms
 
 Array = np.ndarray
 #: Angle, rad, by which a rod must bend for its curvature to be its first colour.
@@ -71,7 +70,7 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
     text = "attitudes of the nodes' sections, quaternions from their axes to inertial axes, scalar first"
     found.variables["attitude"] = Variable(("time", "node", "quaternion"), q, "1", text)
     found.along("slope", "node", R[..., 0], "1", "directions of the sections' x axes at the nodes, inertial axes")
-    what = "from the shape without stress, in the axes of the root (x along the rod, y and z across)"
+    what = "from the stress-free shape, in the axes of the root (x along the rod, y and z across)"
     found.along("deflection", "node", deflection, "m", f"deflections of the nodes {what}")
     found.vector("tip_deflection", deflection[:, -1], "m", f"deflection of the tip {what}")
     found.vector("tip_position", x[:, -1], "m", "position of the tip, inertial axes")
@@ -86,16 +85,16 @@ def _observe_sections(view: View, index: int, part: Any, x: Array, R: Array, fou
     S = np.einsum("nij,tnj->tni", elements["stiffness"], E)
     energy = 0.5 * length * np.einsum("tni,tni->ti", S, E)
     pieces = [part.section.between(i / part.elements, (i + 1) / part.elements) for i in range(part.elements)]
-    compliance = np.array([np.diag(1.0 / np.diag(rods.section_stiffness(piece, part.material))) for piece in pieces])
+    compliance = np.array([np.linalg.inv(rods.section_stiffness(piece, part.material)) for piece in pieces])
     local = np.einsum("nij,tnj->tni", compliance, S)
     where, own = "in the middle of each element", "in the section's axes"
     found.along("strain", "element", local[..., 0], "1", f"strain of the axis {where}")
     found.along("shear_strain_y", "element", local[..., 1], "1", f"shear strain along y {where}")
     found.along("shear_strain_z", "element", local[..., 2], "1", f"shear strain along z {where}")
-    found.along("twist", "element", local[..., 3], "m-1", f"twist per length off that without stress, {where}")
-    found.along("curvature_y", "element", local[..., 4], "m-1", f"curvature about y off that without stress, {where}")
-    found.along("curvature_z", "element", local[..., 5], "m-1", f"curvature about z off that without stress, {where}")
-    found.along("axial_force", "element", S[..., 0], "N", f"force along x, positive where it pulls, {where}")
+    found.along("twist", "element", local[..., 3], "m-1", f"change of twist per length {where}")
+    found.along("curvature_y", "element", local[..., 4], "m-1", f"change of curvature about y {where}")
+    found.along("curvature_z", "element", local[..., 5], "m-1", f"change of curvature about z {where}")
+    found.along("axial_force", "element", S[..., 0], "N", f"force along x, positive in tension, {where}")
     for i, axis in ((1, "y"), (2, "z")):
         found.along(f"shear_force_{axis}", "element", S[..., i], "N", f"shear force along {axis} {own}, {where}")
     found.along("torsional_moment", "element", S[..., 3], "N m", f"moment about x {own}, {where}")
@@ -133,7 +132,7 @@ def _draw(part: Any, x: Array, R: Array, found: Observed) -> None:
     T = np.swapaxes(R[:, :-1], -1, -2) @ R[:, 1:]
     turn = np.arccos(np.clip(0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0), -1.0, 1.0)) * part.elements / length
     mean = np.concatenate([turn[:, :1], 0.5 * (turn[:, 1:] + turn[:, :-1]), turn[:, -1:]], axis=1)
-    found.along("curvature", "node", mean, "m-1", "turn of the sections per length at the nodes")
+    found.along("curvature", "node", mean, "m-1", "rotation of the sections per length at the nodes")
     line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
     bends = float(np.nanmax(mean, initial=0.0)) * length > _BENT
     line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]

@@ -55,7 +55,7 @@ def observe_thread(view: View, name: str) -> Observed:
     found.scalar("separated", gone, "1", "1 once the thread has left the spool")
     found.vector("tip_position", x[:, 0], "m", "position of the tip, inertial axes")
     if row["end"] >= 0:
-        found.vector("end_force", _end_force(view, index, x, tension), "N", "pull on what the end is fixed to")
+        found.vector("end_force", _end_force(view, index, x, tension), "N", "force on the end part, inertial axes")
     copies = f", of all {int(row['copies'])} copies" if row["copies"] > 1 else ""
     what = "of the released thread, of wound thread that is carried and of a free spool" + copies
     found.scalar("energy_kinetic", sums[:, mdl.KINETIC], "J", f"kinetic energy {what}")
@@ -212,8 +212,8 @@ def observe_reel(view: View, name: str) -> Observed:
         found.scalar("motor_torque", motor, "N m", "torque of the motor on the spool, positive pays out")
         if row["spool_switch"] >= 0:
             stuck = view.s[:, int(row["spool_switch"])] == 0
-            found.scalar("stuck", stuck, "1", "1 while friction or brake hold the spool")
-        found.scalar("friction_torque", friction, "N m", "torque of friction and brake on the spool, holding ones too")
+            found.scalar("stuck", stuck, "1", "1 while friction or the brake holds the spool")
+        found.scalar("friction_torque", friction, "N m", "torque of friction and brake on the spool")
     pose = view.pose(int(row["body"]))
     centre = pose.x + turned(pose.R, row["departure"] - float(row["radius"]) * row["normal"])
     found.vector("position", centre, "m", "centre of the spool, inertial axes")

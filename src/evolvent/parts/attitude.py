@@ -46,15 +46,15 @@ class ReactionWheel(Part):
     Parameters
     ----------
     body : str
-        Free or spinning body that carries it.
+        Free or spinning body on which the wheel is mounted.
     inertia : float, kg m2
-        About the wheel's axis. The body's own inertia contains that of the wheel at rest.
+        Moment of inertia about the wheel's axis. The inertia of the body includes that of the wheel at rest.
     axis : (3,) float
-        Of the wheel, body axes.
+        Axis of the wheel, body axes.
     rate : float, rad/s
-        At the start, relative to the body.
+        Angular velocity relative to the body at the start.
     torque : float, N m
-        Constant torque of the motor on the wheel; the body gets the opposite one.
+        Constant torque of the motor on the wheel; the opposite torque acts on the body.
     profile : optional
         Torque of the motor as a function of time, N m, added to `torque`.
     law : optional
@@ -65,19 +65,19 @@ class ReactionWheel(Part):
     constants : mapping of names to float
         Of an expression.
     torque_limit : float, N m, optional
-        Largest torque of the motor, that of a controller included.
+        Largest torque of the motor, including that of a controller.
     rate_limit : float, rad/s, optional
-        Largest rate that the motor drives the wheel to: over the last hundredth of it the torque fades out.
+        Largest rate to which the motor accelerates the wheel. The torque decreases to zero over the last 1 % of it.
     viscous : float, N m s/rad
-        Viscous friction.
+        Coefficient of viscous friction.
     friction : float, N m
         Coulomb friction, friction tanh(rate/slip).
     slip : float, rad/s
-        Rate at which Coulomb friction has grown to three quarters.
+        Rate at which Coulomb friction reaches three quarters of `friction`.
     centre : (3,) float, m
-        Where the wheel is drawn, body axes; its mass is the body's.
+        Centre of the wheel in drawings, body axes. The body's mass includes that of the wheel.
     radius : float, m, optional
-        Of the wheel as it is drawn; without it, it is not.
+        Radius of the wheel in drawings; the wheel is not drawn if left out.
     """
 
     kind: Literal["reaction-wheel"] = "reaction-wheel"
@@ -124,22 +124,22 @@ class ReactionWheel(Part):
 
 
 class Thruster(Part):
-    """A thruster on a body: it pushes in one direction, by a profile or on a controller's command.
+    """A thruster on a body: a force in one direction of the body, by a profile or by the command of a controller.
 
     Parameters
     ----------
     at : place
         Place on a free or spinning body, such as "hub.nozzle".
     direction : (3,) float
-        Of the force on the body, body axes.
+        Direction of the force on the body, body axes.
     thrust : float, N
         Largest force.
     profile : optional
-        Force as a function of time, N; what a controller asks for is added. Below 0 there is none.
+        Force as a function of time, N, added to the command of a controller. A negative sum gives no force.
 
     Notes
     -----
-    The mass of the propellant is left out.
+    The decrease of the propellant mass is not modelled.
     """
 
     kind: Literal["thruster"] = "thruster"
@@ -157,7 +157,7 @@ class Thruster(Part):
             raise InputError(f"{name}.at is {self.at!r}; a thruster needs a place on a free or spinning body")
         if builder.rows["bodies"][place.row]["motion"] == rigid.DRIVEN:
             raise InputError(
-                f"{name}.at is {self.at!r}, on a driven body, which no force moves; make it free or spinning"
+                f"{name}.at is {self.at!r}, on a driven body, on which forces have no effect; make it free or spinning"
             )
         _, v = builder.coordinates([], [0.0])
         index = builder.add(
@@ -168,36 +168,37 @@ class Thruster(Part):
 
 
 class AttitudeController(Part):
-    """A proportional-derivative controller that turns a free body by wheels or thrusters.
+    """A proportional-derivative controller of the attitude of a free body by reaction wheels or thrusters.
 
     Parameters
     ----------
     body : str
-        Free body that it turns.
+        Free body that is controlled.
     actuators : list of str
-        Its reaction wheels, or its thrusters, on that body.
+        Names of reaction wheels, or of thrusters, on that body.
     proportional : float or (3,) float, N m/rad
-        Gains P of the error of attitude, about the body's axes.
+        Gains P of the attitude error, about the body's axes.
     derivative : float or (3,) float, N m s/rad
-        Gains D of the error of the rate.
+        Gains D of the angular velocity error.
     target : (4,) float, optional
-        Attitude to turn to: quaternion from body to inertial axes, scalar first. That at the start if left out.
+        Target attitude: quaternion from body to inertial axes, scalar first; the attitude at the start if left out.
     axis : (3,) float
-        With `path`: axis of a slew, in the axes of `target`.
+        Axis of the slew `path`, in the axes of `target`.
     path : a drive of `evolvent.parts`, optional
-        Angle of a slew about `axis` from `target` on; its rate is the target's.
+        Slew angle about `axis`, measured from `target`, as a function of time. Its rate is the target angular velocity.
     limit : float, N m, optional
-        Largest torque about each axis.
+        Largest commanded torque about each axis.
     dead_band : float, N m
-        Torque below which none is asked for; above it, that much less.
+        Torque about an axis below which the command is zero; above it the command is reduced by this value.
 
     Notes
     -----
-    The torque is -(P e + D d), e the rotation vector from the target to the body, of at most 180 degrees, d the
-    difference of rates, all in body axes. About one axis it is J e'' + D e' + P e = 0: the frequency is sqrt(P/J), the
-    damping ratio D/(2 sqrt(P J)), J the body's inertia, less J_w (axis . wheel)^2 of every wheel. Wheels share the
-    torque by the pseudo-inverse of their axes. Thrusters share it by the least forces that make each of the six torques
-    about the body's axes, without a resulting force where they can.
+    The commanded torque is -(P e + D d), with the rotation vector e from the target to the body, of at most 180
+    degrees, and the difference d of the angular velocities, all in body axes. About one axis J e'' + D e' + P e = 0:
+    the angular frequency is sqrt(P/J) and the damping ratio D/(2 sqrt(P J)), with the body's inertia J less
+    J_w (axis . wheel)^2 of every wheel. The torque is distributed over wheels by the pseudo-inverse of their axes, and
+    over thrusters by non-negative least squares for each of the six torques about the body's axes, without a resulting
+    force where possible.
     """
 
     kind: Literal["attitude-controller"] = "attitude-controller"
@@ -233,7 +234,7 @@ class AttitudeController(Part):
         if self.path is not None:
             row = self.path.write(builder, f"{name}.path")
             if row.kind == drives.FREE:
-                raise InputError(f"{name}.path is a free spool; it must be a drive that gives the angle")
+                raise InputError(f"{name}.path is a free spool; it must be a drive that prescribes the angle")
             path = {"path": row.kind, "first": row.first, "last": row.last, "law": row.law}
         index = builder.add(
             "controllers", body=body, actuators=kernels.WHEELS if family == "wheels" else kernels.THRUSTERS,
@@ -260,10 +261,10 @@ class AttitudeController(Part):
             family, index = builder.names.get(actuator, ("", -1))
             if family not in ("wheels", "thrusters"):
                 raise InputError(
-                    f"{name}.actuators: {actuator!r} is no reaction wheel or thruster; {nearest(actuator, known)}"
+                    f"{name}.actuators: {actuator!r} is not a reaction wheel or thruster; {nearest(actuator, known)}"
                 )
             if builder.rows[family][index]["body"] != body:
-                raise InputError(f"{name}.actuators: {actuator!r} is not on {self.body!r}, the body to be turned")
+                raise InputError(f"{name}.actuators: {actuator!r} is not on {self.body!r}, the controlled body")
             if (family, index) in found:
                 raise InputError(f"{name}.actuators names {actuator!r} twice")
             found.append((family, index))
@@ -309,6 +310,6 @@ def _thruster_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) 
 
 def _cannot(name: str, axis: str, what: str) -> str:
     return (
-        f"{name}.actuators: these {what} make no torque about {axis} alone; add one, or set the gains about "
+        f"{name}.actuators: these {what} cannot produce a torque about {axis} alone; add one, or set the gains about "
         f"{axis.removeprefix('-')} to 0"
     )

@@ -31,7 +31,7 @@ Nodal = Annotated[
 
 
 class Beam(Part):
-    """A beam, straight or curved without stress; places on it: "boom.root", "boom.tip", its nodes from "boom[0]" on.
+    """A beam, straight or with initial curvature; places on it: "boom.root", "boom.tip", its nodes from "boom[0]" on.
 
     Parameters
     ----------
@@ -43,12 +43,13 @@ class Beam(Part):
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
     inertia : SectionInertia, optional
-        Mass and moments of inertia per length, and the place of the mass centre in the section, apart from stiffness.
+        Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
+        affected.
     elements : int
         Number of elements.
     grading : float or list of float
-        Length of the last element to that of the first, each as many times as long as the one before; or the lengths
-        of all elements in a ratio to one another, from the root.
+        Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
+        relative lengths of all elements, from the root.
     formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}
         A beam with bending, shear and torsion: assumed_strain does not lock, the other three are for comparison. A
         cable bends and stretches, but has no torsion; the two cables differ where they stretch by more than a per cent:
@@ -56,12 +57,12 @@ class Beam(Part):
     position : (3,) float, m
         Root of a beam that starts straight, inertial axes.
     direction : (3,) float
-        Of its axis (of a curved one at the root), inertial axes.
+        Direction of its axis, for a curved beam at the root, inertial axes.
     normal : (3,) float, optional
         Of its thickness (y of the section), inertial axes, across the axis; left out, as near to y as it can be.
     curvature : (3,) float, 1/m
-        Of the shape without stress, in which it also starts: twist per length about the axis, and curvatures about y
-        and z of the section; the same all along. With the last one alone an arc that bends towards y.
+        Twist per length about the axis, and curvatures about y and z of the section, of the stress-free shape, constant
+        along the beam. The beam also starts in this shape. A positive third value alone is an arc that bends towards y.
     nodes : (n + 1, 2 or 4, 3) float, optional, m and 1
         Nodal vectors at the start in place of a straight beam: of a cable position r and slope r,x, of a beam r, r,x,
         r,y and r,z, by arc length without stress.

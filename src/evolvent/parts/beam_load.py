@@ -104,7 +104,7 @@ class DistributedTorque(Part):
 
 
 class LineLoad(Part):
-    """A force per length of a beam (of its length without stress): of one direction in space, or by a law.
+    """A force per stress-free length of a beam: of constant direction in inertial axes, or by a law.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class LineLoad(Part):
     profile : optional
         Value of the load along `direction`, N/m, as a function of time.
     law : list of three expressions, optional
-        fx, fy and fz, N/m, of the place x, y, z (m) of a point of the axis and its velocity vx, vy, vz (m/s), inertial
+        fx, fy and fz, N/m, of the position x, y, z (m) and velocity vx, vy, vz (m/s) of a point of the axis, inertial
         axes, and t (s); or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
     parameters : list of float
         Of a Python law.

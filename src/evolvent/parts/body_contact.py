@@ -30,23 +30,23 @@ class Surface(NamedTuple):
 
 
 class BodyContact(ContactLaw):
-    """Two rigid bodies that touch: a sphere or capsule of one, and a sphere, a capsule or a plane of the other.
+    """Contact of two rigid bodies: a sphere or capsule of one with a sphere, a capsule or a plane of the other.
 
-    Two capsules touch at one point, where their axes are closest, which moves to and fro where they lie side by side:
-    give one of them spheres along its axis instead, by several contacts. A capsule touches a plane at two points, its
+    Two capsules touch at one point, where their axes are closest. This point is not unique where the axes are parallel:
+    replace one capsule by spheres along its axis, with a contact for each. A capsule touches a plane at two points, its
     ends.
 
     Parameters
     ----------
     law : {"hunt-crossley", "conservative"}
-        Law of the normal force against the depth.
+        Law of the normal force as a function of the penetration depth.
     a, b : str, (str, (3,) float) or (3,) float
-        Middles of the shapes, or a point of the plane: places of bodies, such as "ball", "arm.tip" or
+        Centres of the shapes, or a point of the plane: places of bodies, such as "ball", "arm.tip" or
         ("arm", (0, 0, 1)), or positions on the ground.
     shape_a : sphere or capsule, optional
-        About `a`; the `shape` of its body if left out, where that is a sphere or a capsule.
+        Shape centred at `a`; the `shape` of its body if left out, which must then be a sphere or a capsule.
     shape_b : sphere, capsule or plane, optional
-        About `b`, likewise.
+        Shape at `b`, likewise.
     initial_overlap : float
         Depth, in radii of `shape_a`, up to which the shapes may overlap at the start.
     """
@@ -78,7 +78,9 @@ class BodyContact(ContactLaw):
         where, shape = getattr(self, key), getattr(self, f"shape_{key}")
         at = builder.place(where, f"{name}.{key}")
         if at.family != "bodies":
-            raise InputError(f"{name}.{key} is {where!r}, which is no place of a rigid body; give one, such as 'ball'")
+            raise InputError(
+                f"{name}.{key} is {where!r}, which is not a place of a rigid body; give one, such as 'ball'"
+            )
         if shape is None:
             shape = getattr(builder.specs.get(where), "shape", None) if isinstance(where, str) else None
         if isinstance(shape, Sphere):
@@ -89,7 +91,7 @@ class BodyContact(ContactLaw):
             return Surface(at.row, at.local, surfaces.PLANE, axis=shape.normal)
         allowed = "a sphere or a capsule" if key == "a" else "a sphere, a capsule or a plane"
         raise InputError(
-            f"{name}.shape_{key} is left out, and {where!r} is no body whose `shape` is a sphere or a capsule; give "
+            f"{name}.shape_{key} is left out, and {where!r} is not a body whose `shape` is a sphere or a capsule; give "
             f"{allowed}"
         )
 

@@ -60,6 +60,6 @@ def check_rotor(body: Mapping[str, Any], axis: np.ndarray, inertia: float, key: 
         return
     if left <= 0.0:
         raise InputError(
-            f"{key} is {inertia!r} kg m2; the inertia of {name!r} contains it, and takes less than {most:.6g} kg m2 "
+            f"{key} is {inertia!r} kg m2; the inertia of {name!r} includes it; it must be below {most:.6g} kg m2 "
             f"about this axis"
         )

@@ -206,22 +206,22 @@ def _tried(builder: Builder, row: DriveRow, law: Any, time: float, described: st
 
 
 class FreeSpool(DriveKind):
-    """A spool that the thread's tension turns, with a motor, a brake and friction between it and its body.
+    """A spool driven by the thread's tension, with a motor, a brake and friction between the spool and its body.
 
     Parameters
     ----------
-    inertia : float, kg m2, of the empty spool about its axis, which a moving body's own inertia contains (wound thread
-        that is carried comes on top)
+    inertia : float, kg m2, moment of inertia of the empty spool about its axis, included in that of a moving body
+        (that of wound thread with `wound_mass` 'carried' is added)
     torque : float, N m, constant torque of a motor on the spool (positive pays out)
     profile : torque of a motor as a function of time, N m, added to `torque`
     law : torque of a motor, N m, added to both: an expression of the spool's angle x (rad), its rate v (rad/s) and t
         (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``
-    parameters : list of float, of a Python law
-    constants : mapping of names to float, of an expression
-    brake : float, N m, of a brake: it holds the spool until more is wanted, and then slips at this torque
-    friction : float, N m, Coulomb friction of the bearing, which acts as the brake does
-    viscous : float, N m s/rad, viscous friction of the bearing
-    angle, rate : float, rad and rad/s, at the start
+    parameters : list of float, parameters of a Python law
+    constants : mapping of names to float, constants of an expression
+    brake : float, N m, torque of a brake: it holds the spool up to this torque and then slips at it
+    friction : float, N m, Coulomb friction of the bearing; it adds to the torque of the brake
+    viscous : float, N m s/rad, coefficient of viscous friction of the bearing
+    angle, rate : float, rad and rad/s, of the spool at the start
     """
 
     inertia: units.Inertia

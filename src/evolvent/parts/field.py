@@ -21,32 +21,34 @@ _RIGHT = 1e-6
 
 
 class Orbit(Part):
-    """The orbital frame of a circular orbit: the system's axes turn with it, and every mass feels it.
+    """The orbital frame of a circular orbit: the system's axes rotate with it, and its accelerations act on every mass.
 
     Parameters
     ----------
     rate : float, rad/s, optional
         Mean motion n.
     radius : float, m, optional
-        Of the orbit, from the centre of the planet, with `gravitational_parameter` in place of `rate`.
+        Radius of the orbit from the centre of the planet; with `gravitational_parameter`, in place of `rate`.
     gravitational_parameter : float, m^3/s^2, optional
-        Of the planet; the Earth's is 3.986004418e14.
+        Gravitational parameter of the planet; that of the Earth is 3.986004418e14.
     radial : (3,) float
-        Away from the planet.
+        Direction away from the planet.
     along : (3,) float
-        In which the origin flies, across `radial`.
+        Direction of flight, perpendicular to `radial`.
 
     Notes
     -----
-    The origin of the system's axes flies on the circle. With x radial, y along and z across the orbit a point has
+    The origin of the system's axes moves on the orbit. With x radial, y along the flight and z normal to the orbit, a
+    point follows
 
         x'' = 2 n y' + 3 n^2 x,    y'' = -2 n x',    z'' = -n^2 z
 
-    beside other forces (Clohessy & Wiltshire, 1960): gravity to the first order in the distance from the origin,
-    centrifugal and Coriolis force. Bodies, beams, points, threads with their tip masses, and wound thread that its body
-    carries are integrated over their mass, so that a body has the moment 3 n^2 e_r x J e_r of the gravity gradient and
-    the gyroscopic moments of the frame. Positions, velocities, angular velocities and momenta are those in the frame,
-    kinetic energy too; the work of the frame's forces is work of loads. Coriolis forces do none.
+    in the absence of other forces (Clohessy & Wiltshire, 1960): gravity to the first order in the distance from the
+    origin, centrifugal and Coriolis forces. The accelerations are integrated over the mass of bodies, beams, points,
+    threads with their tip masses, and wound thread with `wound_mass` 'carried'. A body therefore has the
+    gravity-gradient moment 3 n^2 e_r x J e_r and the gyroscopic moments of the frame. Positions, velocities, angular
+    velocities, momenta and kinetic energies are relative to the frame. The work of the frame's forces counts as work of
+    loads; Coriolis forces do no work.
     """
 
     kind: Literal["orbit"] = "orbit"
@@ -75,11 +77,13 @@ class Orbit(Part):
         """Write the field."""
         n, r, along = self.mean_motion(name), unit(self.radial), unit(self.along)
         if abs(float(r @ along)) > _RIGHT:
-            raise InputError(f"{name}.along is {self.along!r}; it must be across {name}.radial, {self.radial!r}")
+            raise InputError(
+                f"{name}.along is {self.along!r}; it must be perpendicular to {name}.radial, {self.radial!r}"
+            )
         if np.any(builder.gravity):
             raise InputError(
-                f"gravity is {tuple(builder.gravity.tolist())!r} m/s^2, but {name!r} is an orbit, in which the frame "
-                f"falls; leave out gravity"
+                f"gravity is {tuple(builder.gravity.tolist())!r} m/s^2, but {name!r} is an orbit, whose frame is in "
+                f"free fall; leave out gravity"
             )
         h = np.cross(r, along)
         K = n * n * (3.0 * np.outer(r, r) - np.outer(h, h))
@@ -87,24 +91,24 @@ class Orbit(Part):
 
 
 class AccelerationField(Part):
-    """An acceleration of every mass by a law of place, velocity and time.
+    """An acceleration of every mass by a law of position, velocity and time.
 
     Parameters
     ----------
     law : list of three expressions
-        ax, ay and az, m/s^2, of the place x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        ax, ay and az, m/s^2, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
         function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
     parameters : list of float
-        Of a Python law.
+        Parameters of a Python law.
     constants : mapping of names to float
-        Of expressions.
+        Constants of the expressions.
 
     Notes
     -----
-    Points and nodes of threads (tip masses included) feel the acceleration where they are. Bodies are integrated over
-    at most seven points with their mass, centre and second moments, elements of beams over Gauss's points along the
-    axis and four in the section, wound thread that its body carries over four points of its ring: exact, moments
-    included, for a law that is linear in place and velocity.
+    The acceleration of points and nodes of threads (tip masses included) is evaluated at their positions. It is
+    integrated over a body by at most seven points that have its mass, centre and second moments, over an element of a
+    beam by Gauss points along the axis and four points in the section, and over wound thread with `wound_mass`
+    'carried' by four points of its ring. Forces and moments are exact for laws linear in position and velocity.
     """
 
     kind: Literal["acceleration-field"] = "acceleration-field"
@@ -137,8 +141,8 @@ def _finish(builder: Builder) -> None:
         field = next(key for key, found in builder.names.items() if found[0] == "fields")
         if row["carried"] and row["drive"] == drive.FREE:
             raise InputError(
-                f"{thread!r} is carried wound on a free spool, on which the field {field!r} has no form; take "
-                f"wound_mass 'ignored', or a drive that prescribes the spool's angle"
+                f"{thread!r} has wound_mass 'carried' on a free spool, which the field {field!r} does not support; "
+                f"take wound_mass 'ignored', or a drive that prescribes the spool's angle"
             )
         if row["copies"] > 1:
             raise InputError(

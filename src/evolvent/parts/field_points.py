@@ -30,10 +30,12 @@ def write_field_points(builder: Builder) -> None:
         beam = builder.specs[name]
         if not isinstance(beam, Beam):
             raise InputError(f"{name!r} is a {type(beam).__name__}, over which a field cannot be integrated")
-        n, first = beam.elements, int(builder.rows["beams"][index]["first_element"])
-        for i in range(n):
-            section = beam.section.between(i / n, (i + 1) / n)
-            for mass, S in element_points(beam.length / n, section, beam.material, cable=beam.formulation in CABLES):
+        first, ends = int(builder.rows["beams"][index]["first_element"]), beam.arc / beam.length
+        inertia = elements.OWN_INERTIA if beam.inertia is None else beam.inertia
+        for i, length in enumerate(beam.lengths):
+            section = beam.section.between(float(ends[i]), float(ends[i + 1]))
+            cable = beam.formulation in CABLES
+            for mass, S in element_points(float(length), section, beam.material, inertia, cable=cable):
                 builder.add("field_points", body=-1, element=first + i, mass=mass, local=np.zeros(3), S=S)
 
 
@@ -62,25 +64,27 @@ def body_points(mass: float, inertia: Array) -> Iterator[tuple[float, Array]]:
 
 
 def element_points(
-    length: float, section: CrossSection, material: Material, *, cable: bool
+    length: float, section: CrossSection, material: Material, inertia: elements.SectionInertia, *, cable: bool
 ) -> Iterator[tuple[float, Array]]:
     """Masses and shape functions (8,) of the points of an element: sum m S S^T is its mass matrix.
 
     Notes
     -----
-    Gauss's points along the axis; about it, in a section, four of a quarter of its mass each, at
-    +-sqrt(2 Iz/A) along y and +-sqrt(2 Iy/A) along z.
+    Gauss's points along the axis; about it, in a section, four of a quarter of its mass each, at +-sqrt(2 J/m) along
+    the principal axes of its second moments J about its mass centre.
     """
     for xi, weight in gauss(4 if section.between(0.0, 0.5) is section else 6):
-        s = section.at(xi).properties(material.nu)
+        per_length, about_y, about_z, product = inertia.values(section.at(xi), material)
         p, px, q, qx = elements.axis_shape(length, xi)
-        mass = weight * length * material.density * s.area
+        mass = weight * length * per_length
         if cable:
             yield mass, np.array([p, px, q, qx, 0.0, 0.0, 0.0, 0.0])
             continue
-        axis = np.array([p, px, 0.0, 0.0, q, qx, 0.0, 0.0])
-        for at, moment in ((2, s.Iz), (3, s.Iy)):
-            across = np.zeros(8)
-            across[at], across[4 + at] = 1.0 - xi, xi
+        y = np.array([0.0, 0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi, 0.0])
+        z = np.array([0.0, 0.0, 0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi])
+        centre = np.array([p, px, 0.0, 0.0, q, qx, 0.0, 0.0]) + inertia.offset[0] * y + inertia.offset[1] * z
+        moments, axes = np.linalg.eigh([[about_z, product], [product, about_y]])
+        for moment, axis in zip(moments, axes.T, strict=True):
+            across = axis[0] * y + axis[1] * z
             for sign in (1.0, -1.0):
-                yield 0.25 * mass, axis + sign * math.sqrt(2.0 * moment / s.area) * across
+                yield 0.25 * mass, centre + sign * math.sqrt(2.0 * moment / per_length) * across

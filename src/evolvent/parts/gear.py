@@ -24,22 +24,22 @@ _COORDINATES = {"revolute": kernels.ANGLE, "cylindrical": kernels.ANGLE, "prisma
 
 
 class Gear(Part):
-    """Two angles or travels in a ratio: a pair of wheels, a rack and its pinion, a belt, two drawers on a cable.
+    """Two angles or travels in a fixed ratio: a pair of wheels, a rack and pinion, a belt, telescope stages on a cable.
 
     Parameters
     ----------
     a, b : str
-        What is geared: a joint between bodies, of which the angle ("revolute", "cylindrical") or the travel
-        ("prismatic") counts, of its b against its a; or a body that spins, with its angle.
+        The two coordinates: the angle of a revolute or cylindrical joint or the travel of a prismatic joint, of the
+        joint's b relative to its a, both of them bodies; or the angle of a spinning body.
     ratio : float, 1, m/rad or rad/m
-        q_a + ratio q_b stays as it is at the start. Wheels that mesh have the ratio r_b/r_a of their radii, above 0;
-        a belt below 0. Of two angles a ratio of whole numbers (of teeth) up to 200, such as 20/35.
+        q_a + ratio q_b stays constant. Meshing wheels have the ratio r_b/r_a of their radii, above 0; a belt has a
+        negative ratio. Between two angles a ratio of whole numbers (of teeth) up to 200, such as 20/35.
     stiffness : float, N m/rad or N/m
-        Above 0, a penalty in place of the constraint, by the change of q_a.
+        Above 0, a penalty in place of the constraint, referred to q_a.
     damping : float, N m s/rad or N s/m
-        Of the penalty.
+        Damping of the penalty.
     until : float, s, optional
-        When the gear is released; never if left out.
+        Time at which the gear is released; never if left out.
     """
 
     kind: Literal["gear"] = "gear"
@@ -55,7 +55,7 @@ class Gear(Part):
         if self.a == self.b:
             raise InputError(f"{name}.a and {name}.b are both {self.a!r}; a gear needs two coordinates")
         if self.ratio == 0.0:
-            raise InputError(f"{name}.ratio is 0; it must be another number than 0")
+            raise InputError(f"{name}.ratio is 0; it must not be 0")
         found = [_coordinate(builder, f"{name}.{key}", where) for key, where in (("a", self.a), ("b", self.b))]
         for fields, factor in zip(found, self._factors(name, found), strict=True):
             builder.add("gear_coordinates", factor=factor, **fields)
@@ -95,20 +95,20 @@ def _coordinate(builder: Builder, key: str, where: str) -> dict[str, Any]:
     if family == "bodies":
         wheel = builder.rows["bodies"][index]
         if wheel["motion"] != rigid.SPIN:
-            raise InputError(f"{key} is {where!r}; only a body with motion 'spin' has an angle, or a joint")
+            raise InputError(f"{key} is {where!r}; it must be a body with motion 'spin', or a joint")
         local = across(wheel["axis"])[0]
         axis, start = wheel["R0"] @ wheel["axis"], builder.poses[index].R @ local
         return {**zero, "kind": kernels.ANGLE, "body": 0, "other": index, "axis": axis, "zero": start, "local": local}
     part = builder.specs.get(where)
     if not isinstance(part, Joint) or part.type not in _COORDINATES:
-        what = f"a joint of type {part.type!r}" if isinstance(part, Joint) else "no joint"
+        what = f"a joint of type {part.type!r}" if isinstance(part, Joint) else "not a joint"
         raise InputError(
             f"{key} is {where!r}, {what}, which has no single angle or travel; name a revolute, cylindrical or "
             f"prismatic joint, or a body that spins"
         )
     row, kind = builder.rows["joints"][index], _COORDINATES[part.type]
     if any(on != sides.ON_BODY for on in row["on"][:2]):
-        raise InputError(f"{key} is {where!r}, a joint of a beam or a point; a gear needs one between two bodies")
+        raise InputError(f"{key} is {where!r}, a joint on a beam or a point; a gear needs a joint between two bodies")
     body, other = (int(i) for i in row["index"][:2])
     R, turned = builder.poses[body].R, builder.poses[other].R
     fields = {**zero, "kind": kind, "body": body, "other": other, "axis": R.T @ unit(part.axis)}

@@ -45,7 +45,7 @@ CLAMPS = ("clamp", "fixed")
 
 
 class Joint(Part):
-    """A joint between two places of beams, bodies, points or the ground, which holds how they stand at the start.
+    """A joint between two places of beams, bodies, points or the ground, in their positions at the start.
 
     Parameters
     ----------
@@ -55,19 +55,20 @@ class Joint(Part):
         the start; in a joint of type "distance" its origin.
     type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
 "in-plane", "distance"}
-        The places coincide; and turn about `axis` only; and about `axis` on a and `axis_b` on b only; and do not turn
-        ("clamp" and "fixed" are the same). b slides along `axis`, without turning; and turns about it; turns as it
-        likes, on the line along `axis` through a; in the plane across `axis` through a. The places keep their distance.
+        spherical: the places coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
+        universal: with rotations about `axis` of a and `axis_b` of b. clamp, or fixed: without rotation. prismatic: b
+        slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. point-on-line,
+        in-plane: b moves on the line through a along `axis`, or in the plane through a normal to `axis`, all rotations
+        are free. distance: the distance of the places is constant.
     axis : (3,) float
-        Of the types above, inertial axes at the start; fixed to a, where a joint slides.
+        Axis of the joint, inertial axes at the start; it is fixed to a.
     axis_b : (3,) float, optional
-        Of a universal joint: the other axis of its cross, fixed to b, at a right angle to `axis`; inertial axes at the
-        start.
+        Second axis of a universal joint, fixed to b, perpendicular to `axis`; inertial axes at the start.
     hold : {"section", "all"}
-        What a clamp holds of a beam's node: the directions of its section, or all of the node's coordinates, lengths of
-        slopes and the direction of the axis included.
+        Which coordinates of a beam's node a clamp constrains: the position and the rotation of the section, or all
+        coordinates of the node, including the lengths of the slope vectors.
     position : (3,) float, m, optional
-        Where the joint is at the start, inertial axes, where both ends are bodies named alone.
+        Position of the joint at the start, inertial axes, where both ends are bodies without a point.
     stiffness : float, N/m and N m
         Above 0, a penalty in place of the constraint.
     turn_stiffness : float, N m/rad, optional
@@ -75,18 +76,18 @@ class Joint(Part):
     damping : float, N s/m and N m s
         Of the penalty.
     until : float, s, optional
-        When the joint is released; never if left out.
+        Time at which the joint is released; never if left out.
     released_by : str, optional
-        Event that releases the joint, which must be a penalty; under rk4, heun and dopri5.
+        Event that releases the joint, which must be a penalty. Supported by rk4, heun and dopri5.
 
     Notes
     -----
-    Of a cable only the direction of its axis can be held; it has no twist.
-    Nodes of two beams of 24-coordinate elements may be clamped at any angle; their sections pass the moment on.
-    Constraints may be redundant, as in closed loops of hinges: then multipliers are those of least norm (moments by the
-    size of the system), and the run's message and statistics give the rank.
-    A clamp leaves the length of slopes free, unless `hold` is "all": at the clamp the section can then neither shear
-    nor grow thicker, nor the axis stretch.
+    A node of a cable has no twist: a joint constrains only its position and the direction of its axis. Nodes of two
+    beams of 24-coordinate elements may be clamped at any angle; the moment acts on their sections. Constraints may be
+    redundant, as in closed loops of hinges: the multipliers are then those of minimum norm (moments divided by the size
+    of the system), and the run's message and statistics report the rank. A clamp does not constrain the lengths of the
+    slope vectors, unless `hold` is "all": then shear, the strains of the section and the stretch of the axis vanish at
+    the clamp.
     """
 
     kind: Literal["joint"] = "joint"
@@ -119,7 +120,7 @@ class Joint(Part):
             return side_of(ends[0]), side_of(ends[1])
         alone = [end.alone for end in ends]
         if self.position is not None and not any(alone):
-            raise InputError(f"{name}.position is given, but {name}.a and {name}.b already say where the joint is")
+            raise InputError(f"{name}.position is given, but {name}.a and {name}.b already define where the joint is")
         if self.position is None and all(alone):
             raise InputError(
                 f"{name}.a and {name}.b are both bodies named alone, {self.a!r} and {self.b!r}; give {name}.position "
@@ -146,9 +147,7 @@ class Joint(Part):
             raise InputError(f"{name}.axis_b is given, but {name}.type is {self.type!r}, not 'universal'")
         apart, axis = float(np.linalg.norm(b.u - a.u)), unit(self.axis)
         if self.hold == "all" and (self.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
-            raise InputError(
-                f"{name}.hold is 'all'; that takes a joint of type 'clamp' between a body and a beam's node"
-            )
+            raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
         if self.type == "distance":
             if apart == 0.0:
                 raise InputError(f"{name}: its two places coincide; a joint of type 'distance' needs them apart")
@@ -212,11 +211,11 @@ class Joint(Part):
         if self.type != "universal":
             return []
         if self.axis_b is None:
-            raise InputError(f"{name}.axis_b is missing; a universal joint turns about two axes")
+            raise InputError(f"{name}.axis_b is missing; a universal joint has two axes")
         other = unit(self.axis_b)
         if abs(float(axis @ other)) > 1e-6:
             raise InputError(
-                f"{name}.axis_b is {self.axis_b!r}, which is not at a right angle to {name}.axis, {self.axis!r}"
+                f"{name}.axis_b is {self.axis_b!r}, which is not perpendicular to {name}.axis, {self.axis!r}"
             )
         return [Held(fixed_direction(builder, key, a, axis), fixed_direction(builder, key, b, other))]
 

@@ -1,4 +1,4 @@
-"""What springs of joints have in common: the coordinate of a joint, an angle or a travel, and what resists it."""
+"""Common base of springs of joints: the coordinate of a joint, an angle or a travel, and its resistance."""
 
 from __future__ import annotations
 
@@ -77,7 +77,9 @@ class CoordinateSpring(Part):
             return Ends(self.a, self.b, index, builder.place(self.b, f"{name}.b"), unit(self.axis))
         given = [key for key in ("a", "b", "axis") if key in self.model_fields_set and getattr(self, key) is not None]
         if given:
-            raise InputError(f"{name}.{given[0]} is given beside {name}.joint, {self.joint!r}, which has its own")
+            raise InputError(
+                f"{name}.{given[0]} and {name}.joint, {self.joint!r}, are both given; leave one of them out"
+            )
         return ends_of_joint(builder, f"{name}.joint", self.joint, types)
 
     def add_row(
@@ -133,8 +135,8 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
         )
     if spec.type not in types:
         raise InputError(
-            f"{key} is {joint!r}, a joint of type {spec.type!r}, which has no such coordinate; it must be of type "
-            f"{_either(types)}"
+            f"{key} is {joint!r}, a joint of type {spec.type!r}, which does not have this coordinate; it must be "
+            f"of type {_either(types)}"
         )
     axis = unit(spec.axis)
     for a, b, along in ((spec.a, spec.b, axis), (spec.b, spec.a, -axis)):
@@ -142,7 +144,7 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
         if first.family == "bodies":
             return Ends(_owner(a), b, first.row, builder.place(b, f"{joint}.b"), along)
     raise InputError(
-        f"{key} is {joint!r}, whose ends {spec.a!r} and {spec.b!r} are not on a body; put a body between them"
+        f"{key} is {joint!r}, with no end on a body, but at {spec.a!r} and {spec.b!r}; one end must be on a body"
     )
 
 

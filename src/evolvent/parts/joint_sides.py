@@ -1,4 +1,4 @@
-"""Sides of joints: places and directions on bodies, nodes of beams, points; pairs of directions that a joint holds."""
+"""Sides of joints: places and directions on bodies, nodes of beams and points; pairs of constrained directions."""
 
 from __future__ import annotations
 
@@ -186,10 +186,11 @@ def _clamped_sections(builder: Builder, a: Side, b: Side) -> list[Held]:
 
     Notes
     -----
-    Moments pass through the sections, as at a body. Of sections that are not parallel, three products of vectors of
-    both hold the three turns: p, across the line c that both have in common, and c itself. Where they are parallel,
-    these know nothing of tilts; there the difference of the vectors along the normal does, which loads no axis. A
-    torque acts on both directions across in equal parts, or on one in a section whose shape is held.
+    Moments act on the sections, as at a body. For sections that are not parallel, three products of vectors of both
+    constrain the three rotations: those of c, the common line of the sections, and of p, perpendicular to it. Where the
+    sections are parallel, these products do not constrain a tilt; the difference of the vectors along the normal does,
+    without a load on the axis. A torque acts on both directions of the section in equal parts, or on one where the
+    shape of the section is constrained.
     """
     ya, za, na = _sections(builder, a)
     _, _, nb = _sections(builder, b)
@@ -244,8 +245,9 @@ def _hinged_sections(builder: Builder, a: Side, b: Side, axis: Array) -> list[He
 
     Notes
     -----
-    Both have a vector along the axis, whose difference vanishes across it, so that only these two are loaded; the
-    sections keep their shape. Where the axis stands across a section, this stays across the other's vector.
+    Both have a vector along the axis. The component of their difference perpendicular to it vanishes, so that only
+    these two are loaded; the shape of the sections is constrained. Where the axis is normal to a section, the section
+    stays perpendicular to the vector of the other node.
     """
     own, other = node_direction(builder, a, axis), node_direction(builder, b, axis)
     found = []

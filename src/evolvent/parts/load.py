@@ -36,7 +36,7 @@ def _parameters(builder: Builder, values: Sequence[float]) -> dict[str, int]:
 
 
 class UniformLoad(Part):
-    """The same force per length all along a thread: it acts on the thread's length, not on a tip mass.
+    """A uniform force per length along a thread; it does not act on a tip mass.
 
     Parameters
     ----------
@@ -91,33 +91,34 @@ class RadiationPressure(Part):
 
 
 class PanelRadiation(Part):
-    """Light on a flat panel of a body, both of whose sides are alike.
+    """Radiation pressure on a flat panel of a body; both sides have the same optical properties.
 
     Parameters
     ----------
     at : place
-        The panel's centre, a point of a body.
+        Centre of the panel, a point of a body.
     area : float, m^2
-        Of one side.
+        Area of one side.
     normal : (3,) float
-        Across the panel, body axes.
+        Normal of the panel, body axes.
     pressure : float, Pa
-        Of light that is wholly absorbed at normal incidence (4.56e-6 at one astronomical unit).
+        Radiation pressure on an absorbing surface at normal incidence (4.56e-6 at one astronomical unit).
     direction : (3,) float
-        In which the light travels, inertial axes.
+        Direction of propagation of the light, inertial axes.
     specular, diffuse : float
-        Shares that are reflected as by a mirror and by Lambert's law; the rest is absorbed.
+        Fractions reflected specularly and diffusely (Lambert); the rest is absorbed.
     start : float, s
-        When the light begins.
+        Time at which the load begins.
     end : float, s, optional
-        When it ends; never if left out.
+        Time at which it ends; never if left out.
     ramp : float, s
-        Over which it grows smoothly; in statics it has grown.
+        Duration of its smooth increase; statics apply the full load.
 
     Notes
     -----
-    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], s the direction of the light, c its cosine with
-    the normal, m the normal on the dark side (McInnes, Solar Sailing, 1999). No panel stands in another's shadow.
+    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], with the direction s of the light, the cosine c
+    of its angle to the normal, and the normal m on the shaded side (McInnes, Solar Sailing, 1999). Shadows between
+    panels are not modelled.
     """
 
     kind: Literal["panel-radiation"] = "panel-radiation"
@@ -148,7 +149,7 @@ class PanelRadiation(Part):
 
 
 class LawLoad(Part):
-    """A force per length along a thread, by a law: it acts on the thread's length, not on a tip mass.
+    """A force per length along a thread, by a law; it does not act on a tip mass.
 
     Parameters
     ----------
@@ -164,9 +165,9 @@ class LawLoad(Part):
 
     Notes
     -----
-    The load is per length: a node gets the law's value times the length of thread that it stands for, the tip half a
-    segment, whatever its mass. A force on the tip mass is a `Force` at "tether.tip"; an acceleration of every mass, the
-    tip mass among them, an `AccelerationField`.
+    The force on a node is the law's value times the length of thread that the node represents; for the tip node this is
+    half a segment, independently of the tip mass. For a force on the tip mass add a `Force` at "tether.tip". For an
+    acceleration of every mass, including the tip mass, use an `AccelerationField`.
     """
 
     kind: Literal["law-load"] = "law-load"
@@ -189,7 +190,7 @@ class Force(Part):
     ----------
     at : place
         A point of a body, a point mass, a node of a beam ("boom.tip"), or a node of a thread, counted from its tip:
-        "tether.tip" (with the tip mass), "tether[3]". On a node of a thread that is wound no force acts.
+        "tether.tip" (with the tip mass), "tether[3]". The force on a node that is wound on the reel is zero.
     force : (3,) float, N, optional
         Of a constant force.
     direction : (3,) float, optional
@@ -197,15 +198,15 @@ class Force(Part):
     profile : optional
         Value of the force along `direction`, N, as a function of time.
     law : list of three expressions, optional
-        fx, fy and fz, N, of the place x, y, z (m) and its velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        fx, fy and fz, N, of the position x, y, z (m) and velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
         function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
         Of expressions.
     frame : {"inertial", "body"}
-        Axes of `force` or `direction`, or of what `law` returns; "body": of the body, of a thread's node that of the
-        reel, of a beam's node those of its section: along the axis, y and z.
+        Axes of `force` or `direction`, or of the value of `law`. "body" means the axes of the body, for a thread's node
+        those of the reel's body, for a beam's node those of its section: along the axis, y and z.
     start : float, s
         When the load begins.
     end : float, s, optional
@@ -255,15 +256,15 @@ class Torque(Part):
     profile : optional
         Value of the torque about `axis`, N m, as a function of time.
     law : list of three expressions, optional
-        Tx, Ty and Tz, N m, of the place x, y, z (m), the angular velocity vx, vy, vz (rad/s), inertial axes, and t (s);
+        Tx, Ty and Tz, N m, of the position x, y, z (m), angular velocity vx, vy, vz (rad/s), inertial axes, and t (s);
         or a function under ``@evolvent.force_law``: ``law(x, w, t, parameters) -> (Tx, Ty, Tz)``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
         Of expressions.
     frame : {"inertial", "body"}
-        Axes of `torque` or `axis`, or of what `law` returns; "body": of the body, of a beam's node those of its
-        section: along the axis, y and z.
+        Axes of `torque` or `axis`, or of the value of `law`. "body" means the axes of the body, for a beam's node those
+        of its section: along the axis, y and z.
     start : float, s
         When the load begins.
     end : float, s, optional
@@ -273,8 +274,8 @@ class Torque(Part):
 
     Notes
     -----
-    On a beam's node the torque M does the work M . w, w the angular velocity of the section. A cable has no section:
-    the part of M along its tangent does no work and is left out.
+    On a beam's node the power of the torque M is M . w, with the angular velocity w of the section. A cable has no
+    section: the component of M along its tangent does no work and is ignored.
     """
 
     kind: Literal["torque"] = "torque"
@@ -294,7 +295,7 @@ class Torque(Part):
         """Write the load into the family `loads`, on a beam's node into `beam_loads`; its times are breaks."""
         vector = _vector(name, self, ("torque", "axis"))
         if _thread_node(builder, name, self.at) is not None:
-            raise InputError(f"{name}.at is {self.at!r}, a node of a thread, which takes forces alone")
+            raise InputError(f"{name}.at is {self.at!r}, a node of a thread, on which only forces can act")
         node = _node(builder, name, self.at)
         if node is None:
             _write_at_marker(builder, name, kernels.TORQUE, self, vector)
@@ -305,7 +306,7 @@ class Torque(Part):
                 key = "torque" if self.torque is not None else "axis"
                 raise InputError(
                     f"{name}.{key} is {getattr(self, key)!r}, along the cable at {self.at!r}, which has no torsion; "
-                    f"give one across it, or take a beam"
+                    f"give a direction perpendicular to it, or take a beam"
                 )
         _write_at_node(builder, name, beam_loads.MOMENT, self, node, vector)
 

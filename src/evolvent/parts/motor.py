@@ -22,10 +22,10 @@ class Motor(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, whose coordinate it drives, or a revolute or prismatic `Joint`,
-        whose coordinate then counts from 0 at the start.
+        A `RotationalSpring` or `TranslationalSpring`, whose coordinate is driven, or a revolute or prismatic `Joint`,
+        whose coordinate is then 0 at the start.
     torque : profile, N m or N
-        Of time: a table of rows [time, value], or one of the keys ramp, sine, pulse, constant, expression.
+        Function of time: a table of rows [time, value], or one of the keys ramp, sine, pulse, constant, expression.
     law : expression or function
         Torque in place of a profile: an expression of the coordinate x (rad or m), its rate v and t (s), or a function
         under ``@evolvent.motor_law``: ``law(t, x, v, parameters) -> torque``.
@@ -34,18 +34,18 @@ class Motor(Part):
     constants : mapping of names to float
         Of an expression.
     motion : a drive of `evolvent.parts`, rad or m
-        What the coordinate is to follow, by a PD law: position_gain (r - x) + velocity_gain (r' - v).
+        Reference r for the coordinate x, with the torque of a PD law: position_gain (r - x) + velocity_gain (r' - v).
     position_gain, velocity_gain : float, N m/rad and N m s/rad, or N/m and N s/m
-        Of that law.
+        Gains of the PD law.
     limit : float, N m or N, optional
-        Largest torque, either way.
+        Largest absolute value of the torque or force.
     rate_limit : float, rad/s or m/s, optional
-        With `motion`: largest rate that the motor is commanded to, r' + position_gain/velocity_gain (r - x) cut off.
+        With `motion`: largest absolute value of the commanded rate r' + position_gain/velocity_gain (r - x).
 
     Notes
     -----
-    One of `torque`, `law` and `motion` is given. The torque acts between the two parts of the joint and is positive
-    where it raises the coordinate. Its work counts as work of drives.
+    Give one of `torque`, `law` and `motion`. The torque acts between the two parts of the joint; a positive torque
+    increases the coordinate. Its work counts as work of drives.
     """
 
     kind: Literal["motor"] = "motor"
@@ -69,9 +69,9 @@ class Motor(Part):
         if self.motion is None:
             for key in ("position_gain", "velocity_gain", "rate_limit"):
                 if getattr(self, key):
-                    raise InputError(f"{name}.{key} goes with {name}.motion, not with {name}.{ways[0]}")
+                    raise InputError(f"{name}.{key} belongs to {name}.motion, but {name}.{ways[0]} is given")
         elif isinstance(self.motion, FreeSpool):
-            raise InputError(f"{name}.motion is a free spool, which gives no motion; give a drive that prescribes one")
+            raise InputError(f"{name}.motion is a free spool, which prescribes no motion; give another drive")
         elif self.position_gain == 0.0 and self.velocity_gain == 0.0:
             raise InputError(f"{name}.position_gain and {name}.velocity_gain are 0; one of them must be above 0")
         elif self.rate_limit is not None and self.velocity_gain == 0.0:
@@ -79,7 +79,7 @@ class Motor(Part):
         if self.law is None:
             for key in ("parameters", "constants"):
                 if getattr(self, key):
-                    raise InputError(f"{name}.{key} goes with {name}.law, not with {name}.{ways[0]}")
+                    raise InputError(f"{name}.{key} belongs to {name}.law, but {name}.{ways[0]} is given")
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `motors`."""

@@ -44,16 +44,17 @@ class RigidBody(Part):
     inertia : float, (3,) or (3, 3) float, kg m^2
         Moment of inertia about every axis, principal moments, or the tensor in body axes; of `shape` with uniform
         density if left out.
-    shape : box, cylinder or sphere, optional
-        By which the body is drawn, about its centre of mass.
+    shape : box, cylinder, sphere or capsule, optional
+        Shape of the body in drawings and in `BodyContact`, centred at its centre of mass.
     density : float, kg/m^3, optional
         Of the shape, in place of mass and inertia.
     points : mapping of names to (3,) float, m
         Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
     at : place, optional
-        Node of a beam, such as "boom.tip" or "boom[5]", that a free body is clamped to; at the start it moves with it.
+        Node of a beam, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body starts with
+        the velocity and angular velocity of the node.
     position : (3,) float, m
-        Of the centre of mass at the start, inertial axes; of a body with `at` the place of the node if left out.
+        Of the centre of mass at the start, inertial axes; for a body with `at` the position of the node if left out.
     velocity : (3,) float, m/s
         Of the centre of mass at the start, inertial axes (free bodies).
     orientation : (4,) float
@@ -65,9 +66,10 @@ class RigidBody(Part):
     rate : float, rad/s
         About `axis` (spinning and driven bodies).
     drive : a drive of `evolvent.parts`, optional
-        Carries a driven body along `direction` from `position`, m: the table of a shaker. Its rate must not jump.
+        Displacement of a driven body along `direction` from `position`, m, such as that of a shaker table. Its rate
+        must not jump.
     direction : (3,) float, optional
-        Of `drive`, inertial axes; x if left out.
+        Direction of `drive`, inertial axes; x if left out.
 
     Notes
     -----
@@ -138,13 +140,13 @@ class RigidBody(Part):
                 raise InputError(f"{name}.direction is given without {name}.drive, to which it belongs")
             return {}, (0.0, 0.0)
         if self.motion != "driven":
-            raise InputError(f"{name}.drive carries a driven body, but {name}.motion is {self.motion!r}; take 'driven'")
+            raise InputError(f"{name}.drive needs a driven body, but {name}.motion is {self.motion!r}; take 'driven'")
         if isinstance(self.drive, FreeSpool):
-            raise InputError(f"{name}.drive is a free spool, which prescribes nothing; give another drive")
+            raise InputError(f"{name}.drive is a free spool, which prescribes no motion; give another drive")
         row = self.drive.write(builder, f"{name}.drive")
         jumps = isinstance(self.drive, RampDrive) and any(duration == 0.0 for _, duration, _ in self.drive.steps)
         if jumps:
-            raise InputError(f"{name}.drive.steps holds one of no duration, at which the body jerks; give it a "
+            raise InputError(f"{name}.drive.steps has a step of zero duration, at which the rate jumps; give it a "
                              f"duration above 0 s")  # fmt: skip
         jit.load([rigid.move_along])
         direction = np.array([1.0, 0.0, 0.0]) if self.direction is None else unit(self.direction)

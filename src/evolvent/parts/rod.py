@@ -24,47 +24,50 @@ RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the 
 class Rod(Part):
     """A geometrically exact rod (Reissner, Simo): extension, shear, bending and torsion, at any strain and rotation.
 
-    Its nodes turn as bodies do: "arm.root", "arm.tip" and its nodes, from "arm[0]", take joints, forces, torques and
-    springs as places of a body.
+    Each node has a rotation: joints, forces, torques and springs refer to "arm.root", "arm.tip" and the nodes from
+    "arm[0]" on as to places of a body.
 
     Parameters
     ----------
     length : float, m
         Length of the axis without stress.
-    section : Rectangle, Tube, Rod, General or Taper
+    section : Rectangle, Tube, Circle, Angle, IBeam, Arc, General or Taper
         Cross-section; y is the rod's normal, z the third direction.
     material : Material, or the name of a known one
-        Isotropic and linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, cfrp, kapton, steel.
+        Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
+        cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
     elements : int
         Number of elements.
     position : (3,) float, m
-        Of the root at the start, inertial axes.
+        Position of the root at the start, inertial axes.
     direction : (3,) float
-        Of the axis at the root, inertial axes.
+        Tangent of the axis at the root, inertial axes.
     normal : (3,) float, optional
-        Of the thickness (y of the section) at the root, inertial axes, across the axis; left out, as near to y as it
-        can be.
+        Direction of y of the section at the root, inertial axes, perpendicular to `direction`; if left out, as close to
+        the inertial y axis as possible.
     curvature : (3,) float, 1/m
-        Twist and curvatures about y and z without stress, in the axes of the section, the same all along.
+        Twist per length and curvatures about y and z of the stress-free shape, in the axes of the section; constant
+        along the rod.
     nodes : (n + 1, 4, 3) float, optional, m and 1
-        Places and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and `normal`.
+        Positions and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and
+        `normal`.
     rest : {"straight", "start"}
-        Shape without stress where `nodes` are given: by `curvature`, or as they are at the start.
+        Stress-free shape where `nodes` are given: that of `curvature`, or that of `nodes`.
     velocity : (3,) float, m/s
-        Of the root at the start, inertial axes.
+        Velocity of the root at the start, inertial axes.
     angular_velocity : (3,) float, rad/s
-        At which the whole rod turns about its root at the start, inertial axes.
+        Angular velocity of the whole rod about its root at the start, inertial axes.
     mass_damping : float, 1/s
         Factor alpha of damping forces -alpha M v.
     stiffness_damping : float, s
-        Factor beta of damping forces, which are beta times the rate of the elastic ones by the strains.
+        Factor beta of the damping forces: beta times the stiffness times the rates of the strains.
 
     Notes
     -----
-    Strains are those of the helix through both ends of an element, of which its energy is quadratic
-    (`evolvent.kernels.rod`). The masses are lumped: half of an element and its sections' rotary inertia to each of its
-    nodes; the centres of mass of the first and last node lie a sixth of an element inside the rod, which makes the
-    lumped masses exact to the fourth order in bending. An element must not bend or twist by more than 120 degrees.
+    The strains are those of the helix through both ends of an element; its energy is quadratic in them
+    (`evolvent.kernels.rod`). The masses are lumped: half of the mass and rotary inertia of an element to each of its
+    nodes. The centres of mass of the first and last node lie a sixth of an element inside the rod, which makes the
+    lumped masses accurate to fourth order in bending. An element must not bend or twist by more than 120 degrees.
     """
 
     kind: Literal["rod"] = "rod"
@@ -136,7 +139,7 @@ class Rod(Part):
         if turns.max() > LARGEST_TURN:
             k = int(turns.argmax())
             raise InputError(
-                f"{name}.elements is {n}, but the ends of element {k} are turned by {turns[k]:.0f} deg to one another; "
+                f"{name}.elements is {n}, but the angle between the ends of element {k} is {turns[k]:.0f} deg; "
                 f"at most {LARGEST_TURN:g} deg is allowed, take {int(n * turns[k] / 45.0) + 1} elements or more"
             )
         arms, rest = self.arms(), self.rest_strains(x, R)
@@ -165,13 +168,13 @@ class Rod(Part):
         first = len(builder.rows["bodies"])
         for i in range(self.elements + 1):
             own = [share[1] for share in shares[max(i - 1, 0) : i]] + [share[0] for share in shares[i : i + 1]]
-            mass, inertia = sum(s.mass for s in own), sum((s.inertia for s in own), np.zeros(3))
+            mass, inertia = sum(s.mass for s in own), sum((s.inertia for s in own), np.zeros((3, 3)))
             centre = x[i] - R[i] @ arms[i]
             velocity = np.array(self.velocity) + np.cross(w, centre - x[0])
             q, v = builder.coordinates([*centre, *rods.quaternion(R[i])], [*velocity, *(R[i].T @ w)])
             builder.poses.append(Pose(centre, R[i], velocity, w))
             builder.add(
-                "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=np.diag(inertia),
-                axis=np.array([1.0, 0.0, 0.0]), R0=R[i], x0=centre, rate=0.0, spin_inertia=float(inertia[0]),
+                "bodies", motion=rigid.FREE, iq=q, iv=v, mass=mass, inertia=inertia,
+                axis=np.array([1.0, 0.0, 0.0]), R0=R[i], x0=centre, rate=0.0, spin_inertia=float(inertia[0, 0]),
             )  # fmt: skip
         return first

@@ -34,12 +34,12 @@ class _Second(NamedTuple):
 
 
 class RotationalSpring(CoordinateSpring):
-    """Spring, damper, friction, stops and latch about an axis; a `Joint` between the same two parts holds their place.
+    """Spring, damper, friction, stops and latch about an axis; a `Joint` of the same two parts constrains the rest.
 
     Parameters
     ----------
     joint : str, optional
-        A revolute or cylindrical `Joint`, whose ends and axis are taken in place of `a`, `b` and `axis`.
+        A revolute or cylindrical `Joint` that defines ends and axis, in place of `a`, `b` and `axis`.
     a : str
         A body, or ground; the axis is fixed to it.
     b : place
@@ -48,33 +48,32 @@ class RotationalSpring(CoordinateSpring):
     axis : (3,) float
         Inertial axes at the start.
     angle : float, rad, optional
-        At the start, any number of turns: it distinguishes a panel folded by 180 deg from one folded by -180 deg.
-        Between bodies 0 if left out, of a beam's node the angle from `zero`.
+        Angle at the start, of any number of turns: 180 deg and -180 deg are different states of a folded panel. If left
+        out, 0 between bodies, and for a beam's node the angle from `zero`.
     zero : (3,) float, optional
-        Of a beam's node, the direction from which its angle counts, inertial axes at the start; the beam's own, turned
-        back by `angle`, if left out.
+        For a beam's node, the direction of angle 0, inertial axes at the start; if left out, the direction of the beam
+        rotated back by `angle`.
     stiffness, damping : float, N m/rad and N m s/rad
         Of the spring; of the damper, or of viscous friction.
     rest : float, rad
-        Angle without torque of the spring.
+        Angle at which the torque of the spring is zero.
     friction : float, N m
         Coulomb friction: the torque at which the joint slips.
     stick_stiffness : float, N m/rad, optional
-        Of friction that sticks; by default it slips after 1e-4 rad.
+        Stiffness of stiction; by default the joint slips after 1e-4 rad.
     low, high : float, rad, optional
         Stops; none if left out.
     stop : float, N m/rad
         Stiffness of the stops.
     latch : float, rad, optional
-        Angle at which the hinge locks for good; one that starts there is locked.
+        Angle at which the hinge locks permanently; a hinge that starts at this angle is locked.
     latch_stiffness, latch_damping : float, N m/rad and N m s/rad
-        Of the lock.
+        Stiffness and damping of the latch.
 
     Notes
     -----
-    The angle is continuous over any number of turns. `body` and `node` are read as `a` and `b`. Of a cable the angle is
-    that of its axis, of a beam that of its section, a quarter turn from the slope across it: what turns the axis passes
-    moments on by the shear of half an element alone.
+    The angle is continuous over any number of turns. `body` and `node` are accepted for `a` and `b`. For a node of a
+    cable the angle is that of its axis, for a node of a beam that of its section.
     """
 
     kind: Literal["rotational-spring"] = "rotational-spring"

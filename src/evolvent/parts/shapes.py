@@ -100,14 +100,14 @@ class Sphere(Shape):
 
 
 class Capsule(Shape):
-    """A cylinder with two half spheres on its ends.
+    """A cylinder with hemispherical ends.
 
     Parameters
     ----------
     radius : float, m
-        Of the cylinder and the half spheres.
+        Of the cylinder and the hemispheres.
     length : float, m
-        Of the cylinder: from the centre of one half sphere to that of the other.
+        Of the cylinder, between the centres of the hemispheres.
     axis : (3,) float
         Body axes.
     """
@@ -134,14 +134,14 @@ class Capsule(Shape):
 
 
 class Plane(Section):
-    """A plane of a contact, through a place of a body; nothing passes to the side that its normal points away from.
+    """A plane for contact, through a place of a body; its normal points to the side of the other body.
 
     Parameters
     ----------
     normal : (3,) float
-        Out of the plane, body axes.
+        Normal of the plane, body axes.
     size : float, m
-        Diameter of the disc by which it is drawn; the plane itself has no end.
+        Diameter of the disc that represents the plane in drawings; the plane itself is infinite.
     """
 
     normal: units.Direction

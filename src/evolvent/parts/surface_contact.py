@@ -1,4 +1,4 @@
-"""Rigid spheres, capsules and planes that beams touch."""
+"""Contact of beams with rigid spheres, capsules and planes."""
 
 from __future__ import annotations
 
@@ -80,16 +80,16 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
 
 
 class SphereContact(Contact):
-    """A rigid sphere on a body (or the ground), and the beams that touch it.
+    """Contact of beams with a rigid sphere on a body or on the ground.
 
     Parameters
     ----------
     body : str
-        Body that the sphere is fixed to, or ground.
+        Body to which the sphere is fixed, or ground.
     beams : list of str
-        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
+        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
-        To the beams' axes.
+        Distance from the centre to the axis of a touching beam: radius of the sphere plus half the beam's thickness.
     centre : (3,) float, m
         Body axes.
     skip : int
@@ -112,18 +112,19 @@ class SphereContact(Contact):
 
 
 class CapsuleContact(Contact):
-    """A rigid capsule on a body (or the ground), a cylinder with half spheres on its ends, and the beams that touch it.
+    """Contact of beams with a rigid capsule, a cylinder with hemispherical ends, on a body or on the ground.
 
     Parameters
     ----------
     body : str
-        Body that the capsule is fixed to, or ground.
+        Body to which the capsule is fixed, or ground.
     beams : list of str
-        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
+        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
-        To the beams' axes.
+        Distance from the capsule's axis to the axis of a touching beam: radius of the capsule plus half the beam's
+        thickness.
     length : float, m
-        Of the cylinder: from the centre of one half sphere to that of the other.
+        Length of the cylinder, between the centres of the hemispheres.
     centre : (3,) float, m
         Of the capsule, body axes.
     axis : (3,) float
@@ -150,16 +151,16 @@ class CapsuleContact(Contact):
 
 
 class PlaneContact(Contact):
-    """A rigid plane on a body (or the ground), and the beams that touch it.
+    """Contact of beams with a rigid plane on a body or on the ground.
 
     Parameters
     ----------
     body : str
-        Body that the plane is fixed to, or ground.
+        Body to which the plane is fixed, or ground.
     beams : list of str
-        Beams whose contact points it pushes out, or rods, whose nodes but the root are the contact points.
+        Beams with contact points, or rods, whose nodes but the root are the contact points.
     normal : (3,) float
-        Out of the plane, to the side on which the beams are, body axes.
+        Normal of the plane, towards the side of the beams, body axes.
     clearance : float, m
         Distance of the beams' axes from the plane at which they touch it: half their thickness.
     centre : (3,) float, m
@@ -169,7 +170,7 @@ class PlaneContact(Contact):
     initial_overlap : float
         Depth, in units of `clearance`, up to which beams may lie below the surface at the start.
     size : float, m
-        Diameter of the disc about `centre` by which the plane is drawn; the plane itself has no end.
+        Diameter of the disc about `centre` that represents the plane in drawings; the plane itself is infinite.
     """
 
     kind: Literal["plane-contact"] = "plane-contact"

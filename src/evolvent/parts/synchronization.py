@@ -13,23 +13,23 @@ from evolvent.parts.joint_coordinate import find_coordinate
 
 
 class Synchronization(Part):
-    """Closed cable loops between the coordinates of joints, from each one to the next.
+    """Closed cable loops that couple the coordinates of joints, one loop between each two successive joints.
 
     Parameters
     ----------
     hinges : list of str
-        Two or more: each a `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`; all of them
-        angles, or all travels.
+        Two or more names, each of a `RotationalSpring` or `TranslationalSpring`, or of a revolute or prismatic `Joint`;
+        all of them angles, or all travels.
     ratios : list of float, optional
-        One each, not 0: the loops keep ratio times coordinate equal for all, counted from the start. 1 if left out.
+        One for each hinge, not 0: the loops keep the change of ratio times coordinate equal for all. 1 if left out.
     stiffness, damping : float, N m/rad and N m s/rad, or N/m and N s/m
-        Of each loop, against ratio_2 x_2 - ratio_1 x_1.
+        Stiffness and damping of each loop, for the stretch ratio_2 x_2 - ratio_1 x_1.
 
     Notes
     -----
-    Of a cable of stiffness k (N/m, both of its runs together) on pulleys of the radii r_1 and r_2, the ratios are
-    r_1/r and r_2/r and the stiffness is k r^2, with any r. A panel that opens by -180 deg while the one before it opens
-    by 90 deg has a ratio of -1 where that has 2. The cables have no force at the start.
+    For a cable of stiffness k (N/m, of both runs together) on pulleys of radii r_1 and r_2, the ratios are r_1/r and
+    r_2/r and the stiffness is k r^2, with any r. A panel that opens by -180 deg while the panel before it opens by
+    90 deg has the ratio -1 if that panel has the ratio 2. The cables are without force at the start.
     """
 
     kind: Literal["synchronization"] = "synchronization"
@@ -52,7 +52,7 @@ class Synchronization(Part):
         if 0.0 in ratios:
             raise InputError(f"{name}.ratios is {list(ratios)!r}; none of them can be 0")
         if self.stiffness == 0.0 and self.damping == 0.0:
-            raise InputError(f"{name}.stiffness is 0.0; a cable needs one above 0")
+            raise InputError(f"{name}.stiffness is 0.0; a cable needs a stiffness above 0")
         found = [find_coordinate(builder, f"{name}.hinges", hinge) for hinge in self.hinges]
         rows = [builder.rows["hinges"][k] for k in found]
         if len({row["kind"] for row in rows}) > 1:

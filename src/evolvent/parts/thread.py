@@ -21,7 +21,7 @@ SEGMENTS = {"springs": kernels.SPRINGS, "inextensible": kernels.INEXTENSIBLE}
 
 
 def turns_with(builder: Builder, body: int, axis: np.ndarray, centre: np.ndarray) -> bool:
-    """Whether a spool on a spinning body feels how that turns, or leaves its plane."""
+    """Whether the rotation of a spinning body acts on its spool: axes not perpendicular, or centre off the plane."""
     along = builder.rows["bodies"][body]["axis"]
     return bool(abs(along @ axis) > 1e-9 or abs(centre @ axis) > 1e-9)
 
@@ -32,9 +32,9 @@ class Thread(Part):
     Parameters
     ----------
     reel : str
-        Reel that holds it.
+        Reel from which the thread is paid out.
     length : float, m
-        Of the whole thread.
+        Length of the whole thread.
     line_density : float, kg/m
         Mass per length.
     nodes : int
@@ -42,17 +42,17 @@ class Thread(Part):
     tip_mass : float, kg
         Added to the first node.
     end : place, optional
-        Place of a body or a point mass, such as "satellite.hook", that the outer end is fixed to.
+        Place of a body or a point mass, such as "satellite.hook", to which the outer end is fixed.
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs).
     slack : bool
-        Whether a segment that is shorter than its length goes slack (springs), without stiffness and damping, or pushes
-        as a spring does.
+        Whether a spring segment that is shorter than its natural length goes slack, without stiffness and damping;
+        otherwise it carries compression.
     direction : (3,) float, optional
-        Of the thread already out at the start, body axes; that in which the reel lets it out if left out. With `end`
-        it goes straight to that place.
+        Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
+        the thread is straight to that place.
     velocity_turn : bool
         Whether a released node's velocity is turned along the thread (springs; eq. 12).
     wound_mass : {"ignored", "carried"}
@@ -67,8 +67,8 @@ class Thread(Part):
     width : float, m, optional
         Of a tape, along the axis of its spool: it is drawn as a strip.
     thickness : float, m
-        Of a tape wound in an Archimedean spiral. The reel's radius is then that with the whole tape wound, and falls by
-        the thickness with every turn; the tape leaves at Q all the same, through an eye.
+        Thickness of a tape wound in an Archimedean spiral. The reel's radius is then that with the whole tape wound. It
+        decreases by the thickness per turn. The departure point Q is fixed, as that of an eyelet.
 
     Notes
     -----
@@ -77,10 +77,11 @@ class Thread(Part):
     thread is evenly wound: a thin ring of radius r about the spool's axis, that turns with the spool. What a node's
     momentum at Q differs from its share of the ring acts on the body as an impulse when the node leaves or comes back.
 
-    With `end` the first node is that place: the outermost segment pulls on it, and half a segment and `tip_mass` move
-    with it. On a body their energy and momentum count with the thread; a point mass takes their mass up into its own.
-    What is out at the start lies straight and is stretched evenly where the place is farther off than its length.
-    Without `slack` segments carry compression as springs do: let the end move away, or keep the thread taut by a spin.
+    With `end` the first node is that place: the tension of the outermost segment acts on it, and the mass of half a
+    segment and `tip_mass` move with it. On a body their energy and momentum count as those of the thread; on a point
+    mass they are added to its mass. The thread deployed at the start is straight, and stretched uniformly where the
+    place is farther away than the deployed length. Without `slack` the segments carry compression: give the end a
+    velocity away from the reel, or keep the thread taut by a spin.
     """
 
     kind: Literal["thread"] = "thread"
@@ -118,7 +119,7 @@ class Thread(Part):
         body = builder.find(reel.body, "bodies")
         motion = builder.rows["bodies"][body]["motion"]
         if self.wound_mass == "carried" and builder.rows["bodies"][body].get("path"):
-            raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is carried along a line by a drive; "
+            raise InputError(f"{name}.wound_mass is 'carried', but {reel.body!r} is driven along a line; "
                              f"take 'ignored', or a free body")  # fmt: skip
         if self.copies > 1 and motion == rigid.FREE:
             raise InputError(f"{name}.copies is {self.copies!r}; only a spinning or driven body takes copies")
@@ -140,8 +141,8 @@ class Thread(Part):
         core = reel.radius**2 - length * self.thickness / np.pi
         if core <= 0.0:
             raise InputError(
-                f"{name}.thickness is {self.thickness!r} m, which leaves no core: {length:g} m of it wound to "
-                f"{self.reel}.radius, {reel.radius!r} m, need more than the whole disk; it must be below "
+                f"{name}.thickness is {self.thickness!r} m, which leaves no core: {length:g} m of tape do not fit "
+                f"within {self.reel}.radius, {reel.radius!r} m; it must be below "
                 f"{np.pi * reel.radius**2 / length:.6g} m"
             )
         out = angle * (reel.radius - 0.25 * self.thickness / np.pi * angle)
@@ -222,9 +223,9 @@ class Thread(Part):
         if self.segments != "springs":
             raise InputError(f"{key} is {self.end!r}; it needs {name}.segments 'springs', not {self.segments!r}")
         if self.copies > 1:
-            raise InputError(f"{key} is {self.end!r}; it goes with one thread, but {name}.copies is {self.copies!r}")
+            raise InputError(f"{key} is {self.end!r}; it needs {name}.copies 1, but {name}.copies is {self.copies!r}")
         if self.direction is not None:
-            raise InputError(f"{name}.direction and {key} are both given; {key} says where the thread goes")
+            raise InputError(f"{name}.direction and {key} are both given; leave one of them out")
         end = builder.marker(self.end, key)
         row, pose = builder.rows["markers"][end], builder.poses[body]
         if row["kind"] == springs.ON_BODY and row["index"] == body:
@@ -237,8 +238,9 @@ class Thread(Part):
             r, c = builder.specs[self.reel].radius, 0.5 * self.thickness / np.pi
             angle = 2.0 * distance / (r + np.sqrt(max(r * r - 2.0 * c * distance, 0.0)))
             raise InputError(
-                f"{key} is {self.end!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but {out:.6g} m "
-                f"are out at the start; set {self.reel}.drive.angle to {angle:.9g} rad, or move the place"
+                f"{key} is {self.end!r}, {distance:.6g} m from where the thread leaves {self.reel!r}, but the "
+                f"deployed length at the start is {out:.6g} m; set {self.reel}.drive.angle to {angle:.9g} rad, or "
+                f"move the place"
             )
         return (pose.R.T @ away / distance if distance > kernels.TINY else X), distance, end
 
@@ -256,7 +258,7 @@ class Thread(Part):
         distance: float,
         end: int,
     ) -> tuple[int, int]:
-        """Coordinates of all nodes: what is out is straight and turns with the body, or moves as both its ends do."""
+        """Coordinates of all nodes: straight, rotating with the body or moving with both ends."""
         pose, l0 = builder.poses[body], self.length / n
         e = pose.R @ direction
         d = pose.R @ departure

@@ -16,36 +16,37 @@ from evolvent.parts.joint_coordinate import CoordinateSpring
 
 
 class TranslationalSpring(CoordinateSpring):
-    """Spring, damper, friction, stops and latch along an axis fixed to a body, as of a prismatic joint.
+    """Spring, damper, friction, stops and latch along an axis fixed to a body, such as that of a prismatic joint.
 
     Parameters
     ----------
     joint : str, optional
-        A prismatic or cylindrical `Joint`, whose ends and axis are taken in place of `a`, `b` and `axis`.
+        A prismatic or cylindrical `Joint` that defines ends and axis, in place of `a`, `b` and `axis`.
     a : str
         A body, or ground; the axis is fixed to it.
     b : place
-        What travels: a point of another body, such as "slider" or "slider.pin", a point mass, or a beam's node.
+        Place whose travel is measured: a point of another body, such as "slider" or "slider.pin", a point mass, or a
+        beam's node.
     axis : (3,) float
-        Inertial axes at the start. Nothing acts across it.
+        Inertial axes at the start. No force acts perpendicular to it.
     travel : float, m
-        Of `b` along the axis at the start.
+        Travel of `b` along the axis at the start.
     stiffness, damping : float, N/m and N s/m
         Of the spring; of the damper, or of viscous friction.
     rest : float, m
-        Travel without force of the spring.
+        Travel at which the force of the spring is zero.
     friction : float, N
         Coulomb friction: the force at which the joint slips.
     stick_stiffness : float, N/m, optional
-        Of friction that sticks; by default it slips after 1e-5 m.
+        Stiffness of stiction; by default the joint slips after 1e-5 m.
     low, high : float, m, optional
         Stops; none if left out.
     stop : float, N/m
         Stiffness of the stops.
     latch : float, m, optional
-        Travel at which the joint locks for good; one that starts there is locked.
+        Travel at which the joint locks permanently; a joint that starts there is locked.
     latch_stiffness, latch_damping : float, N/m and N s/m
-        Of the lock.
+        Stiffness and damping of the latch.
     """
 
     kind: Literal["translational-spring"] = "translational-spring"

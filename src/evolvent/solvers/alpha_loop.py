@@ -35,6 +35,9 @@ from evolvent.solvers.alpha_state import (
 from evolvent.solvers.balance import energy_of
 
 _I = types.int64
+#: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
+#: the ends of a step do not show more.
+LARGEST_TURN = 0.5
 
 
 def functions(model: Any) -> list[Any]:
@@ -96,7 +99,7 @@ def advance(model, matrix, work, budget):
         iterations = solve_step(t_end, h, model, matrix, work)
         if iterations > 0:  # forces of the state that the last correction led to
             residual(t_end, work.y, work.dv1, work.la, h, 1.0, model, work.r, work.powers[0])
-        error = local_error(h, work) if adaptive and iterations > 0 else 0.0
+        error = local_error(h, model, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
             if not adaptive or h <= options.smallest:
@@ -172,12 +175,24 @@ def save_start(h, model, work):
 
 
 @inlined
-def local_error(h, work):
-    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0)."""
+def local_error(h, model, work):
+    """Estimated error of a step beside the tolerance: c h^2 (a1 - a0); above 1 where a body turns too far."""
     c, error = abs(work.options.beta - 1.0 / 6.0) * h * h, 0.0
     for i in range(work.dq.size):
         error = max(error, c * abs(work.a1[i] - work.a0[i]) / work.weight[i])
-    return error / work.options.tolerance
+    turn = largest_turn(model, work.dq) / LARGEST_TURN
+    return max(error / work.options.tolerance, turn * turn * turn)
+
+
+@inlined
+def largest_turn(model, dq):
+    """Largest angle by which a free body turns over a step, rad."""
+    bodies, n_q, square = model.bodies, model.info.nq, 0.0
+    for b in range(bodies.size):
+        if bodies[b].motion == rigid.FREE:
+            at = bodies[b].iv - n_q + 3
+            square = max(square, dq[at] * dq[at] + dq[at + 1] * dq[at + 1] + dq[at + 2] * dq[at + 2])
+    return math.sqrt(square)
 
 
 @inlined

@@ -273,7 +273,7 @@ class _Run:
         found = eb.energy(balances(self.model, y, sums_of(self.model, work.samples[:kept], y, s)))
         return float(np.max(found, initial=0.0, where=np.isfinite(found)))
 
-    def is_balanced(self, limit: float = ENERGY_LIMIT) -> bool:
+    def is_balanced(self, limit: float) -> bool:
         """Whether the defect of the energy balance, the largest so far, is below `limit` times the energy."""
         now = self._balance(self.reached)
         self.peak = max(self.peak, float(eb.energy(now)))
@@ -292,7 +292,7 @@ class _Run:
             code = self._loop(progress)
             if code < 0 or code == ex.LOG_FULL:
                 status, message = "failed", _reason(code, self.reached, self.work, self.plan)
-            elif not self.is_balanced():
+            elif not self.is_balanced(ENERGY_LIMIT):
                 status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.work)
             elif code == ex.STOPPED:
                 status, message = "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"

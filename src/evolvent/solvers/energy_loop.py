@@ -493,7 +493,11 @@ def _error(model, work):
     c = step.step.h * step.step.h * (1.0 / 12.0 + 0.25 * work.options.chi)
     for i in range(step.dq.size):
         error = max(error, c * abs(_acceleration(i, work) - work.acceleration[i]) / work.weight[i])
-    return max(error, _turning_error(model, step)) / work.options.tolerance
+    error = max(error, _turning_error(model, step)) / work.options.tolerance
+    if model.flexible.body_contacts.size > 0:
+        far = body_contact_step.passing(model, step.R0, step.x0, step.R1, step.x1)
+        error = max(error, far * far * far)
+    return error
 
 
 @indirect(_I(MODEL, SPARSE, ENERGY_LOOP))

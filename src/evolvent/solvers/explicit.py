@@ -21,7 +21,7 @@ from evolvent.flow.events import DUE, apply_event, event_values, is_release
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined
-from evolvent.kernels import hinge, rigid
+from evolvent.kernels import body_contact, hinge, rigid
 from evolvent.kernels.flexible import is_finite
 from evolvent.model import MODEL
 from evolvent.pointer import Struct, array, record
@@ -499,7 +499,7 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         return status
     n = model.info.nq + model.info.nv
     watch, turns = work.g.size > 0, model.flexible.hinges.size > 0
-    corrected = is_corrected(model)
+    touches, corrected = model.flexible.body_contacts.size > 0, is_corrected(model)
     end = work.samples[work.samples.size - 1]
     until = min(next_break(model, work, loop.time), end)
     if fresh:
@@ -514,6 +514,8 @@ def adaptive(A, b, c, E, P, rtol, atol, model, work, budget):
         t, h = loop.time, loop.step
         if turns:
             h = min(h, hinge.longest_step(model.flexible.hinges))
+        if touches:
+            h = min(h, body_contact.longest_step(model))
         landing = t + h * 1.01 >= until
         if landing:
             h = until - t

@@ -8,11 +8,10 @@ import numpy as np
 
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.families import bodies_of
+from evolvent.families import bodies_of, rod_arms
 from evolvent.kernels import rigid
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.model import Model
 from evolvent.solvers.static_work import places_of
 
 Array = np.ndarray
@@ -131,13 +130,6 @@ def _rod_nodes(assembly: Assembly, index: int, y: Array) -> list[Place]:
         displacement = np.hstack([np.eye(3), -_skew(R @ arm) @ R])
         found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
     return found
-
-
-def rod_arms(model: Model, index: int) -> Array:
-    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
-    row = model.flexible.rods[index]
-    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
-    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
 
 
 def rigid_motions(assembly: Assembly, y: Array, point: Array) -> Array:

@@ -67,8 +67,8 @@ class Redundancy:
     def text(self) -> str:
         """What is reported."""
         return (
-            f"{self.rank} of {self.constraints} constraints are independent, those of {_listed(self.names)} repeat one "
-            f"another: their multipliers are those of least norm"
+            f"{self.rank} of {self.constraints} constraints are independent, those of {_listed(self.names)} are "
+            f"redundant: their multipliers are those of minimum norm"
         )
 
     def contradiction(self, gaps: Array, t: float) -> str:
@@ -77,8 +77,8 @@ class Redundancy:
         if off <= _CONTRADICTS * self.length:
             return ""
         return (
-            f"the constraints of {_listed(self.names)} contradict one another at t = {t:.6g} s, where they are "
-            f"{off:.3g} off; leave out what repeats the others, or give one of them a `stiffness`"
+            f"the constraints of {_listed(self.names)} are inconsistent at t = {t:.6g} s: they are "
+            f"violated by {off:.3g}; remove a redundant one, or give one of them a `stiffness`"
         )
 
 
@@ -139,14 +139,14 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     size = np.asarray(abs(part).max(axis=1).todense()).ravel() if held.size else np.zeros(0)
     for k in held[size <= 1e-12]:
         raise InputError(
-            f"{owner(assembly, 'joints', int(k))!r} is redundant: nothing that it joins can move as it forbids"
+            f"{owner(assembly, 'joints', int(k))!r} is redundant: its ends cannot move in the constrained direction"
         )
     rank, share = _rank_of(part, size, unresolved)
     taking = held[share > _PART] if share is not None else held
     for k in taking:
         if joints["path"][k] != joint.STILL or joints["kind"][k] == joint.ANGLE:
             name = owner(assembly, "joints", int(k))
-            raise InputError(f"{name!r} is redundant: it drives what the other joints already hold or drive")
+            raise InputError(f"{name!r} is redundant: it drives a motion that other joints already constrain or drive")
     names = sorted({owner(assembly, "joints", int(k)) for k in taking})
     _, group = connected_components(part @ part.T, directed=False)
     rows = held[np.isin(group, group[np.isin(held, taking)])]

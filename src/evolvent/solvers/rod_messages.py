@@ -14,7 +14,7 @@ LARGE = 60.0
 
 
 def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
-    """What to say of the element whose ends are turned most, "" below `LARGE`.
+    """Hint on the element with the largest angle between its ends, "" below `LARGE`.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
         if turns.max() >= worst:
             worst, element = float(turns.max()), int(turns.argmax())
             where = (
-                f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg, and "
-                f"none may exceed 120 deg: take more `elements`"
+                f"; element {element} of {owner(assembly, 'rods', k)!r} is bent or twisted by {worst:.0f} deg "
+                f"(limit: 120 deg): take more `elements`"
             )
     return where

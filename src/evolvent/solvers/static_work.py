@@ -55,7 +55,7 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
         return spin
     if model.fields.size:
         name = next(name for name, found in assembly.names.items() if found[0] == "fields")
-        raise InputError(f"rotating goes without the field {name!r}; leave out rotating, or the field")
+        raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
     for name, (family, index) in assembly.names.items():
