@@ -116,9 +116,9 @@ class PanelRadiation(Part):
 
     Notes
     -----
-    F = p A |c| [(1 - specular) s + (2 specular |c| + 2/3 diffuse) m], with the direction s of the light, the cosine c
-    of its angle to the normal, and the normal m on the shaded side (McInnes, Solar Sailing, 1999). Shadows between
-    panels are not modelled.
+    F = p A a [(1 - specular) s + (2 specular a + 2/3 diffuse) m], with the direction s of the light, the magnitude a of
+    the cosine of its angle to the normal, and the normal m on the shaded side (McInnes, Solar Sailing, 1999). Shadows
+    between panels are not modelled.
     """
 
     kind: Literal["panel-radiation"] = "panel-radiation"
