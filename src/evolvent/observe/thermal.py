@@ -60,8 +60,6 @@ def observe_thermal_load(view: View, name: str) -> Observed:
         found.along("free_curvature_z", "section", strain[..., 1], "m-1", f"curvature towards y without stress {where}")
     found.coordinate("arc", "section", arc, "m", "length from the root to the two points of each element")
     heated = heating.energies(view.model, index, view.t, view.y, view.load_factor)
-    work = np.zeros(view.t.size)
-    np.cumsum(0.5 * (heated.power[:-1] + heated.power[1:]) * np.diff(view.t), out=work[1:])
     text = "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples"
-    found.scalar("work", work + heated.elastic - heated.elastic[:1], "J", text)
+    found.scalar("work", heated.work, "J", text)
     return found

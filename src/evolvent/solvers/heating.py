@@ -21,12 +21,12 @@ Array = np.ndarray
 
 
 class Heated(NamedTuple):
-    """Of a load: its beam; what energies of strain and of bending change by (nt,), J; power of its forces (nt,), W."""
+    """Of a load: its beam; what energies of strain and of bending change by (nt,), J; work since the start (nt,), J."""
 
     beam: int
     elastic: Array
     bending: Array
-    power: Array
+    work: Array
 
 
 def amplitudes(model: Model, index: int, t: Array, factor: Array | float = 1.0) -> Array:
@@ -41,39 +41,43 @@ def amplitudes(model: Model, index: int, t: Array, factor: Array | float = 1.0) 
 
 
 def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float = 1.0) -> Heated:
-    """Energies of a thermal load in states (nt, ny); `factor` is that of loads in equilibria."""
+    """Energies of a thermal load in states (nt, ny); `factor` is that of loads in equilibria.
+
+    Notes
+    -----
+    With c = C (g - g0) of all elements the energies change by a . Q a/2 - a . c. The work is the integral of its
+    derivative by a, by the trapezoidal rule over the samples.
+    """
     load, f = model.flexible.thermal_loads[index], model.flexible
     beam, at, a = f.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
     is_cable = bool(beam["kind"] == flexible.CABLE)
-    size, found = 12 if is_cable else 24, np.zeros((3, t.size))
-    first, last = slice(0, STRETCHES), slice(STRETCHES, thermal.AMPLITUDES)
+    size, c, whole = 12 if is_cable else 24, np.zeros(a.shape), np.zeros((a.shape[1], a.shape[1]))
     for element in f.elements[int(beam["first_element"]) : int(beam["first_element"] + beam["elements"])]:
-        m = 3 if element["stretch"] else 6 if is_cable else 28
+        m, iq = 3 if element["stretch"] else 6 if is_cable else 28, int(element["iq"])
         C = model.parameters[at : at + 6 * m].reshape(6, m)
-        Q = model.parameters[at + 6 * m : at + 6 * m + 36].reshape(6, 6)
-        rest = model.parameters[at + 6 * m + 36 : at + 6 * m + 42]
-        iq, iv = int(element["iq"]), int(element["iv"])
-        H = f.H12[element["form"]] if element["stretch"] else None
-        g, rate = _measures(y[:, iq : iq + size], y[:, iv : iv + size], H)
-        off = g @ C.T - rest
-        for k, part in enumerate((first, last)):
-            found[k] += 0.5 * np.einsum("ti,ij,tj->t", a[:, part], Q[part, part], a[:, part])
-            found[k] -= np.einsum("ti,ti->t", a[:, part], off[:, part])
-        found[2] += np.einsum("ti,ti->t", a, rate @ C.T)
+        e, Q = y[:, iq : iq + size], model.parameters[at + 6 * m : at + 6 * m + 36]
+        g = _stretches(e, f.H12[element["form"]]) if element["stretch"] else _products(e)
+        c += g @ C.T - model.parameters[at + 6 * m + 36 : at + 6 * m + thermal.AFTER]
+        whole += Q.reshape(6, 6)
         at += 6 * m + thermal.AFTER
-    return Heated(int(load["beam"]), found[0] + found[1], found[1], found[2])
+    own = 0.5 * a * (a @ whole)
+    changes = own - a * c  # C and Q do not couple stretch and bending
+    work = np.zeros(t.size)
+    if t.size:
+        work[1:] = np.cumsum(-np.sum(np.diff(a, axis=0) * 0.5 * (c[1:] + c[:-1]), axis=1))
+        work += own.sum(axis=1) - own[0].sum()
+    return Heated(int(load["beam"]), changes.sum(axis=1), changes[:, STRETCHES:].sum(axis=1), work)
 
 
-def _measures(e: Array, u: Array, H: Array | None) -> tuple[Array, Array]:
-    """Products of nodal vectors, or stretches where H of a cable_stretch is given, and their rates: (nt, m) each."""
-    if H is None:
-        h = 1e-20
-        moved = np.array([products(x + 1j * h * v) for x, v in zip(e, u, strict=True)])
-        return moved.real, moved.imag / h
-    v, w = (np.stack([x[:, 3:6], x[:, 6:9] - x[:, :3], x[:, 9:]], axis=1) for x in (e, u))
-    a, b = H[:3, :3] @ v, H[:3, :3] @ w
-    stretch = np.linalg.norm(a, axis=-1)
-    return stretch, np.einsum("tpi,tpi->tp", a, b) / stretch
+def _products(e: Array) -> Array:
+    """Products of the nodal vectors of an element, of coordinates (nt, 12 or 24): (nt, m)."""
+    return np.array([products(row) for row in e])
+
+
+def _stretches(e: Array, H: Array) -> Array:
+    """Stretches at the points of an element of a cable_stretch, of coordinates (nt, 12): (nt, 3)."""
+    v = np.stack([e[:, 3:6], e[:, 6:9] - e[:, :3], e[:, 9:]], axis=1)
+    return np.asarray(np.linalg.norm(H[:3, :3] @ v, axis=-1))
 
 
 def less_free_strain(model: Model, t: Array, y: Array, factor: Array | float, balance: Any) -> Any:
