@@ -6,9 +6,9 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
-`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with `contact_laws` and
-`layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them,
-family by family.
+`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
+`contact_laws` and `layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
+`evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations

@@ -248,7 +248,7 @@ def residual(model, work):
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
         if f.thermal_loads.size > 0:
-            thermal.add_thermal_loads(tm, ym, 1.0, model, P)
+            thermal.add_thermal_loads(work.step.t, work.step.t + h, ym, 1.0, model, P)
         if f.cylinders.size > 0:
             work.contact[0], work.contact[1] = contact_step.add_contact_step(
                 work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, F

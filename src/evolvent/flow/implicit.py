@@ -72,7 +72,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, factor, model, P)
         if f.thermal_loads.size > 0:
-            thermal.add_thermal_loads(t, y, factor, model, P)
+            thermal.add_thermal_loads(t, t, y, factor, model, P)
         if f.cylinders.size > 0:
             contact.add_contacts(y, step, model, F)
     if f.body_contacts.size > 0:

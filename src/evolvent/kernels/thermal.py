@@ -30,8 +30,17 @@ def columns(is_cable, stretch):
 
 
 @inlined
-def _value(t, at, model):
-    return profile(t, at, model) if at >= 0 else 0.0
+def _fill_amplitudes(t, factor, load, a, share, model):
+    """a += `share` of the amplitudes at time t, times the load factor."""
+    T = factor * profile(t, load.temperature, model) if load.temperature >= 0 else 0.0
+    along_y = factor * profile(t, load.gradient_y, model) if load.gradient_y >= 0 else 0.0
+    along_z = factor * profile(t, load.gradient_z, model) if load.gradient_z >= 0 else 0.0
+    a[0] += share * T
+    a[1] += share * T * T
+    a[2] += share * along_y
+    a[3] += share * along_y * T
+    a[4] += share * along_z
+    a[5] += share * along_z * T
 
 
 @inlined
@@ -46,22 +55,23 @@ def _fill_stresses(load, at, m, p, s):
                 s[k] += a * p[at + j * m + k]
 
 
-@indirect(void(REAL, VECTOR, REAL, MODEL, VECTOR))
-def add_thermal_loads(t, y, factor, model, P):
-    """Forces of all temperatures at time t, times `factor`, into the loads P; keeps the amplitudes for the tangent."""
+@indirect(void(REAL, REAL, VECTOR, REAL, MODEL, VECTOR))
+def add_thermal_loads(t0, t1, y, factor, model, P):
+    """Forces of all temperatures, times `factor`, into the loads P; keeps the amplitudes for the tangent.
+
+    Notes
+    -----
+    Amplitudes are the means of those at t0 and t1. Over a step along the mean shape the forces then do the work
+    a_m . dc, c = C g, and the strain energy, in which -a . c stands, changes beside it by -da . c_m alone.
+    """
     f, n_q, p = model.flexible, model.info.nq, model.parameters
     elements, work = f.elements, f.work
     for k in range(f.thermal_loads.size):
         load = f.thermal_loads[k]
-        T = factor * _value(t, load.temperature, model)
-        y_gradient, z_gradient = (
-            factor * _value(t, load.gradient_y, model),
-            factor * _value(t, load.gradient_z, model),
-        )
-        now = load.now
-        now[0], now[1] = T, T * T
-        now[2], now[3] = y_gradient, y_gradient * T
-        now[4], now[5] = z_gradient, z_gradient * T
+        for j in range(AMPLITUDES):
+            load.now[j] = 0.0
+        _fill_amplitudes(t0, factor, load, load.now, 0.5, model)
+        _fill_amplitudes(t1, factor, load, load.now, 0.5, model)
         at, first = load.constants, f.beams[load.beam].first_element
         is_cable = f.beams[load.beam].kind == flexible.CABLE
         for i in range(first, first + f.beams[load.beam].elements):

@@ -93,9 +93,7 @@ def _observe_axis(part: Any, nodes: Array, found: Observed, free: Free) -> dict[
     cubic stretches between its points by more than the beam does.
     """
     along: dict[str, Array] = part.along(nodes, free=free(GAUSS))
-    for name, mean in zip(
-        ("strain", "force"), element_means(part, nodes, "strain", "force", free=free), strict=True
-    ):
+    for name, mean in zip(("strain", "force"), element_means(part, nodes, "strain", "force", free=free), strict=True):
         pairs = along[name].reshape(*mean.shape, 2)
         along[name] = (pairs + (mean - pairs.mean(axis=-1))[..., None]).reshape(along[name].shape)
     where = "at two points of each element"

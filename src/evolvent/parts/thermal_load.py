@@ -93,8 +93,8 @@ class ThermalLoad(Part):
             raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")
         if gradients and beam.vectors == 2:
             raise InputError(
-                f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no axes; "
-                f"leave it out, or take the formulation 'assumed_strain'"
+                f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
+                f"axes; leave it out, or take the formulation 'assumed_strain'"
             )
         if beam.formulation in ("full", "nu_split"):
             raise InputError(
@@ -103,8 +103,8 @@ class ThermalLoad(Part):
             )
         if beam.material.thermal_expansion is None:
             raise InputError(
-                f"{name}.beam is {self.beam!r}, whose material has no thermal_expansion; give {self.beam}.material one, "
-                f"such as 24e-6 1/K"
+                f"{name}.beam is {self.beam!r}, whose material has no thermal_expansion; give {self.beam}.material "
+                f"one, such as 24e-6 1/K"
             )
         if any(row["beam"] == index for row in builder.rows["thermal_loads"]):
             raise InputError(f"{name}.beam is {self.beam!r}, which has a thermal load already; one beam takes one")
