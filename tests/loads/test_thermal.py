@@ -199,5 +199,5 @@ def test_a_rod_is_refused() -> None:
     system = ev.System()
     system.add(parts.Rod(length=1.0, section=ev.Circle(radius=RADIUS), material=ALUMINIUM, elements=2), "boom")
     system.add(parts.ThermalLoad(beam="boom", **WARM), "heat")
-    with pytest.raises(InputError, match="boom"):
+    with pytest.raises(InputError, match="heat.beam is 'boom', a Rod; a thermal load needs a Beam"):
         system.assemble()

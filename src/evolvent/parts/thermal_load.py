@@ -64,6 +64,8 @@ class ThermalLoad(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
+        if builder.names.get(self.beam, ("",))[0] == "rods":
+            raise InputError(f"{name}.beam is {self.beam!r}, a Rod; a thermal load needs a Beam")
         index = builder.find(self.beam, "beams")
         beam = builder.specs[self.beam]
         self._check(builder, name, beam, index)
