@@ -11,6 +11,7 @@ import pytest
 import evolvent as ev
 from evolvent import cases, parts
 from evolvent.errors import InputError
+from implicit.test_tangent import disturbed, worst
 
 ALUMINIUM = ev.Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0, thermal_expansion=23e-6)
 EXPANSION, LENGTH, RADIUS = 23e-6, 2.0, 0.01
@@ -146,6 +147,13 @@ def test_the_work_of_a_changing_temperature_closes_the_balance(formulation: str)
     np.testing.assert_allclose(found.work_loads, found["heat"].work, atol=0.01 * energy)
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_tangent_is_the_derivative_of_the_forces(formulation: str, rng: np.random.Generator) -> None:
+    bends = {} if "cable" in formulation else {"gradient_y": {"constant": 4e5}, "gradient_z": {"constant": -3e5}}
+    system = boom(formulation=formulation, temperature={"constant": 4e3}, along=[[0, 1], [1, 0.2]], **bends)
+    assert worst(disturbed(system.assemble(), rng), np.zeros(0)) < 1e-7
+
+
 @pytest.mark.parametrize("method", ["dopri5", "rk4"])
 def test_explicit_methods_balance_the_work_of_a_free_boom(method: str) -> None:
     bends = {"gradient_y": {"ramp": {"final": 300.0, "duration": "2 ms"}}}
@@ -199,5 +207,5 @@ def test_a_rod_is_refused() -> None:
     system = ev.System()
     system.add(parts.Rod(length=1.0, section=ev.Circle(radius=RADIUS), material=ALUMINIUM, elements=2), "boom")
     system.add(parts.ThermalLoad(beam="boom", **WARM), "heat")
-    with pytest.raises(InputError, match="heat.beam is 'boom', a Rod; a thermal load needs a Beam"):
+    with pytest.raises(InputError, match=r"heat\.beam is 'boom', a Rod; a thermal load needs a Beam"):
         system.assemble()

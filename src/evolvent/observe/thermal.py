@@ -62,4 +62,5 @@ def observe_thermal_load(view: View, name: str) -> Observed:
     heated = heating.energies(view.model, index, view.t, view.y, view.load_factor)
     text = "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples"
     found.scalar("work", heated.work, "J", text)
+    found.plots, found.plots_along = ["temperature"], ["free_strain"]
     return found
