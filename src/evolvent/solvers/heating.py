@@ -1,7 +1,7 @@
-"""Energies of heated beams: what their strain energies have less than those of the whole strains.
+"""Strain energies of heated beams, and the work done as their free strains change.
 
-The solvers count thermal strain as loads, beside the energies of the whole strains. Less the free strains, the strain
-energy changes by `energies`, and the work of loads by as much since the start.
+The solvers treat thermal strain as loads and take strain energies of the total strain. The strain energy of the total
+strain less the free one differs from that by `energies`; the work of loads since the start differs by its change.
 """
 
 from __future__ import annotations
