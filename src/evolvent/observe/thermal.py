@@ -16,7 +16,7 @@ Array = np.ndarray
 
 
 def free_strain(view: View, index: int, at: Any) -> Array | None:
-    """Free strain and curvatures of a beam (nt, elements, points, 3), at points `at` of each element; None without a load."""
+    """Free strain and curvatures of a beam (nt, elements, points, 3) at points of each element; None without a load."""
     model = view.model
     found = None
     for k in np.flatnonzero(model.flexible.thermal_loads["beam"] == index):
