@@ -6,9 +6,9 @@ lists what the families of a model need to be compiled.
 
 A family's force, energy, tangent, momentum and bound of the explicit step stand in one file of `evolvent.kernels`:
 `rigid`, `points`, `springs`, `constraint_rows` (links and guides of explicit methods), `joint`, `gear`, `hinge`,
-`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `contact` (with `contact_laws` and
-`layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of `evolvent.flow` call them,
-family by family.
+`custom` (users' laws between places), `flexible` (beams), `rod`, `beam_loads`, `thermal`, `contact` (with
+`contact_laws` and `layers`), `body_contact`, `loads`, and for threads the package `thread`. The functions of
+`evolvent.flow` call them, family by family.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from evolvent.kernels import (
     rod,
     sides,
     springs,
+    thermal,
     thread,
     travel,
 )
@@ -250,6 +251,10 @@ FAMILIES = (
         "a load on a beam by a law", "beam_loads", EVERY, which=lambda found: found["law"] != 0,
         forces=(beam_loads.add_beam_loads, node_loads.add_following_load),
         tangents=(node_loads.add_following_tangent,),
+    ),
+    Family(
+        "a thermal load on a beam", "thermal_loads", EVERY, forces=(thermal.add_thermal_loads, profile.profile),
+        tangents=(thermal.add_thermal_tangents,),
     ),
     Family(
         "a joint by a penalty", "joints", EVERY, which=lambda found: (found["stiffness"] > 0.0) & ~_is_gear(found),

@@ -205,11 +205,15 @@ RECORDS: dict[str, np.dtype] = {
     "beam_loads": _record(
         "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
     ),
+    # temperatures of beams (`kernels.thermal`): places of profiles among the parameters, or -1, and of the constants of
+    # the elements; now: last amplitudes
+    "thermal_loads": _record("beam temperature gradient_y gradient_z constants", "", "now", now=_6),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (
     "beams", "elements", "joints", "hinges", "cylinders", "contact_points", "beam_loads", "custom_forces",
     "custom_places", "body_contacts", "motors", "synchronizations", "rods", "rod_elements", "gear_coordinates",
+    "thermal_loads",
 )  # fmt: skip
 
 
@@ -262,6 +266,7 @@ class Flexible(Struct):
     rods: Array = array(1, RECORDS["rods"])
     rod_elements: Array = array(1, RECORDS["rod_elements"])
     gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
+    thermal_loads: Array = array(1, RECORDS["thermal_loads"])
     H24: Array = array(3)
     h24: Array = array(2)
     U24: Array = array(1)

@@ -37,6 +37,8 @@ COMMON: dict[str, dict[str, float]] = {
     "N m s/rad": {"N m s/rad": 1.0, "N m s": 1.0},
     "1/s": {"1/s": 1.0},
     "1/K": {"1/K": 1.0},
+    "K": {"K": 1.0},
+    "K/m": {"K/m": 1.0},
     "1/m": {"1/m": 1.0},
 }
 #: Units of contact laws, whose dimension other keys decide (exponent n, law): what may stand for them.
@@ -550,6 +552,8 @@ Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="16
 Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]
 ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", example="-4 mm^4")]
 ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
+Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K")]
+TemperatureGradient = Annotated[float, Quantity(what="a gradient of temperature", unit="K/m", example="200 K/m")]
 LineInertia = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m", above=0.0)]
 LineProduct = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m")]
 Gradings = Annotated[

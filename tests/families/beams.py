@@ -59,6 +59,30 @@ def beam() -> Case:
     return cantilever("rod", q / (8.0 * EI), shares, lambda found: None, gravity=0.02)
 
 
+@of("a thermal load on a beam")
+def heated() -> Case:
+    """A rod that is heated slowly beside its own period grows by alpha T L, and its bending stays as it was."""
+    expansion, change = 1e-3, 50.0
+    material = SOFT.model_copy(update={"thermal_expansion": expansion})
+
+    def system() -> System:
+        found = System()
+        rod(found, 4, material, "clamp")
+        ramp = {"ramp": {"final": change, "duration": 1.0}}
+        found.add(parts.ThermalLoad(beam="rod", temperature=ramp), "heat")
+        return found
+
+    def length(t: Array) -> Array:
+        s = np.clip(t, 0.0, 1.0)
+        return columns(1.0 + expansion * change * s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
+
+    w = BETA[0] ** 2 * math.sqrt(EI / MASS)
+    return Case(
+        part="heat", system=system, seen=lambda assembly, y: coordinates(assembly, y, "rod")[..., -1, 0, :1], end=1.2,
+        step=1e-4, theory=3e-3, motion=length, still=(1.0 + expansion * change,), poles=(1j * w, 1j * w), time=1.2,
+    )  # fmt: skip
+
+
 @of("a beam with the paper's damping")
 def paper_beam() -> Case:
     """As without damping, of which there is next to none."""

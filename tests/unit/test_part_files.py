@@ -51,6 +51,12 @@ EVERY: dict[str, Part] = {
         damped=(0, 1),
         stiffness_damping=1e-3,
     ),
+    "thermal load": parts.ThermalLoad(
+        beam="boom",
+        temperature={"ramp": {"final": 40.0, "duration": 60.0}},
+        gradient_y={"constant": 200.0},
+        along=((0.0, 0.5), (1.0, 1.0)),
+    ),
     "graded beam with inertia": parts.Beam(
         length=1.0,
         section=ev.Angle(height=0.04, width=0.03, thickness=0.003),

@@ -59,6 +59,7 @@ from evolvent.kernels import (
     rod_step,
     sparse,
     springs,
+    thermal,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_block
@@ -246,6 +247,8 @@ def residual(model, work):
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = add_elements(model, work)
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
+        if f.thermal_loads.size > 0:
+            thermal.add_thermal_loads(work.step.t, work.step.t + h, ym, 1.0, model, P)
         if f.cylinders.size > 0:
             work.contact[0], work.contact[1] = contact_step.add_contact_step(
                 work.y0, work.y1, h, work.step.soft, work.step.chi, work.step.ratio, model, F
@@ -461,6 +464,8 @@ def tangent(scale, model, work, matrix):
     sparse.clear(matrix)
     if f.elements.size > 0:
         add_element_tangents(c_mass, model, work, matrix)
+        if f.thermal_loads.size > 0:
+            thermal.add_thermal_tangents(work.ym, model, matrix)
         if f.cylinders.size > 0:
             contact_step.add_contact_step_tangents(work.y0, work.y1, model, matrix)
             for k in range(f.cylinders.size):

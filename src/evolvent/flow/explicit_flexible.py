@@ -19,6 +19,7 @@ from evolvent.kernels import (
     points,
     rigid,
     rod,
+    thermal,
 )
 from evolvent.model import (
     BY_CONTACT,
@@ -69,6 +70,8 @@ def add_flexible_forces(t, y, s, model, dy):
         flexible.copy_weight(model, P)  # that of bodies and points: `rhs`
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, 1.0, model, P)
+        if f.thermal_loads.size > 0:
+            thermal.add_thermal_loads(t, t, y, 1.0, model, P)
         if model.fields.size > 0:
             fields.add_beam_fields(t, y, model, P)
         for i in range(n_v):

@@ -37,6 +37,7 @@ from evolvent.kernels import (
     rod,
     sparse,
     springs,
+    thermal,
     thread,
 )
 from evolvent.kernels.rotations import cross, turn_back
@@ -70,6 +71,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = flexible.add_elements(y, a, model, F)
         if f.beam_loads.size > 0:
             beam_loads.add_beam_loads(t, y, factor, model, P)
+        if f.thermal_loads.size > 0:
+            thermal.add_thermal_loads(t, t, y, factor, model, P)
         if f.cylinders.size > 0:
             contact.add_contacts(y, step, model, F)
     if f.body_contacts.size > 0:
@@ -133,6 +136,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     sparse.clear(matrix)
     if f.elements.size > 0:
         flexible.add_element_tangents(y, c_mass, c_rate, model, matrix)
+        if f.thermal_loads.size > 0:
+            thermal.add_thermal_tangents(y, model, matrix)
         if f.cylinders.size > 0:
             contact.add_contact_tangents(y, c_rate, model, matrix)
     if f.body_contacts.size > 0:

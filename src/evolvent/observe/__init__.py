@@ -20,6 +20,7 @@ from evolvent.observe import (
     loads,
     lumped,
     rods,
+    thermal,
     threads,
 )
 from evolvent.observe.variables import Observed, Variable
@@ -52,6 +53,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "loads": loads.observe_load,
     "fields": fields.observe_field,
     "beam_loads": loads.observe_beam_load,
+    "thermal_loads": thermal.observe_thermal_load,
 }
 
 

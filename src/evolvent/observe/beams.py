@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from evolvent.elements.sections import Arc, Circle, Tube
+from evolvent.observe.thermal import free_strain
 from evolvent.observe.variables import Observed, cross, norm
 from evolvent.observe.view import View, root_axes
+from evolvent.parts.beam import GAUSS
 
 Array = np.ndarray
+#: Free strains of a beam at points of each element (`evolvent.observe.thermal.free_strain`).
+Free = Callable[[Any], Array | None]
 #: Angle, rad, by which a beam must bend for its curvature to be its first colour: a taut wire shows its force.
 _BENT = 1e-3
 
@@ -28,9 +34,9 @@ def observe_beam(view: View, name: str) -> Observed:
     axes = root_axes(nodes)
     _observe_shape(part, name, nodes, rates, axes, found)
     if part.vectors == 4:
-        _observe_sections(part, nodes, found)
+        _observe_sections(part, nodes, found, functools.partial(free_strain, view, index))
     else:
-        _observe_cable(part, nodes, found)
+        _observe_cable(part, nodes, found, functools.partial(free_strain, view, index))
     length, count = float(part.length), int(part.elements)
     found.along("curvature", "node", curvature(nodes, part.lengths), "m-1", "curvature of the axis at the nodes")
     sums = view.beam_sums(index)
@@ -70,14 +76,15 @@ def _observe_shape(part: Any, name: str, nodes: Array, rates: Array, axes: Array
     found.scalar("tip_speed", norm(rates[:, -1, 0]), "m s-1", "speed of the tip in inertial space")
 
 
-def element_means(part: Any, nodes: Array, *names: str) -> list[Array]:
+def element_means(part: Any, nodes: Array, *names: str, free: Free = lambda at: None) -> list[Array]:
     """Means (..., n) over the elements of what `Beam.along` gives, by the three points of their strain."""
     at, weight = np.polynomial.legendre.leggauss(3)
-    along = part.along(nodes, at=0.5 * (1.0 + at))
+    at = 0.5 * (1.0 + at)
+    along = part.along(nodes, at=at, free=free(at))
     return [along[name].reshape(*along[name].shape[:-1], -1, 3) @ (0.5 * weight) for name in names]
 
 
-def _observe_axis(part: Any, nodes: Array, found: Observed) -> dict[str, Array]:
+def _observe_axis(part: Any, nodes: Array, found: Observed, free: Free) -> dict[str, Array]:
     """Strain, axial force and energy per length at two points of each element.
 
     Notes
@@ -85,8 +92,8 @@ def _observe_axis(part: Any, nodes: Array, found: Observed) -> dict[str, Array]:
     Strain and force are moved so that the mean of both points is the element's mean: of a slack beam that is bent, the
     cubic stretches between its points by more than the beam does.
     """
-    along: dict[str, Array] = part.along(nodes)
-    for name, mean in zip(("strain", "force"), element_means(part, nodes, "strain", "force"), strict=True):
+    along: dict[str, Array] = part.along(nodes, free=free(GAUSS))
+    for name, mean in zip(("strain", "force"), element_means(part, nodes, "strain", "force", free=free), strict=True):
         pairs = along[name].reshape(*mean.shape, 2)
         along[name] = (pairs + (mean - pairs.mean(axis=-1))[..., None]).reshape(along[name].shape)
     where = "at two points of each element"
@@ -99,9 +106,10 @@ def _observe_axis(part: Any, nodes: Array, found: Observed) -> dict[str, Array]:
     return along
 
 
-def _observe_sections(part: Any, nodes: Array, found: Observed) -> None:
+def _observe_sections(part: Any, nodes: Array, found: Observed, free: Free) -> None:
     """Forces at two points of each element; moments in its middle, since the section turns linearly along it."""
-    along, middle = _observe_axis(part, nodes, found), part.along(nodes, at=(0.5,))
+    along = _observe_axis(part, nodes, found, free)
+    middle = part.along(nodes, at=(0.5,), free=free((0.5,)))
     what = "that the outer part exerts on the section that faces the tip, in the section's axes"
     where = "at two points of each element"
     found.along("shear_force_y", "section", along["shear_y"], "N", f"shear force along y {what}, {where}")
@@ -113,9 +121,9 @@ def _observe_sections(part: Any, nodes: Array, found: Observed) -> None:
     found.coordinate("arc_element", "element", middle["arc"], "m", "length from the root to the elements' middles")
 
 
-def _observe_cable(part: Any, nodes: Array, found: Observed) -> None:
+def _observe_cable(part: Any, nodes: Array, found: Observed, free: Free) -> None:
     """Axial force and the size of the bending moment at two points of each element."""
-    along = _observe_axis(part, nodes, found)
+    along = _observe_axis(part, nodes, found, free)
     text = "size of the bending moment at two points of each element"
     found.along("bending_moment", "section", along["bend_y"], "N m", text)
 

@@ -14,6 +14,7 @@ from evolvent.kernels.drive import drive
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.motion import rotation_matrices
 from evolvent.observe.variables import cross, norm, turned
+from evolvent.solvers import heating
 from evolvent.solvers.drive import METHODS
 from evolvent.solvers.solution import Solution
 
@@ -101,6 +102,12 @@ class View:
         found.t, found.y, found.s = np.zeros(1), self.assembly.y[None], self.assembly.s[None]
         found._poses, found._sides = {}, {}
         return found
+
+    @property
+    def load_factor(self) -> Array | float:
+        """Factor of the loads at the samples: that of the path of equilibria, 1 of a motion."""
+        path = self.solution.path
+        return 1.0 if path is None else path.factor
 
     def coordinates(self, at: int, size: int = 3) -> Array:
         """Columns of the state: (nt, size)."""
@@ -203,6 +210,10 @@ class View:
         for y, values in zip(self.y, out, strict=True):
             flexible.beam_energies(y, first, last, self.model, values[:3])
             flexible.beam_momenta(y, first, last, self.model, values[3:6], values[6:])
+        for k in np.flatnonzero(self.model.flexible.thermal_loads["beam"] == index):
+            heated = heating.energies(self.model, int(k), self.t, self.y, self.load_factor)
+            out[:, 1] += heated.elastic
+            out[:, 2] += heated.bending
         return BeamSums(out[:, 0], out[:, 1], out[:, 2], out[:, 3:6], out[:, 6:])
 
     @functools.cached_property

@@ -26,6 +26,7 @@ from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
 from evolvent.parts.spring import Spring
 from evolvent.parts.surface_contact import CapsuleContact, PlaneContact, SphereContact
 from evolvent.parts.synchronization import Synchronization
+from evolvent.parts.thermal_load import ThermalLoad
 from evolvent.parts.thread import Thread
 from evolvent.parts.translational_spring import TranslationalSpring
 
@@ -76,6 +77,7 @@ __all__ = [
     "Spring",
     "Synchronization",
     "TableDrive",
+    "ThermalLoad",
     "Thread",
     "Thruster",
     "Torque",

@@ -221,7 +221,9 @@ class Beam(Part):
             raise InputError(f"{name}.{key} has the shape {found.shape}; it must be {wanted}")
         return found
 
-    def along(self, nodes: ArrayLike, *, at: Sequence[float] = GAUSS) -> dict[str, np.ndarray]:
+    def along(
+        self, nodes: ArrayLike, *, at: Sequence[float] = GAUSS, free: np.ndarray | None = None
+    ) -> dict[str, np.ndarray]:
         """Strains, forces, moments and energy along the beam.
 
         Parameters
@@ -229,6 +231,7 @@ class Beam(Part):
         nodes : (..., n + 1, 2 or 4, 3) float, m and 1, coordinates of its nodes, of a run's states for example
         at : (k,) float, points of each element, from 0 to 1; Gauss's two if left out, at which its cubic is nearest to
             the shape that it stands for
+        free : (..., n, k, 3) float, strain and curvatures (`bend_y`, `bend_z`) without stress, of a temperature
 
         Returns
         -------
@@ -258,6 +261,11 @@ class Beam(Part):
             if self.vectors == 2:  # whose curvature is never without stress
                 rest[..., 1] = 0.0
             found = found - rest
+        if free is not None:
+            found = found.copy()
+            found[..., 0] -= free[..., 0]
+            if self.vectors == 4:
+                found[..., 4:6] -= free[..., 1:]
         values = self._of_cable(found, x, xi) if self.vectors == 2 else self._of_beam(found, x, xi)
         arc = (self.arc[:-1, None] + self.lengths[:, None] * xi).ravel()
         return {"arc": arc, **{key: value.reshape(*x.shape[:-3], n * xi.size) for key, value in values.items()}}

@@ -147,6 +147,8 @@ ForceProfile = Annotated[Profile[units.Force], BeforeValidator(_as_keys)]
 TorqueProfile = Annotated[Profile[units.Torque], BeforeValidator(_as_keys)]
 TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
+TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]
+GradientProfile = Annotated[Profile[units.TemperatureGradient], BeforeValidator(_as_keys)]
 
 
 def write_profile(builder: Builder, name: str, profile: Profile[Any]) -> list[float]:

@@ -12,6 +12,7 @@ from evolvent import model as mdl
 from evolvent.flow.needs import is_flexible
 from evolvent.flow.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers import balance as eb
+from evolvent.solvers.heating import less_free_strain
 from evolvent.solvers.sampled import Momentum, Sampled, angular_momentum, balances, empty, evaluate, momentum_of
 
 if TYPE_CHECKING:
@@ -118,7 +119,9 @@ class Solution:
     @functools.cached_property
     def balance(self) -> Any:
         """See `Sampled`."""
-        return self.sampled.balance if self._is_split else balances(self.assembly.model, self.y, self.sums)
+        model = self.assembly.model
+        found = self.sampled.balance if self._is_split else balances(model, self.y, self.sums)
+        return less_free_strain(model, self.t, self.y, 1.0 if self.path is None else self.path.factor, found)
 
     @property
     def _is_split(self) -> bool:

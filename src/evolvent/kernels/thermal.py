@@ -1,0 +1,161 @@
+"""Thermal strain of beams: forces by which a temperature acts on their elements, and their tangent.
+
+With the constants C of an element (`evolvent.elements.thermal`) and the amplitudes a of its load, the forces are
+J^T (C^T a) among the loads, J the derivative of the products of the nodal vectors; of a cable with engineering strain,
+of the stretches at its three points. What damping by the stiffness takes is that of the rate of the whole strain.
+"""
+
+import math
+
+from numba import void
+
+from evolvent.jit import REAL, VECTOR, indirect, inlined
+from evolvent.kernels import ancf, cable, flexible
+from evolvent.kernels.profile import profile
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+
+#: Amplitudes of a load: T, T^2, Gy, Gy T, Gz, Gz T.
+AMPLITUDES = 6
+#: Parameters of an element after its C: Q and C g0.
+AFTER = AMPLITUDES * (AMPLITUDES + 1)
+
+
+@inlined
+def columns(is_cable, stretch):
+    """Number of columns of C."""
+    if is_cable:
+        return 3 if stretch != 0 else cable.PRODUCTS
+    return ancf.PRODUCTS
+
+
+@inlined
+def _fill_amplitudes(t, factor, load, a, share, model):
+    """a += `share` of the amplitudes at time t, times the load factor."""
+    T = factor * profile(t, load.temperature, model) if load.temperature >= 0 else 0.0
+    along_y = factor * profile(t, load.gradient_y, model) if load.gradient_y >= 0 else 0.0
+    along_z = factor * profile(t, load.gradient_z, model) if load.gradient_z >= 0 else 0.0
+    a[0] += share * T
+    a[1] += share * T * T
+    a[2] += share * along_y
+    a[3] += share * along_y * T
+    a[4] += share * along_z
+    a[5] += share * along_z * T
+
+
+@inlined
+def _fill_stresses(load, at, m, p, s):
+    """s = C^T a : (m,), of the element whose constants stand at `at` of the parameters p."""
+    for k in range(m):
+        s[k] = 0.0
+    for j in range(AMPLITUDES):
+        a = load.now[j]
+        if a != 0.0:
+            for k in range(m):
+                s[k] += a * p[at + j * m + k]
+
+
+@indirect(void(REAL, REAL, VECTOR, REAL, MODEL, VECTOR))
+def add_thermal_loads(t0, t1, y, factor, model, P):
+    """Forces of all temperatures, times `factor`, into the loads P; keeps the amplitudes for the tangent.
+
+    Notes
+    -----
+    Amplitudes are the means of those at t0 and t1. Over a step along the mean shape the forces then do the work
+    a_m . dc, c = C g, and the strain energy, in which -a . c stands, changes beside it by -da . c_m alone.
+    """
+    f, n_q, p = model.flexible, model.info.nq, model.parameters
+    elements, work = f.elements, f.work
+    for k in range(f.thermal_loads.size):
+        load = f.thermal_loads[k]
+        for j in range(AMPLITUDES):
+            load.now[j] = 0.0
+        _fill_amplitudes(t0, factor, load, load.now, 0.5, model)
+        _fill_amplitudes(t1, factor, load, load.now, 0.5, model)
+        at, first = load.constants, f.beams[load.beam].first_element
+        is_cable = f.beams[load.beam].kind == flexible.CABLE
+        for i in range(first, first + f.beams[load.beam].elements):
+            iq, own = elements[i].iq, elements[i].iv - n_q
+            n = 3 if is_cable else ancf.N
+            size = 3 * n + 3
+            m = columns(is_cable, elements[i].stretch)
+            v, s = work[: 3 * n], work[3 * n : 3 * n + m]
+            ancf.nodal_vectors(y[iq : iq + size], n, v)
+            _fill_stresses(load, at, m, p, s)
+            if elements[i].stretch != 0:
+                H = f.H12[elements[i].form]
+                for q in range(3):
+                    a, b = cable._derivative(H, q, 0, v), cable._derivative(H, q, 3, v)
+                    pull = s[q] / math.sqrt(cable._dot(a, a))
+                    cable._add_stress(H, q, a, b, pull, 0.0, 0.0, P[own : own + size])
+            else:
+                ancf.add_force(s, v, n, P[own : own + size])
+            at += AMPLITUDES * m + AFTER
+
+
+@inlined
+def _write_product_tangent(s, n, K):
+    """K = -(A (x) I3), A of the stresses s of the products of n vectors (`kernels.ancf`)."""
+    for r in range(3 * n + 3):
+        for c in range(3 * n + 3):
+            K[r, c] = 0.0
+    k = 0
+    for i in range(n):
+        for j in range(i, n):
+            for c in range(3):
+                K[3 * i + 3 + c, 3 * j + 3 + c] -= s[k]
+                K[3 * j + 3 + c, 3 * i + 3 + c] -= s[k]
+            k += 1
+
+
+@inlined
+def _write_stretch_tangent(H, s, v, K):
+    """K = -d(sum s |a|)''; of each point s/|a| (I - t t^T), t = a/|a|."""
+    for r in range(12):
+        for c in range(12):
+            K[r, c] = 0.0
+    for q in range(3):
+        a = cable._derivative(H, q, 0, v)
+        aa = cable._dot(a, a)
+        pull = s[q] / math.sqrt(aa)
+        for i in range(3):
+            for j in range(3):
+                w = H[q, i] * H[q, j] * pull
+                for r in range(3):
+                    K[3 * i + 3 + r, 3 * j + 3 + r] -= w
+                    for c in range(3):
+                        K[3 * i + 3 + r, 3 * j + 3 + c] += w * a[r] * a[c] / aa
+
+
+@indirect(void(VECTOR, MODEL, SPARSE))
+def add_thermal_tangents(y, model, matrix):
+    """Add the derivative of minus the forces of the last `add_thermal_loads` by the coordinates."""
+    f, n_q, p = model.flexible, model.info.nq, model.parameters
+    elements, work = f.elements, f.work
+    for k in range(f.thermal_loads.size):
+        load = f.thermal_loads[k]
+        at, first = load.constants, f.beams[load.beam].first_element
+        is_cable = f.beams[load.beam].kind == flexible.CABLE
+        for i in range(first, first + f.beams[load.beam].elements):
+            iq, own = elements[i].iq, elements[i].iv - n_q
+            n = 3 if is_cable else ancf.N
+            size = 3 * n + 3
+            m = columns(is_cable, elements[i].stretch)
+            v, s = work[: 3 * n], work[3 * n : 3 * n + m]
+            ancf.nodal_vectors(y[iq : iq + size], n, v)
+            _fill_stresses(load, at, m, p, s)
+            K = f.K12 if is_cable else f.K24
+            M = f.M12[elements[i].mass] if is_cable else f.M24[elements[i].mass]
+            if elements[i].stretch != 0:
+                _write_stretch_tangent(f.H12[elements[i].form], s, v, K)
+            else:
+                _write_product_tangent(s, n, K)
+            middle = 3 * (n // 2) + 3
+            for c in range(3):  # the first node's place has the reaction
+                for r in range(3, size):
+                    K[c, r] = -K[middle + c, r]
+            for r in range(size):
+                for c in range(3):
+                    K[r, c] = -K[r, middle + c]
+            flexible.add_with_mass(matrix, own, size, K, 0.0, M)
+            at += AMPLITUDES * m + AFTER

@@ -1,0 +1,117 @@
+"""Temperatures of beams."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator
+
+from evolvent import units
+from evolvent.builder import Builder
+from evolvent.elements.thermal import thermal_form
+from evolvent.errors import InputError
+from evolvent.parts.base import BeamName, Part
+from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
+
+
+def _pairs(value: Any) -> Any:
+    """Rows of arrays as lists."""
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+class ThermalLoad(Part):
+    """A change of a beam's temperature: uniform in the section and with gradients across it, by profiles of time.
+
+    Parameters
+    ----------
+    beam : str
+        The beam; its material needs `thermal_expansion`.
+    temperature : optional
+        Change of the temperature of the axis against that at which the beam is without stress, K, as a function of
+        time.
+    gradient_y, gradient_z : optional
+        Gradients of the temperature along y and z of the section, K/m, as functions of time. Not of a cable, whose
+        section has no axes.
+    along : rows [place, factor], optional
+        Factors of all three at places along the beam, from 0 (root) to 1 (tip), straight lines between them; 1
+        everywhere if left out.
+
+    Notes
+    -----
+    A free beam takes the strain alpha T and the curvatures alpha gradient_y and alpha gradient_z without stress: the
+    hotter side is the longer one. Strain, axial force, bending moments and strain energy of the beam are those of the
+    strain less the free one. The energy that comes in as the free strain changes counts as work of loads. The section
+    itself keeps its size, and stiffness and damping do not depend on temperature; damping by the stiffness acts on the
+    rate of the whole strain. In equilibria and modes the temperature is that at `time`, times the load factor.
+    """
+
+    kind: Literal["thermal-load"] = "thermal-load"
+    beam: BeamName
+    temperature: TemperatureProfile | None = None
+    gradient_y: GradientProfile | None = None
+    gradient_z: GradientProfile | None = None
+    along: Annotated[tuple[tuple[units.Fraction, units.Number], ...], BeforeValidator(_pairs)] | None = None
+
+    def factor(self, place: Any) -> np.ndarray:
+        """Factor of the temperatures at places along the beam, from 0 to 1."""
+        if self.along is None:
+            return np.ones(np.shape(place))
+        x, values = zip(*self.along, strict=True)
+        return np.asarray(np.interp(place, x, values))
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
+        if builder.names.get(self.beam, ("",))[0] == "rods":
+            raise InputError(f"{name}.beam is {self.beam!r}, a Rod; a thermal load needs a Beam")
+        index = builder.find(self.beam, "beams")
+        beam = builder.specs[self.beam]
+        self._check(builder, name, beam, index)
+        places = {}
+        for key in ("temperature", "gradient_y", "gradient_z"):
+            profile = getattr(self, key)
+            places[key] = -1
+            if profile is not None:
+                places[key] = builder.parameters(write_profile(builder, f"{name}.{key}", profile))[0]
+        constants = len(builder.values)
+        nodes, ends = beam.start(self.beam), beam.arc / beam.length
+        for i, length in enumerate(beam.lengths):
+            form = thermal_form(
+                beam.formulation, float(length), beam.section.between(ends[i], ends[i + 1]), beam.material,
+                self._along(ends[i], ends[i + 1]), rest=nodes[i : i + 2].ravel() if beam.rests_at_start else None,
+            )  # fmt: skip
+            builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
+        builder.names[name] = ("thermal_loads", builder.add("thermal_loads", beam=index, constants=constants, **places))
+
+    def _along(self, first: float, last: float) -> Callable[[float], float]:
+        return lambda xi: float(self.factor(first + xi * (last - first)))
+
+    def _check(self, builder: Builder, name: str, beam: Any, index: int) -> None:
+        """Refuse a beam that the load cannot act on, and keys that do not fit it."""
+        gradients = [key for key in ("gradient_y", "gradient_z") if getattr(self, key) is not None]
+        if self.temperature is None and not gradients:
+            raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")
+        if gradients and beam.vectors == 2:
+            raise InputError(
+                f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
+                f"axes; leave it out, or take the formulation 'assumed_strain'"
+            )
+        if beam.formulation in ("full", "nu_split"):
+            raise InputError(
+                f"{name}.beam is {self.beam!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
+                f"'assumed_strain', 'elastic_line', 'cable' or 'cable_stretch'"
+            )
+        if beam.material.thermal_expansion is None:
+            raise InputError(
+                f"{name}.beam is {self.beam!r}, whose material has no thermal_expansion; give {self.beam}.material "
+                f"one, such as 24e-6 1/K"
+            )
+        if any(row["beam"] == index for row in builder.rows["thermal_loads"]):
+            raise InputError(f"{name}.beam is {self.beam!r}, which has a thermal load already; one beam takes one")
+        if self.along is None:
+            return
+        x = [place for place, _ in self.along]
+        if not x or any(b <= a for a, b in itertools.pairwise(x)):
+            raise InputError(f"{name}.along has the places {x!r}; they must increase")

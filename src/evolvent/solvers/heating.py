@@ -1,0 +1,93 @@
+"""Strain energies of heated beams, and the work done as their free strains change.
+
+The solvers treat thermal strain as loads and take strain energies of the total strain. The strain energy of the total
+strain less the free one differs from that by `energies`; the work of loads since the start differs by its change.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent import jit
+from evolvent.elements.forms import products
+from evolvent.elements.thermal import STRETCHES
+from evolvent.kernels import flexible, thermal
+from evolvent.kernels.profile import profile
+from evolvent.model import Model
+
+Array = np.ndarray
+
+
+class Heated(NamedTuple):
+    """Of a load: its beam; what energies of strain and of bending change by (nt,), J; work since the start (nt,), J."""
+
+    beam: int
+    elastic: Array
+    bending: Array
+    work: Array
+
+
+def amplitudes(model: Model, index: int, t: Array, factor: Array | float = 1.0) -> Array:
+    """Amplitudes of a thermal load at the times t: (nt, 6)."""
+    load = model.flexible.thermal_loads[index]
+    jit.load([profile])
+    T, y, z = (
+        np.array([profile(float(time), at, model) if at >= 0 else 0.0 for time in t]) * factor
+        for at in (int(load[key]) for key in ("temperature", "gradient_y", "gradient_z"))
+    )
+    return np.stack([T, T * T, y, y * T, z, z * T], axis=-1)
+
+
+def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float = 1.0) -> Heated:
+    """Energies of a thermal load in states (nt, ny); `factor` is that of loads in equilibria.
+
+    Notes
+    -----
+    With c = C (g - g0) of all elements the energies change by a . Q a/2 - a . c. The work is the integral of its
+    derivative by a, by the trapezoidal rule over the samples.
+    """
+    load, f = model.flexible.thermal_loads[index], model.flexible
+    beam, at, a = f.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
+    is_cable = bool(beam["kind"] == flexible.CABLE)
+    size, c, whole = 12 if is_cable else 24, np.zeros(a.shape), np.zeros((a.shape[1], a.shape[1]))
+    for element in f.elements[int(beam["first_element"]) : int(beam["first_element"] + beam["elements"])]:
+        m, iq = 3 if element["stretch"] else 6 if is_cable else 28, int(element["iq"])
+        C = model.parameters[at : at + 6 * m].reshape(6, m)
+        e, Q = y[:, iq : iq + size], model.parameters[at + 6 * m : at + 6 * m + 36]
+        g = _stretches(e, f.H12[element["form"]]) if element["stretch"] else _products(e)
+        c += g @ C.T - model.parameters[at + 6 * m + 36 : at + 6 * m + thermal.AFTER]
+        whole += Q.reshape(6, 6)
+        at += 6 * m + thermal.AFTER
+    own = 0.5 * a * (a @ whole)
+    changes = own - a * c  # C and Q do not couple stretch and bending
+    work = np.zeros(t.size)
+    if t.size:
+        work[1:] = np.cumsum(-np.sum(np.diff(a, axis=0) * 0.5 * (c[1:] + c[:-1]), axis=1))
+        work += own.sum(axis=1) - own[0].sum()
+    return Heated(int(load["beam"]), changes.sum(axis=1), changes[:, STRETCHES:].sum(axis=1), work)
+
+
+def _products(e: Array) -> Array:
+    """Products of the nodal vectors of an element, of coordinates (nt, 12 or 24): (nt, m)."""
+    return np.array([products(row) for row in e])
+
+
+def _stretches(e: Array, H: Array) -> Array:
+    """Stretches at the points of an element of a cable_stretch, of coordinates (nt, 12): (nt, 3)."""
+    v = np.stack([e[:, 3:6], e[:, 6:9] - e[:, :3], e[:, 9:]], axis=1)
+    return np.asarray(np.linalg.norm(H[:3, :3] @ v, axis=-1))
+
+
+def less_free_strain(model: Model, t: Array, y: Array, factor: Array | float, balance: Any) -> Any:
+    """A balance with the strain energies of heated beams, and the work of loads by which they change."""
+    if not model.flexible.thermal_loads.size:
+        return balance
+    found = balance.copy()
+    for index in range(model.flexible.thermal_loads.size):
+        heated = energies(model, index, t, y, factor)
+        found["elastic"] += heated.elastic
+        found["bending"] += heated.bending
+        found["loads"] += heated.elastic - heated.elastic[:1]
+    return found
