@@ -34,7 +34,8 @@ def failed():
     """A run that stopped half-way, since its energy balance was said to be off."""
     case, changes = SHORT["heliogyro"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drive, "ENERGY_LIMIT", 1e-13)
+        for limit in ("ENERGY_LIMIT", "DIVERGED"):
+            patch.setattr(drive, limit, 1e-13)
         with pytest.raises(evolvent.RunFailed) as caught:
             evolvent.run(case, changes)
     run = caught.value.run
