@@ -107,6 +107,8 @@ def __getattr__(name: str) -> Any:
     if name == "parts":
         return importlib.import_module("evolvent.parts")
     if name in _LAZY:
+        if name == "open":  # of whose runs `run.ev` is an attribute
+            importlib.import_module("evolvent.accessor")
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'evolvent' has no attribute {name!r}")
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import pathlib
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -262,3 +265,11 @@ def test_a_vector_of_a_study_is_drawn_by_components() -> None:
     (axis,) = draw.figures(found)["ball_position_last"].axes
     assert [line.get_label() for line in axis.lines] == ["x", "y", "z"]
     assert sorted(axis.lines[2].get_ydata()) == pytest.approx([-4.905, -1.855, -0.81])
+
+
+def test_a_run_opened_by_another_process_is_drawn(tmp_path: pathlib.Path) -> None:
+    path = str(tmp_path / "run.nc")
+    ev.save(ev.load("solar-array").simulate(until=0.1, every=0.1), path)
+    program = "import sys, evolvent; print(callable(evolvent.open(sys.argv[1]).ev.plot))"
+    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "True"
