@@ -119,7 +119,7 @@ RECORDS: dict[str, np.dtype] = {
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
     # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: the event that releases
-    # it and the switch that says so, or -1; slack: its part of `info.compliance`
+    # it and its switch, 1 once released, or -1; slack: factor of `info.compliance`
     "joints": _record(
         "kind on index iq iv path drive law first last event switch",
         "local along centre axis zero radius value stiffness damping until slack",

@@ -523,7 +523,7 @@ def test_booms_on_a_hinge_of_their_own() -> None:
 
 @pytest.mark.parametrize("method", ["rk4", "heun", "dopri5"])
 def test_a_joint_released_by_an_event(method: str) -> None:
-    """A stone in a sling that is let go where its height passes a level: from there on it flies straight on."""
+    """A stone in a sling that is released where its height passes a level: from there on it flies straight on."""
     system = System()
     system.add(parts.Point(mass=0.5, position=(1.0, 0.0, 0.0), velocity=(0.0, 2.0, 0.0)), "stone")
     system.add(parts.Event(law="height - 0.5", variables={"height": "stone.position.y"}), "high")

@@ -157,7 +157,7 @@ def test_block_on_an_incline(book: Book, method: str) -> None:
     """It stays, to a part of the bristle's deflection, where m g sin < F; else it slides at g sin - F/m."""
     held = run(sledge(3.0, gravity=1.2), [0.0, 100.0, 1000.0], method, tolerance=1e-5)
     slot = seen(held, "slot")
-    assert np.abs(slot["travel"]).max() < 5e-5  # it slips as it is let go, and no more
+    assert np.abs(slot["travel"]).max() < 5e-5  # it slips when it is released, and no more
     assert slot["friction_force"][-1] == pytest.approx(2.4, rel=1e-3)
     assert held.statistics["steps"] < 2000
     times = np.linspace(0.0, 2.0, 5)

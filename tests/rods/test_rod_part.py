@@ -74,7 +74,7 @@ def test_auto_takes_energy_momentum() -> None:
 
 
 def test_nodes_stand_as_they_are_given() -> None:
-    """`nodes` with rest "start" are without stress, with "straight" strained; the energy says so."""
+    """Elastic energy of `nodes`: zero with rest "start", above zero with "straight"."""
     x, R = rods.advanced(np.array([0.0, 0.0, 1.0]), 0.5)
     nodes = np.array([[np.zeros(3), *np.eye(3)], [x, *R.T]])
     for rest, wanted in (("start", 0.0), ("straight", 0.25 * RUBBER.E * STRIP.properties(0.3).Iz)):

@@ -1,8 +1,8 @@
 """Coordinates of joints with spring, damper, stops, latch and friction: angles of hinges, and travels.
 
 An angle is that of a second direction, of a beam or of a body, as seen from a body; it is continuous over any number of
-turns. Two switches of the state stand behind it: the angle of the last step in quarter turns, rounded, by which a turn
-more is told from a turn less, and whether the latch has locked. Travels: `travel`.
+turns. Each has two switches in the state: the angle of the last step in quarter turns, rounded, which gives the number
+of whole turns, and whether the latch has locked. Travels: `travel`.
 """
 
 import math

@@ -101,15 +101,12 @@ def add_body_contacts(
     builder: Builder,
     name: str,
     pairs: Sequence[tuple[Surface, Surface]],
-    overlap: float | None = None,
 ) -> None:
     """Write contact points of a part, each between a sphere or capsule and any surface of another body.
 
-    Parameters
-    ----------
-    overlap : float, in radii of the first surface, that is allowed at the start; `part.initial_overlap` if left out
+    At the start they may overlap by `part.initial_overlap` radii of the first surface (of the second for a point).
     """
-    allowed = float(getattr(part, "initial_overlap", 0.0)) if overlap is None else overlap
+    allowed = float(getattr(part, "initial_overlap", 0.0))
     first = len(builder.rows["body_contacts"])
     for a, b in pairs:
         depth, radius = -start_gap(builder, a, b), a.radius if a.radius > 0.0 else b.radius

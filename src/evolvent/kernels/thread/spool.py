@@ -2,7 +2,7 @@
 
 A free spool is a rotor (`kernels.rotor`): with the ring of wound thread it has the moment of inertia S = I + k, I of
 the empty spool, and the torque on it is Q = r T + tau, tau that of motor, viscous and Coulomb friction between body and
-spool. Stuck by Coulomb friction, the spool is a part of the body: `hold_torque` is then what friction bears.
+spool. Stuck by Coulomb friction, the spool is a part of the body: `hold_torque` is then the torque of friction.
 
 The radius of a spool follows its thread by r = r0 - c phi, c = thickness/(2 pi), and the length paid out is
 r0 phi - c phi^2/2: an Archimedean spiral. What is wound is then an annulus from the core to its own outer radius.
