@@ -112,6 +112,7 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
 _NOT_MODES = EVERY - {MODES}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
+_MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
 _ON_BODIES = (sides.side_columns, sides.add_relative, sides.add_relative_body)
 _JOINT_TANGENT = (joint.add_held_joint, *_MATRIX)
@@ -119,7 +120,8 @@ _JOINT = (joint.joint_geometry, joint.add_joint_force, joint._cord_geometry)
 _GEAR = (gear.gear_geometry, gear.add_gear_force)
 _BEAM = (flexible.add_elements, flexible.beam_energies, flexible.beam_momenta)
 _EXPLICIT = frozenset({EXPLICIT})
-_ACTUATORS = (attitude.add_actuators, attitude.command, attitude.find_error, profile.profile)
+_ACTUATORS = (attitude.actuator_forces, attitude.command, attitude.find_error, profile.profile)
+_ACTUATOR_TANGENTS = (attitude.add_actuator_tangents, attitude.add_controller_tangent)
 _THREAD = (thread.reels, thread.carry_wound, thread.carry_power, thread.thread_inventory)
 _THREAD_TANGENT = (
     thread.add_thread_residual,
@@ -215,13 +217,15 @@ FAMILIES = (
         which=_is("kind", fields.LAW), forces=_FIELD, tangents=_FIELD_TANGENT,
     ),
     Family(
-        "a reaction wheel", "wheels", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
+        "a reaction wheel", "wheels", _MOTIONS, "leave it out: the body's inertia has that of the wheel at rest",
+        forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
     ),
     Family(
-        "a thruster", "thrusters", _EXPLICIT, "take rk4, heun or dopri5, or a Force by a profile", forces=_ACTUATORS,
+        "a thruster", "thrusters", _MOTIONS, "take a Force", forces=_ACTUATORS, tangents=_ACTUATOR_TANGENTS,
     ),
     Family(
-        "an attitude controller", "controllers", _EXPLICIT, "take rk4, heun or dopri5", forces=_ACTUATORS,
+        "an attitude controller", "controllers", _MOTIONS, "leave it out, or take simulate", forces=_ACTUATORS,
+        tangents=_ACTUATOR_TANGENTS,
     ),
     Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
     Family(

@@ -92,7 +92,7 @@ RECORDS: dict[str, np.dtype] = {
         axis=_3,
     ),
     "thrusters": _record(
-        "body iv profile", "local direction force limit", "command push", local=_3, direction=_3
+        "body iv profile", "local direction force limit", "command push push0", local=_3, direction=_3
     ),
     "controllers": _record(
         "body actuators count place path law first last",

@@ -23,8 +23,9 @@ h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and 
 (`kernels.rod_step`). Forces by users' laws are those of the mean place;
 what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
 
-Rows of free bodies' rotations are (R0^T R1 J w1 - J w0)/h - R0^T torque: times the rotation vector this is the change
-of the kinetic energy, and the angular momentum is kept.
+Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
+(`kernels.attitude`): times the rotation vector this is the change of the kinetic energy, and the angular momentum is
+kept.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from numba import types, void
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, N_POWERS, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
+    attitude,
     beam_loads,
     body_contact_step,
     cable,
@@ -207,6 +209,9 @@ def _displace(model, work):
         q, at = own[k].iq, own[k].iv - n_q
         for c in range(3):
             y1[q + c] = y0[q + c] + dq[at + c]
+    for k in range(model.wheels.size):
+        q, at = model.wheels[k].iq, model.wheels[k].iv - n_q
+        y1[q] = y0[q] + dq[at]
     for b in range(bodies.size):
         q, at = bodies[b].iq, bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:
@@ -286,10 +291,17 @@ def residual(model, work):
         _, lost, given = custom.add_custom_forces(tm, ym, model, F)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given + lost + (work.stored[1] - work.stored[0]) / h
+    if attitude.has_actuators(model):
+        lost, given, driven = attitude.actuator_forces(tm, ym, model)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+        powers[DRIVEN] += driven
     for k in range(f.joints.size):
         powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
     _add_points(model, work)
     powers[DRIVEN] += _add_bodies(model, work)
+    if attitude.has_actuators(model):
+        attitude.add_wheel_step(h, work.dv, ym, model.info.nq, model, F)
     for i in range(n_v):
         r[i] = F[i] - P[i]
 
@@ -410,19 +422,20 @@ def _add_points(model, work):
 
 @inlined
 def _turned_momentum(b, model, work):
-    """R0^T R1 J w1 of a free body, and J w0: 6 numbers."""
+    """R0^T R1 p1 of a free body, and p0: 6 numbers; p = J w with the momenta of its wheels."""
     J, v = model.bodies[b].inertia, model.bodies[b].iv + 3
     w0, w1 = work.y0[v : v + 3], work.y1[v : v + 3]
+    g0, g1 = attitude.wheel_momentum(b, work.y0, model), attitude.wheel_momentum(b, work.y1, model)
     h0 = (
-        J[0, 0] * w0[0] + J[0, 1] * w0[1] + J[0, 2] * w0[2],
-        J[1, 0] * w0[0] + J[1, 1] * w0[1] + J[1, 2] * w0[2],
-        J[2, 0] * w0[0] + J[2, 1] * w0[1] + J[2, 2] * w0[2],
+        J[0, 0] * w0[0] + J[0, 1] * w0[1] + J[0, 2] * w0[2] + g0[0],
+        J[1, 0] * w0[0] + J[1, 1] * w0[1] + J[1, 2] * w0[2] + g0[1],
+        J[2, 0] * w0[0] + J[2, 1] * w0[1] + J[2, 2] * w0[2] + g0[2],
     )
     x, y, z = turn(
         work.R1[b],
-        J[0, 0] * w1[0] + J[0, 1] * w1[1] + J[0, 2] * w1[2],
-        J[1, 0] * w1[0] + J[1, 1] * w1[1] + J[1, 2] * w1[2],
-        J[2, 0] * w1[0] + J[2, 1] * w1[1] + J[2, 2] * w1[2],
+        J[0, 0] * w1[0] + J[0, 1] * w1[1] + J[0, 2] * w1[2] + g1[0],
+        J[1, 0] * w1[0] + J[1, 1] * w1[1] + J[1, 2] * w1[2] + g1[1],
+        J[2, 0] * w1[0] + J[2, 1] * w1[1] + J[2, 2] * w1[2] + g1[2],
     )
     x, y, z = turn_back(work.R0[b], x, y, z)
     return x, y, z, h0[0], h0[1], h0[2]
@@ -492,6 +505,9 @@ def tangent(scale, model, work, matrix):
         joint.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     _add_body_tangents(c_mass, model, work, matrix)
+    if attitude.has_actuators(model):
+        attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
+        attitude.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
 
 
 @indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))
@@ -537,12 +553,15 @@ def _add_body_tangents(c_mass, model, work, matrix):
                 for c in range(6):
                     K[r, c] = 0.0
             m, J = _turned_momentum(b, model, work), bodies[b].inertia
+            p = (0.5 * work.dq[at + 3], 0.5 * work.dq[at + 4], 0.5 * work.dq[at + 5])
+            s = 1.0 / (1.0 + p[0] * p[0] + p[1] * p[1] + p[2] * p[2])  # a change of 2 p turns by s (1 + p x) of it
             for c in range(3):
                 K[c, c] = c_mass * bodies[b].mass
                 x, y, z = turn(work.R1[b], J[0, c], J[1, c], J[2, c])
                 x, y, z = turn_back(work.R0[b], x, y, z)
                 ex, ey, ez = 1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2)
-                tx, ty, tz = cross(ex, ey, ez, m[0], m[1], m[2])
+                ux, uy, uz = cross(p[0], p[1], p[2], ex, ey, ez)
+                tx, ty, tz = cross(s * (ex + ux), s * (ey + uy), s * (ez + uz), m[0], m[1], m[2])
                 K[3, 3 + c] = c_mass * x + 2.0 / work.step.h * tx
                 K[4, 3 + c] = c_mass * y + 2.0 / work.step.h * ty
                 K[5, 3 + c] = c_mass * z + 2.0 / work.step.h * tz

@@ -21,6 +21,7 @@ from evolvent.flow.powers import (
 )
 from evolvent.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import (
+    attitude,
     beam_loads,
     body_contact,
     contact,
@@ -98,12 +99,19 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if f.custom_forces.size > 0:
         _, lost, _ = custom.add_custom_forces(t, y, model, F)
         powers[SPRINGS] += lost
+    if attitude.has_actuators(model):
+        lost, given, driven = attitude.actuator_forces(t, y, model)
+        powers[SPRINGS] += lost
+        powers[MARKER_LOADS] += given
+        powers[DRIVEN] += driven
     for k in range(f.joints.size):
         energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy
         powers[JOINTS] += lost
     points.add_point_residual(a, n_q, model.points, F)
     powers[DRIVEN] += rigid.add_body_residual(a, n_q, model.bodies, F)
+    if attitude.has_actuators(model):
+        attitude.add_wheel_residual(y, a, n_q, model, F)
     for i in range(n_v):
         r[i] = F[i] - P[i]
     if model.threads.size > 0:
@@ -158,6 +166,9 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
         joint.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, model, matrix)
     points.add_point_tangent(c_mass, n_q, model.points, matrix)
     rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, f.K12, matrix)
+    if attitude.has_actuators(model):
+        attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
+        attitude.add_actuator_tangents(t, y, c_rate, model, matrix)
     if model.threads.size > 0:
         thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
 
@@ -175,6 +186,7 @@ def energies(t, y, model, out):
         flexible.beam_energies(y, 0, f.elements.size, model, out)
     rigid.add_body_energy(y, model.bodies, out, 0)
     points.add_point_energy(y, model.points, out, 0)
+    attitude.add_wheel_energy(y, model, out, 0)
     if f.rods.size > 0:
         rod.add_rod_energies(model, out)
     if model.springs.size > 0:
@@ -200,14 +212,18 @@ def momenta(y, model, out):
         flexible.beam_momenta(y, 0, size, model, P, H)
     points.add_point_momenta(y, model.points, P, H)
     rigid.add_body_momenta(y, model.bodies, P, H)
+    attitude.add_wheel_momenta(y, model, H)
 
 
 @kernel
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known."""
     bodies, f, markers = model.bodies, model.flexible, model.markers
-    if model.loads.size > 0 or model.threads.size > 0 or model.fields.size > 0:
+    if model.loads.size > 0 or model.threads.size > 0 or model.fields.size > 0 or model.thrusters.size > 0:
         return False
+    for k in range(model.wheels.size):
+        if bodies[model.wheels[k].body].motion != rigid.FREE:
+            return False
     for k in range(f.beams.size):
         if f.beams[k].paper != 0:
             return False

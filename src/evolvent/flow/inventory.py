@@ -31,7 +31,8 @@ def inventory(t, y, s, model, out):
     points.add_point_energy(y, model.points, out, KINETIC)
     points.add_point_momenta(y, model.points, P, H)
     if model.wheels.size > 0:
-        attitude.add_wheel_inventory(y, model, out)
+        attitude.add_wheel_energy(y, model, out, KINETIC)
+        attitude.add_wheel_momenta(y, model, H)
     if model.springs.size > 0:
         out[ELASTIC] += springs.springs_energy(y, model)
     for p in range(model.threads.size):

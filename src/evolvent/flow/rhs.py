@@ -30,7 +30,8 @@ def rhs(t, y, s, model, dy):
     dissipated, load_power, spool_power, loaded = apply_forces(t, y, s, model, dy)
     motors = 0.0
     if attitude.has_actuators(model):
-        lost, given, motors = attitude.add_actuators(t, y, model)
+        lost, given, motors = attitude.actuator_forces(t, y, model)
+        attitude.add_wheels(y, model)
         dissipated += lost
         load_power += given
     is_flexible = has_flexible(model)

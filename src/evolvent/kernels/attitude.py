@@ -4,6 +4,14 @@ A wheel is a rotor (`kernels.rotor`) with the rate W relative to its body: Q = u
 its motor. That is limited, and fades out over the last hundredth of the largest rate where it would raise it further.
 A thruster pushes its body by a force f >= 0 along a direction fixed to the body.
 
+With n in body axes, S the wheel's moment of inertia and J the body's, which contains it, implicit methods solve
+
+    J w' + S W' n + w x (J w + S W n) = T,     S (W' + n . w') = Q,
+
+the first for body and wheel together, on which the motor's torque does not act. Over an energy-momentum step they are
+(R0^T R1 p1 - p0)/h = T, p = J w + S W n, and S (dW + n . dw)/h = Q with the mean of W in Q: the sum of both times the
+increments is the change of the kinetic energy (w . J w + 2 S W n . w + S W^2)/2.
+
 A controller turns a body to a target attitude. With the rotation vector e of the body relative to the target, and the
 difference d of their rates, both in body axes, it wants the torque -(P e + D d), component by component; less a dead
 band, and limited. Wheels share it by the pseudo-inverse of their axes. Thrusters, which only push, share each of the
@@ -18,10 +26,11 @@ from numba import types, void
 from evolvent.jit import REAL, VECTOR, indirect, inlined, spring_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.profile import profile
-from evolvent.kernels.rigid import add_wrench, point_kinematics
-from evolvent.kernels.rotations import turn, turn_back
+from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics
+from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inertia
-from evolvent.model import H_BODY, KINETIC, MODEL
+from evolvent.kernels.sparse import SPARSE, add_block, add_entry
+from evolvent.model import MODEL
 
 WHEELS, THRUSTERS = 0, 1
 #: Part of the largest rate over which the torque that raises it fades out.
@@ -65,18 +74,26 @@ def find_error(t, y, model, k):
     scale = 2.0 * sense if size < 1e-9 else 2.0 * sense * math.atan2(size, sense * off[0]) / size
     for c in range(3):
         controllers[k].error[c] = scale * off[1 + c]
-    # the target's rate in body axes: turned back by `off`
-    back = (off[0], -off[1], -off[2], -off[3])
+    # the target's rate in body axes: turned back by `off`, whose norm differs from 1 at the mean of two states
+    back, square = (off[0], -off[1], -off[2], -off[3]), off[0] * off[0] + size * size
     turned = quaternion_product(quaternion_product(back, (0.0, wx, wy, wz)), off)
     for c in range(3):
-        controllers[k].slip[c] = y[v + c] - turned[1 + c]
+        controllers[k].slip[c] = y[v + c] - turned[1 + c] / square
+
+
+@inlined
+def linear_torque(controllers, k, c):
+    """Component c of -(P e + D d) of controller k, N m."""
+    return -(
+        controllers[k].proportional[c] * controllers[k].error[c]
+        + controllers[k].derivative[c] * controllers[k].slip[c]
+    )
 
 
 @inlined
 def wanted_torque(controllers, k, c):
     """Component c of the torque that controller k asks for, N m."""
-    value = -controllers[k].proportional[c] * controllers[k].error[c]
-    value -= controllers[k].derivative[c] * controllers[k].slip[c]
+    value = linear_torque(controllers, k, c)
     size = min(max(abs(value) - controllers[k].dead_band, 0.0), controllers[k].limit)
     return size if value > 0.0 else -size
 
@@ -108,16 +125,15 @@ def command(t, y, model):
 
 
 @inlined
-def motor_torque(t, y, model, i):
-    """Torque of the motor of wheel i, limited, N m."""
+def motor_torque(t, angle, rate, model, i):
+    """Torque of the motor of wheel i at an angle and rate relative to its body, limited, N m."""
     wheels = model.wheels
-    rate = y[wheels[i].iv]
     u = wheels[i].torque + wheels[i].command
     if wheels[i].profile >= 0:
         u += profile(t, wheels[i].profile, model)
     if wheels[i].law != 0:
         p = model.parameters[wheels[i].first : wheels[i].last]
-        u += spring_law_at(wheels[i].law)(y[wheels[i].iq], rate, t, p)
+        u += spring_law_at(wheels[i].law)(angle, rate, t, p)
     u = min(max(u, -wheels[i].torque_limit), wheels[i].torque_limit)
     if u * rate > 0.0 and wheels[i].rate_limit < math.inf:
         left = (wheels[i].rate_limit - abs(rate)) / (FADE * wheels[i].rate_limit)
@@ -125,9 +141,18 @@ def motor_torque(t, y, model, i):
     return u
 
 
+@inlined
+def drag_torque(wheels, i, rate):
+    """Torque of friction against the rate of wheel i, N m."""
+    drag = wheels[i].viscous * rate
+    if wheels[i].friction > 0.0:
+        drag += wheels[i].friction * math.tanh(rate / wheels[i].slip)
+    return drag
+
+
 @indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, MODEL))
-def add_actuators(t, y, model):
-    """Wheels and thrusters onto their bodies.
+def actuator_forces(t, y, model):
+    """Torques on wheels into `motor` and `drag`; forces of thrusters onto their bodies.
 
     Returns
     -------
@@ -137,18 +162,11 @@ def add_actuators(t, y, model):
     lost = given = driven = 0.0
     command(t, y, model)
     for i in range(wheels.size):
-        b, S, rate = wheels[i].body, wheels[i].inertia, y[wheels[i].iv]
-        u = wheels[i].motor = motor_torque(t, y, model, i)
-        drag = wheels[i].viscous * rate
-        if wheels[i].friction > 0.0:
-            drag += wheels[i].friction * math.tanh(rate / wheels[i].slip)
-        wheels[i].drag = drag
-        n = wheels[i].axis
-        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
-        take_inertia(bodies, b, S, nx, ny, nz)
-        add_reaction(bodies, b, u - drag, S * rate, nx, ny, nz)
-        lost += drag * rate
-        driven += u * rate
+        rate = y[wheels[i].iv]
+        wheels[i].motor = motor_torque(t, y[wheels[i].iq], rate, model, i)
+        wheels[i].drag = drag_torque(wheels, i, rate)
+        lost += wheels[i].drag * rate
+        driven += wheels[i].motor * rate
     for i in range(thrusters.size):
         b, x, e = thrusters[i].body, thrusters[i].local, thrusters[i].direction
         f = thrusters[i].force + thrusters[i].command
@@ -160,6 +178,20 @@ def add_actuators(t, y, model):
         add_wrench(bodies[b].F, dx, dy, dz, fx, fy, fz)
         given += fx * vx + fy * vy + fz * vz
     return lost, given, driven
+
+
+# ---------------------------------------------------------------------------------------------- explicit methods
+
+
+@inlined
+def add_wheels(y, model):
+    """Reactions of wheels on their bodies, whose inertia about the axes is left to the wheels' own equations."""
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, S, n = wheels[i].body, wheels[i].inertia, wheels[i].axis
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        take_inertia(bodies, b, S, nx, ny, nz)
+        add_reaction(bodies, b, wheels[i].motor - wheels[i].drag, S * y[wheels[i].iv], nx, ny, nz)
 
 
 @inlined
@@ -176,18 +208,280 @@ def actuator_rates(y, model, dy):
         dy[thrusters[i].iv] = thrusters[i].push
 
 
+# ---------------------------------------------------------------------------------------------- implicit methods
+
+
 @inlined
-def add_wheel_inventory(y, model, out):
-    """Kinetic energy and angular momentum of all wheels, beyond what their bodies' inertia has, to an inventory."""
+def axis_on(bodies, b, n):
+    """Component of a wheel's axis n, body axes, along the axis of a spinning body."""
+    a = bodies[b].axis
+    return n[0] * a[0] + n[1] * a[1] + n[2] * a[2]
+
+
+@inlined
+def note_reactions(y, model):
+    """Add the torques of wheels on their bodies to the wrenches, when the bodies' equations have been written."""
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, n = wheels[i].body, wheels[i].axis
+        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
+        add_reaction(bodies, b, wheels[i].motor - wheels[i].drag, wheels[i].inertia * y[wheels[i].iv], nx, ny, nz)
+
+
+@inlined
+def add_wheel_residual(y, a, n_q, model, F):
+    """Inertia of wheels less their torques, in the rows of wheels and bodies; a : (nv,) float, accelerations.
+
+    Impulses of thrusters are unknowns without force; `add_impulses` adds to them when a step is accepted.
+    """
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, S, n, at = wheels[i].body, wheels[i].inertia, wheels[i].axis, wheels[i].iv - n_q
+        own, h = S * a[at], S * y[wheels[i].iv]
+        row = bodies[b].iv - n_q
+        F[at] += own - (wheels[i].motor - wheels[i].drag)
+        if bodies[b].motion == FREE:
+            w = bodies[b].iv + 3
+            gx, gy, gz = cross(y[w], y[w + 1], y[w + 2], n[0], n[1], n[2])
+            F[row + 3] += own * n[0] + h * gx
+            F[row + 4] += own * n[1] + h * gy
+            F[row + 5] += own * n[2] + h * gz
+            for c in range(3):
+                F[at] += S * n[c] * a[row + 3 + c]
+        else:
+            along = axis_on(bodies, b, n)
+            F[row] += own * along
+            F[at] += S * along * a[row]
+    note_reactions(y, model)
+    for i in range(model.thrusters.size):
+        F[model.thrusters[i].iv - n_q] += a[model.thrusters[i].iv - n_q]
+
+
+@inlined
+def add_inertia_of_wheels(c_mass, n_q, model, matrix):
+    """c_mass times the inertia of wheels, and the unit one of thrusters' impulses, but for wheels' part in bodies."""
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
+        S, row = c_mass * wheels[i].inertia, bodies[b].iv - n_q
+        add_entry(matrix, at, at, S)
+        if bodies[b].motion == FREE:
+            for c in range(3):
+                add_entry(matrix, at, row + 3 + c, S * n[c])
+        else:
+            along = axis_on(bodies, b, n)
+            add_entry(matrix, at, row, S * along)
+            add_entry(matrix, row, at, S * along)
+    for i in range(model.thrusters.size):
+        add_entry(matrix, model.thrusters[i].iv - n_q, model.thrusters[i].iv - n_q, c_mass)
+
+
+@inlined
+def add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix):
+    """c_mass times the inertia of wheels, and c_rate times the derivative of their gyroscopic torques."""
+    add_inertia_of_wheels(c_mass, n_q, model, matrix)
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, n, at, S = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q, wheels[i].inertia
+        if bodies[b].motion != FREE:
+            continue
+        w, row = bodies[b].iv + 3, bodies[b].iv + 3 - n_q
+        g = cross(y[w], y[w + 1], y[w + 2], n[0], n[1], n[2])
+        h = c_rate * S * y[wheels[i].iv]
+        for c in range(3):
+            add_entry(matrix, row + c, at, S * (c_mass * n[c] + c_rate * g[c]))
+            u = cross(1.0 * (c == 0), 1.0 * (c == 1), 1.0 * (c == 2), n[0], n[1], n[2])
+            for d in range(3):
+                add_entry(matrix, row + d, row + c, h * u[d])
+
+
+@inlined
+def add_impulses(h, share, y, model):
+    """Accept a step of length h: add to the impulses of thrusters.
+
+    Parameters
+    ----------
+    share : 0.5 where the last forces are those of the step's end, 1 where they are means over it
+    """
+    thrusters = model.thrusters
+    for i in range(thrusters.size):
+        y[thrusters[i].iv] += h * (share * thrusters[i].push + (1.0 - share) * thrusters[i].push0)
+        thrusters[i].push0 = thrusters[i].push
+
+
+# ---------------------------------------------------------------------------------------------- energy-momentum
+
+
+@inlined
+def wheel_momentum(b, y, model):
+    """Angular momentum of the wheels of body b relative to it, body axes, kg m2/s."""
+    wheels, hx, hy, hz = model.wheels, 0.0, 0.0, 0.0
+    for i in range(wheels.size):
+        if wheels[i].body == b:
+            h, n = wheels[i].inertia * y[wheels[i].iv], wheels[i].axis
+            hx, hy, hz = hx + h * n[0], hy + h * n[1], hz + h * n[2]
+    return hx, hy, hz
+
+
+@inlined
+def add_wheel_step(h, dv, ym, n_q, model, F):
+    """Rows of wheels over a step with changes dv of the velocities, and their part in those of spinning bodies."""
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, S, n, at = wheels[i].body, wheels[i].inertia / h, wheels[i].axis, wheels[i].iv - n_q
+        row = bodies[b].iv - n_q
+        F[at] += S * dv[at] - (wheels[i].motor - wheels[i].drag)
+        if bodies[b].motion == FREE:
+            for c in range(3):
+                F[at] += S * n[c] * dv[row + 3 + c]
+        else:
+            along = axis_on(bodies, b, n)
+            F[row] += S * along * dv[at]
+            F[at] += S * along * dv[row]
+    note_reactions(ym, model)
+    for i in range(model.thrusters.size):
+        F[model.thrusters[i].iv - n_q] += dv[model.thrusters[i].iv - n_q] / h
+
+
+@inlined
+def add_wheel_step_tangent(c_mass, n_q, R0, R1, model, matrix):
+    """Twice the derivatives of the inertia of wheels by the increments."""
+    add_inertia_of_wheels(c_mass, n_q, model, matrix)
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        b, n, at = wheels[i].body, wheels[i].axis, wheels[i].iv - n_q
+        if bodies[b].motion == FREE:
+            S, row = c_mass * wheels[i].inertia, bodies[b].iv + 3 - n_q
+            x, y, z = turn(R1[b], n[0], n[1], n[2])
+            x, y, z = turn_back(R0[b], x, y, z)
+            add_entry(matrix, row, at, S * x)
+            add_entry(matrix, row + 1, at, S * y)
+            add_entry(matrix, row + 2, at, S * z)
+
+
+# ---------------------------------------------------------------------------------------------- tangents
+
+
+@inlined
+def by_command(t, y, model, i):
+    """Derivative of the motor's torque of wheel i by its command."""
+    wheels = model.wheels
+    u, d = wheels[i].command, 1e-6 * (1e-3 + abs(wheels[i].command))
+    wheels[i].command = u + d
+    slope = motor_torque(t, y[wheels[i].iq], y[wheels[i].iv], model, i)
+    wheels[i].command = u - d
+    slope -= motor_torque(t, y[wheels[i].iq], y[wheels[i].iv], model, i)
+    wheels[i].command = u
+    return slope / (2.0 * d)
+
+
+@inlined
+def error_gradient(e, G):
+    """Derivative G : (3, 3) of a rotation vector e by a further turn, body axes: 1 + ex/2 + c ex ex."""
+    square = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
+    half = 0.5 * math.sqrt(square)
+    c = 1.0 / 12.0 if half < 1e-3 else (1.0 - half / math.tan(half)) / square
+    for j in range(3):
+        u = cross(e[0], e[1], e[2], 1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2))
+        v = cross(e[0], e[1], e[2], u[0], u[1], u[2])
+        for i in range(3):
+            G[i, j] = 1.0 * (i == j) + 0.5 * u[i] + c * v[i]
+
+
+@indirect(void(REAL, VECTOR, types.int64, REAL, MODEL, SPARSE))
+def add_controller_tangent(t, y, k, c_rate, model, matrix):
+    """Add what the command of controller k changes with the body's attitude, and c_rate times with its rate.
+
+    Left out is how a path's rate turns in the body's axes.
+    """
+    controllers, wheels, thrusters, bodies = model.controllers, model.wheels, model.thrusters, model.bodies
+    n_q, p, G, K, T = model.info.nq, model.parameters, model.scratch, model.flexible.K12, controllers[k].torque
+    b = controllers[k].body
+    row = bodies[b].iv - n_q
+    error_gradient(controllers[k].error, G)
+    for i in range(3):
+        size = abs(linear_torque(controllers, k, i)) - controllers[k].dead_band
+        inside = 1.0 if 0.0 <= size <= controllers[k].limit else 0.0
+        P, D = inside * controllers[k].proportional[i], inside * controllers[k].derivative[i]
+        for j in range(3):
+            G[i, j] = -P * G[i, j] - (c_rate * D if i == j else 0.0)
+    count, at = controllers[k].count, controllers[k].place
+    shares = at + count
+    for a in range(count):
+        i = int(p[at + a])
+        if controllers[k].actuators == WHEELS:
+            slope = by_command(t, y, model, i)
+            for j in range(3):
+                value = 0.0
+                for c in range(3):
+                    value += p[shares + 3 * a + c] * G[c, j]
+                add_entry(matrix, wheels[i].iv - n_q, row + 3 + j, -slope * value)
+        elif 0.0 < thrusters[i].push < thrusters[i].limit:
+            x, e = thrusters[i].local, thrusters[i].direction
+            m = cross(x[0], x[1], x[2], e[0], e[1], e[2])
+            f = turn(bodies[b].R, e[0], e[1], e[2])
+            for j in range(3):
+                value = 0.0
+                for c in range(3):
+                    if T[c] >= 0.0:
+                        value += p[shares + 6 * a + c] * G[c, j]
+                    else:
+                        value -= p[shares + 6 * a + 3 + c] * G[c, j]
+                for c in range(3):
+                    K[c, j], K[3 + c, j] = f[c] * value, m[c] * value
+            add_block(matrix, row, row + 3, K, 0, 0, 6, 3, -1.0)
+
+
+@indirect(void(REAL, VECTOR, REAL, MODEL, SPARSE))
+def add_actuator_tangents(t, y, c_rate, model, matrix):
+    """Add what torques on wheels and forces of controlled thrusters change with place, and c_rate times with velocity.
+
+    After `actuator_forces` of the same state only.
+    """
+    wheels, n_q = model.wheels, model.info.nq
+    for i in range(wheels.size):
+        angle, rate = y[wheels[i].iq], y[wheels[i].iv]
+        d = 1e-6 * (1.0 + abs(rate))
+        slope = drag_torque(wheels, i, rate + d) - drag_torque(wheels, i, rate - d)
+        if wheels[i].law != 0 or wheels[i].rate_limit < math.inf:
+            slope -= motor_torque(t, angle, rate + d, model, i) - motor_torque(t, angle, rate - d, model, i)
+        slope *= c_rate / (2.0 * d)
+        if wheels[i].law != 0:
+            d = 1e-6 * (1.0 + abs(angle))
+            far = motor_torque(t, angle + d, rate, model, i) - motor_torque(t, angle - d, rate, model, i)
+            slope -= far / (2.0 * d)
+        add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
+    for k in range(model.controllers.size):
+        add_controller_tangent(t, y, k, c_rate, model, matrix)
+
+
+# ---------------------------------------------------------------------------------------------- energy, momentum, bound
+
+
+@inlined
+def add_wheel_energy(y, model, out, at):
+    """Add the kinetic energy of all wheels, beyond what their bodies' inertia has, to out[at], J."""
     wheels, bodies = model.wheels, model.bodies
     for i in range(wheels.size):
         b, S, n, rate = wheels[i].body, wheels[i].inertia, wheels[i].axis, y[wheels[i].iv]
-        wx, wy, wz = turn_back(bodies[b].R, bodies[b].w[0], bodies[b].w[1], bodies[b].w[2])
-        out[KINETIC] += S * rate * (0.5 * rate + n[0] * wx + n[1] * wy + n[2] * wz)
-        nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
-        out[H_BODY] += S * rate * nx
-        out[H_BODY + 1] += S * rate * ny
-        out[H_BODY + 2] += S * rate * nz
+        v = bodies[b].iv
+        if bodies[b].motion == FREE:
+            along = n[0] * y[v + 3] + n[1] * y[v + 4] + n[2] * y[v + 5]
+        else:
+            along = axis_on(bodies, b, n) * y[v]
+        out[at] += S * rate * (0.5 * rate + along)
+
+
+@inlined
+def add_wheel_momenta(y, model, H):
+    """Add the angular momentum of all wheels relative to their bodies to H; attitudes of the last `kinematics`."""
+    wheels, bodies = model.wheels, model.bodies
+    for i in range(wheels.size):
+        h, n = wheels[i].inertia * y[wheels[i].iv], wheels[i].axis
+        nx, ny, nz = turn(bodies[wheels[i].body].R, n[0], n[1], n[2])
+        H[0] += h * nx
+        H[1] += h * ny
+        H[2] += h * nz
 
 
 def add_actuator_bound(model, body):

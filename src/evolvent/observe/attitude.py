@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.flow.needs import load_explicit
-from evolvent.flow.rhs import rhs
+from evolvent import jit
+from evolvent.flow import needs
+from evolvent.kernels import attitude, rigid
 from evolvent.observe.variables import Observed, dot, norm, turned
 from evolvent.observe.view import View
 
@@ -17,10 +18,11 @@ Array = np.ndarray
 def _evaluated(view: View, family: str, name: str, *fields: str) -> dict[str, Array]:
     """Fields of a part's record that the forces leave behind, at every sample."""
     model, index = view.model, view.index(name)
-    load_explicit(model, rhs)
-    dy, kept = np.zeros(view.y.shape[1]), []
+    jit.load(needs.forces(model))
+    kept = []
     for k, t in enumerate(view.t):
-        rhs(float(t), np.ascontiguousarray(view.y[k]), np.ascontiguousarray(view.s[k]), model, dy)
+        rigid.kinematics(float(t), view.y[k], model)
+        attitude.actuator_forces(float(t), view.y[k], model)
         row = getattr(model, family)[index]
         kept.append([np.array(row[field], dtype=float) for field in fields])
     return {field: np.array([values[i] for values in kept]) for i, field in enumerate(fields)}

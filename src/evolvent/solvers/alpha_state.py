@@ -134,6 +134,8 @@ def displace(y0, dq, model, y):
         q, at = points[k].iq, points[k].iv - n_q
         for c in range(3):
             y[q + c] = y0[q + c] + dq[at + c]
+    for k in range(model.wheels.size):
+        y[model.wheels[k].iq] = y0[model.wheels[k].iq] + dq[model.wheels[k].iv - n_q]
     for k in range(bodies.size):
         if bodies[k].motion == rigid.SPIN:
             y[bodies[k].iq] = y0[bodies[k].iq] + dq[bodies[k].iv - n_q]

@@ -42,6 +42,8 @@ def interpolate(theta, h, y0, y1, model, y):
         _keep_lengths(theta, y0, y1, q + last, -3, last // 3 + 1, y)
     for k in range(points.size):
         _cubics(theta, h, y0, y1, points[k].iq, points[k].iv, 3, y)
+    for k in range(model.wheels.size):
+        _cubics(theta, h, y0, y1, model.wheels[k].iq, model.wheels[k].iv, 1, y)
     for k in range(bodies.size):
         q, v = bodies[k].iq, bodies[k].iv
         if bodies[k].motion == rigid.SPIN:

@@ -13,6 +13,7 @@ from evolvent.flow.implicit import energies
 from evolvent.flow.powers import DRIVEN, JOINTS, MARKER_LOADS, MASS_DAMPING, SPRINGS, STIFFNESS_DAMPING
 from evolvent.jit import REAL, indirect, inlined
 from evolvent.kernels import (
+    attitude,
     body_contact,
     body_contact_step,
     contact,
@@ -376,6 +377,7 @@ def accept(model, work):
     row[BY_JOINTS] += h * powers[JOINTS]
     row[BY_CONTACT] += step.contact[0]
     row[BY_FRICTION] += step.contact[1]
+    attitude.add_impulses(h, 1.0, step.y1, model)
     if f.cylinders.size > 0:
         contact_step.end_contacts(model)
     if f.hinges.size > 0:
@@ -539,6 +541,8 @@ def _next_start(model, work):
         step.before[i] = step.dv[i]
         work.acceleration[i] = _acceleration(i, work)
         work.rate[i] = step.dq[i] / step.step.h
+    for k in range(model.thrusters.size):  # whose impulses have no rate of their own
+        work.rate[model.thrusters[k].iv - model.info.nq] = step.y0[model.thrusters[k].iv]
     for k in range(step.strains.shape[0]):
         for i in range(step.strains.shape[1]):
             step.strains_before[k, i] = step.strains[k, i]

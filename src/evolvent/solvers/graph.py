@@ -93,6 +93,10 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.body[k] = graph.add(int(body["iv"]), 6 if body["motion"] == rigid.FREE else 1)
         if body["motion"] == rigid.SPIN:
             graph.fixed.add(int(graph.body[k]))
+    for wheel in model.wheels:
+        graph.couple(graph.add(int(wheel["iv"]), 1), graph.body[wheel["body"]])
+    for thruster in model.thrusters:  # its impulse
+        graph.add(int(thruster["iv"]), 1)
 
 
 def _block_of_marker(graph: _Graph, marker: np.record) -> int:

@@ -39,7 +39,10 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
 
 
 def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
-    """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg)."""
+    """What counts as 1 of each velocity's coordinate (m, or 1 for slopes and turns), and a typical mass (kg).
+
+    Of a wheel that is the angle which turns its body by 1 rad.
+    """
     model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     flexible = model.flexible
@@ -75,13 +78,24 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     length = float(np.linalg.norm(spread)) or 1.0
     for at in linear:
         weight[at : at + 3] = length
+    for wheel in model.wheels:
+        body, n = model.bodies[wheel["body"]], wheel["axis"]
+        about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
+        weight[wheel["iv"] - n_q] = max(1.0, float(about / wheel["inertia"]))
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
+
+
+def length_of(model: mdl.Model, weight: np.ndarray) -> float:
+    """Largest size of the unknowns (m, or 1 for slopes and turns) but for wheels."""
+    kept = np.ones(weight.size, dtype=bool)
+    kept[model.wheels["iv"] - int(model.info.nq)] = False
+    return float(weight[kept].max(initial=0.0))
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
     flexible, info = assembly.model.flexible, assembly.model.info
-    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
+    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * length_of(assembly.model, weight)
     strained = sum(
         abs(
             float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])

@@ -22,6 +22,7 @@ from evolvent.kernels import joint, sides, sparse_lu
 from evolvent.kernels.sparse import LOST, SparseBlocks
 from evolvent.solvers import ordering
 from evolvent.solvers.implicit_messages import redundant
+from evolvent.solvers.implicit_setup import length_of
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse
@@ -132,7 +133,7 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + la.size, n_v + la.size)).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
     joints = model.flexible.joints
-    length = float(weight.max(initial=1.0))
+    length = max(1.0, length_of(model, weight))
     held = np.flatnonzero(is_held(joints, t))
     scale = 1.0 / np.where(_turns(joints[held]), 1.0, length)
     part = sparse.diags(scale) @ G[held] @ sparse.diags(weight)
