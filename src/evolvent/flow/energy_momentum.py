@@ -292,10 +292,8 @@ def residual(model, work):
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given + lost + (work.stored[1] - work.stored[0]) / h
     if attitude.has_actuators(model):
-        lost, given, driven = attitude.actuator_forces(tm, ym, model)
-        powers[SPRINGS] += lost
+        _, given, _ = attitude.actuator_forces(tm, ym, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
-        powers[DRIVEN] += driven
     for k in range(f.joints.size):
         powers[JOINTS] += _add_joint(tm, k, n_v + k, model, work)
     _add_points(model, work)

@@ -100,10 +100,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
         _, lost, _ = custom.add_custom_forces(t, y, model, F)
         powers[SPRINGS] += lost
     if attitude.has_actuators(model):
-        lost, given, driven = attitude.actuator_forces(t, y, model)
-        powers[SPRINGS] += lost
+        _, given, _ = attitude.actuator_forces(t, y, model)  # work of motors: `attitude.end_actuator_step`
         powers[MARKER_LOADS] += given
-        powers[DRIVEN] += driven
     for k in range(f.joints.size):
         energy, lost = joint.add_joint_residual(t, y, la[k], k, n_v + k, model, F, r)
         powers[COUPLED_ENERGY] += energy

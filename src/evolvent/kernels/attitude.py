@@ -232,7 +232,7 @@ def note_reactions(y, model):
 def add_wheel_residual(y, a, n_q, model, F):
     """Inertia of wheels less their torques, in the rows of wheels and bodies; a : (nv,) float, accelerations.
 
-    Impulses of thrusters are unknowns without force; `add_impulses` adds to them when a step is accepted.
+    Impulses of thrusters are unknowns without force; `end_actuator_step` adds to them.
     """
     wheels, bodies = model.wheels, model.bodies
     for i in range(wheels.size):
@@ -296,17 +296,27 @@ def add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix):
 
 
 @inlined
-def add_impulses(h, share, y, model):
-    """Accept a step of length h: add to the impulses of thrusters.
+def end_actuator_step(h, share, dq, y, model):
+    """Accept a step of length h and increments dq : (nv,): impulses of thrusters into y.
 
     Parameters
     ----------
     share : 0.5 where the last forces are those of the step's end, 1 where they are means over it
+
+    Returns
+    -------
+    lost, driven : float, J, work of friction in wheels and of motors: their mean torques times the angles turned
     """
-    thrusters = model.thrusters
+    wheels, thrusters, lost, driven = model.wheels, model.thrusters, 0.0, 0.0
+    for i in range(wheels.size):
+        turned = dq[wheels[i].iv - model.info.nq]
+        lost += (share * wheels[i].drag + (1.0 - share) * wheels[i].drag0) * turned
+        driven += (share * wheels[i].motor + (1.0 - share) * wheels[i].motor0) * turned
+        wheels[i].drag0, wheels[i].motor0 = wheels[i].drag, wheels[i].motor
     for i in range(thrusters.size):
         y[thrusters[i].iv] += h * (share * thrusters[i].push + (1.0 - share) * thrusters[i].push0)
         thrusters[i].push0 = thrusters[i].push
+    return lost, driven
 
 
 # ---------------------------------------------------------------------------------------------- energy-momentum

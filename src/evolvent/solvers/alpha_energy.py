@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import body_contact, contact, coordinate, joint
+from evolvent.kernels import attitude, body_contact, contact, coordinate, joint
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.balance import defect_of, energy_of, scale_of
@@ -26,7 +26,7 @@ def add_step_to_balance(t, h, model, work):
     Notes
     -----
     Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h; friction is that of `contact.end_contact_step` and
+    springs and joints are the mean power times h, those of wheels mean torques times angles; friction is that of `contact.end_contact_step` and
     `coordinate.end_coordinate_step`.
     """
     balance, f = work.balance, model.flexible
@@ -42,6 +42,9 @@ def add_step_to_balance(t, h, model, work):
     balance.by_joints += 0.5 * h * (p[eq.JOINTS] + p0[eq.JOINTS])
     balance.drives += _drives(t, h, model, work) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
+    lost, driven = attitude.end_actuator_step(h, 0.5, work.dq, work.y, model)
+    balance.by_springs += lost
+    balance.drives += driven
     if f.cylinders.size > 0:
         slip, damped = contact.end_contact_step(work.y, model)
         balance.by_friction += slip

@@ -68,7 +68,7 @@ def begin(model, matrix, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     keep_momentum(t, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
-    attitude.add_impulses(0.0, 0.5, work.y, model)
+    attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
     fill_energies(t, model, work)
     work.loop.start_energy = work.loop.peak_energy = energy_of(work.balance)
     if model.flexible.hinges.size > 0:
@@ -216,7 +216,6 @@ def accept_step(t1, t_end, h, model, work):
     for i in range(work.dq.size):
         work.loads1[i] = model.flexible.P[i]
     add_step_to_balance(t_end, h, model, work)
-    attitude.add_impulses(h, 0.5, work.y, model)
     loop.last_step, loop.event_step = h, math.inf
     loop.time = t1
     loop.steps += 1
@@ -235,7 +234,7 @@ def restart(t, h, model, matrix, work):
     keep_momentum(after, 0.0, work.y, model.flexible.P, model, work.spare, work.kept)
     if model.flexible.hinges.size > 0:
         coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
-    attitude.add_impulses(0.0, 0.5, work.y, model)
+    attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
     fill_energies(t, model, work)
     work.balance.by_joints += before - energy_of(work.balance)
     next_start(model, work)

@@ -377,7 +377,9 @@ def accept(model, work):
     row[BY_JOINTS] += h * powers[JOINTS]
     row[BY_CONTACT] += step.contact[0]
     row[BY_FRICTION] += step.contact[1]
-    attitude.add_impulses(h, 1.0, step.y1, model)
+    lost, driven = attitude.end_actuator_step(h, 1.0, step.dq, step.y1, model)
+    row[BY_SPRINGS] += lost
+    row[DRIVES] += driven
     if f.cylinders.size > 0:
         contact_step.end_contacts(model)
     if f.hinges.size > 0:
