@@ -245,7 +245,8 @@ def satellite(**wheel: Any) -> System:
 @BOTH
 def test_slew_of_a_flexible_satellite(method: str, book: Book) -> None:
     """It reaches its attitude, the beams are at rest there; momentum stays 0 and the energy balance is closed."""
-    found = ran(satellite(viscous=1e-4, friction=1e-4), method, 80.0, 41, step=0.05, spectral_radius=0.9)
+    options = {"newton": 1e-13} if method == "energy-momentum" else {}
+    found = ran(satellite(viscous=1e-4, friction=1e-4), method, 80.0, 41, step=0.05, spectral_radius=0.9, **options)
     x = coordinates(found.assembly, found.y, "bus")
     angle = 2.0 * np.arctan2(x[:, 6], x[:, 3])
     wheel = found.assembly.model.wheels[0]
@@ -254,7 +255,7 @@ def test_slew_of_a_flexible_satellite(method: str, book: Book) -> None:
     defect = np.abs(found.energy_defect).max() / np.abs(found.balance.drives).max()
     assert abs(angle[-1] - GOAL) < 1e-4
     assert abs(h[-1]) < 1e-3 * np.abs(h).max()
-    tip = coordinates(found.assembly, found.y, "right")[:, -6:-3] - x[:, :3]
+    tip = coordinates(found.assembly, found.y, "right")[:, -1, 0] - x[:, :3]
     across = np.cos(angle) * tip[:, 1] - np.sin(angle) * tip[:, 0]
     assert np.abs(across).max() > 0.1
     assert abs(across[-1]) < 1e-3

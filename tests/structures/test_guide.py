@@ -113,3 +113,7 @@ def test_reels_and_attitude(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> N
     assert float(slew["control"].error_angle.max()) < 0.02
     assert slew["bus"].attitude.values[-1] == pytest.approx([np.cos(np.pi / 6), 0.0, 0.0, np.sin(np.pi / 6)], abs=1e-3)
     assert np.abs(slew.angular_momentum.values).max() < 1e-6 * float(np.ptp(slew["wheel 1"].wheel_momentum.values))
+    flexible = names["flexible"]
+    assert float(flexible["control"].error_angle[-1]) < 2e-4
+    exchanged = float(np.ptp(flexible["wheel"].wheel_momentum.values))
+    assert np.abs(flexible.angular_momentum.values).max() < 1e-6 * exchanged

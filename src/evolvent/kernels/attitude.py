@@ -85,8 +85,7 @@ def find_error(t, y, model, k):
 def linear_torque(controllers, k, c):
     """Component c of -(P e + D d) of controller k, N m."""
     return -(
-        controllers[k].proportional[c] * controllers[k].error[c]
-        + controllers[k].derivative[c] * controllers[k].slip[c]
+        controllers[k].proportional[c] * controllers[k].error[c] + controllers[k].derivative[c] * controllers[k].slip[c]
     )
 
 

@@ -25,8 +25,8 @@ def add_step_to_balance(t, h, model, work):
 
     Notes
     -----
-    Work of loads and drives is the mean of the forces of both ends times the displacement; losses by mass, stiffness,
-    springs and joints are the mean power times h, those of wheels mean torques times angles; friction is that of `contact.end_contact_step` and
+    Work of loads, drives and wheels is the mean of the forces of both ends times the displacement; losses by mass,
+    stiffness, springs and joints are the mean power times h; friction is that of `contact.end_contact_step` and
     `coordinate.end_coordinate_step`.
     """
     balance, f = work.balance, model.flexible
