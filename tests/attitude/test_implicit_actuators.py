@@ -125,7 +125,10 @@ def test_three_axes_with_friction(method: str) -> None:
     assert np.abs(found.energy_defect).max() < allowed * found.energy[0]
     assert np.abs(found.balance.drives).max() > 0.1 * found.energy[0]
     assert found.balance.by_springs[-1] > 0.0
-    assert off(found, exact(system, 2.0)) < 4e-3  # of rates of 30 rad/s
+    reference = exact(system, 2.0)
+    assert off(found, reference) < 4e-3  # of rates of 30 rad/s
+    if method == "generalized-alpha":  # those of the other are means over steps
+        assert np.abs(found.wrenches - reference.wrenches).max() < 1e-3 * np.abs(reference.wrenches).max()
 
 
 @BOTH

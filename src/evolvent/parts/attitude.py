@@ -78,6 +78,12 @@ class ReactionWheel(Part):
         Centre of the wheel in drawings, body axes. The body's mass includes that of the wheel.
     radius : float, m, optional
         Radius of the wheel in drawings; the wheel is not drawn if left out.
+
+    Notes
+    -----
+    With the body's inertia J, the wheel's J_w about its axis n (body axes), the rate W and the torque Q of motor and
+    friction: J w' + J_w W' n + w x (J w + J_w W n) = T and J_w (W' + n . w') = Q. Energy-momentum keeps the energy of
+    both and their angular momentum exactly. Equilibria and modes are those of the model without the wheel.
     """
 
     kind: Literal["reaction-wheel"] = "reaction-wheel"
@@ -199,6 +205,9 @@ class AttitudeController(Part):
     J_w (axis . wheel)^2 of every wheel. The torque is distributed over wheels by the pseudo-inverse of their axes, and
     over thrusters by non-negative least squares for each of the six torques about the body's axes, without a resulting
     force where possible.
+
+    Generalized-alpha evaluates the command at the end of a step, energy-momentum at its middle: both are of second
+    order, and of first order in a step in which the command jumps. Newton's method includes the gains.
     """
 
     kind: Literal["attitude-controller"] = "attitude-controller"

@@ -133,6 +133,8 @@ class Releases:
                 work.y[n_q + at + 3 * i : n_q + at + 3 * i + 3] = 0.0
         residual(t, work.y, work.dv1, work.la, 0.0, 1.0, model, work.r, work.powers[0])
         work.loads1[:] = model.flexible.P
+        model.wheels["motor0"], model.wheels["drag0"] = model.wheels["motor"], model.wheels["drag"]
+        model.thrusters["push0"] = model.thrusters["push"]
         had = energy(work.balance)
         alpha_energy.fill_energies(t, model, work)
         work.balance.released += energy(work.balance) - had
