@@ -257,7 +257,12 @@ FAMILIES = (
         tangents=(node_loads.add_following_tangent,),
     ),
     Family(
-        "a thermal load on a beam", "thermal_loads", EVERY, forces=(thermal.add_thermal_loads, profile.profile),
+        "a thermal load on a beam", "thermal_loads", EVERY, which=lambda found: found["beam"] >= 0,
+        forces=(thermal.add_thermal_loads, profile.profile), tangents=(thermal.add_thermal_tangents,),
+    ),
+    Family(
+        "a thermal load on a rod", "thermal_loads", EVERY, which=lambda found: found["rod"] >= 0,
+        forces=(thermal.add_thermal_loads, thermal.heat_rods, profile.profile),
         tangents=(thermal.add_thermal_tangents,),
     ),
     Family(

@@ -111,9 +111,11 @@ RECORDS: dict[str, np.dtype] = {
     # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass
     "rods": _record("first_element elements first_body", "length alpha"),
     # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
-    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`
+    # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod`; heated: 1
+    # with a thermal load, whose free strains are `free`
     "rod_elements": _record(
-        "a b", "length beta arm_a arm_b stiffness rest", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6
+        "a b heated", "length beta arm_a arm_b stiffness rest", "free", arm_a=_3, arm_b=_3, stiffness=_66, rest=_6,
+        free=_6,
     ),
     # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time. Links and guides are there too,
     # for implicit methods. A side is a vector: of
@@ -205,9 +207,9 @@ RECORDS: dict[str, np.dtype] = {
     "beam_loads": _record(
         "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
     ),
-    # temperatures of beams (`kernels.thermal`): places of profiles among the parameters, or -1, and of the constants of
-    # the elements; now: last amplitudes
-    "thermal_loads": _record("beam temperature gradient_y gradient_z constants", "", "now", now=_6),
+    # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): places of profiles among the parameters, or
+    # -1, and of the constants of the elements; now: last amplitudes
+    "thermal_loads": _record("beam rod temperature gradient_y gradient_z constants", "", "now", now=_6),
 }  # fmt: skip
 #: Families that stand in `Flexible`.
 FLEXIBLE = (

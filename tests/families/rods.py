@@ -48,3 +48,31 @@ def rod() -> Case:
         theory=4e-3, motion=lambda t: columns(-sag * np.sum(shares * (1.0 - np.cos(np.outer(t, w))), axis=1)),
         still=(-sag,), poles=(1j * w[0],),
     )  # fmt: skip
+
+
+@of("a thermal load on a rod")
+def heated_rod() -> Case:
+    """A rod that is heated slowly beside its own period grows by alpha T L.
+
+    Its stiffness is that of its length without load: its frequency of bending falls as it grows.
+    """
+    expansion, change = 1e-3, 50.0
+    material = SOFT.model_copy(update={"thermal_expansion": expansion})
+
+    def system() -> System:
+        found = System()
+        found.add(parts.Rod(length=1.0, section=FLAT, material=material, elements=4), "rod")
+        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, turn_stiffness=1e3), "root")
+        found.add(parts.ThermalLoad(beam="rod", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
+        return found
+
+    def length(t: Array) -> Array:
+        s = np.clip(t, 0.0, 1.0)
+        return columns(1.0 + expansion * change * s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
+
+    w = BETA[0] ** 2 * math.sqrt(EI / MASS)
+    return Case(
+        part="heat", system=system, seen=lambda assembly, y: node(assembly, y, "rod", -1)[..., :1], end=1.2, step=1e-4,
+        theory=3e-3, motion=length, still=(1.0 + expansion * change,), poles=(1j * w / (1.0 + expansion * change),),
+        time=1.2,
+    )  # fmt: skip

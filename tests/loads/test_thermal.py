@@ -201,11 +201,3 @@ def test_a_case_file_holds_a_thermal_load() -> None:
     model, other = system.assemble().model, again.assemble().model
     assert np.array_equal(model.parameters, other.parameters)
     assert 60.0 in model.breaks
-
-
-def test_a_rod_is_refused() -> None:
-    system = ev.System()
-    system.add(parts.Rod(length=1.0, section=ev.Circle(radius=RADIUS), material=ALUMINIUM, elements=2), "boom")
-    system.add(parts.ThermalLoad(beam="boom", **WARM), "heat")
-    with pytest.raises(InputError, match=r"heat\.beam is 'boom', a Rod; a thermal load needs a Beam"):
-        system.assemble()

@@ -133,6 +133,15 @@ def skew(a: Array) -> Array:
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
+def from_quaternions(q: Array) -> Array:
+    """Rotation matrices (n, 3, 3) of unit quaternions (n, 4), scalar part first."""
+    a, v = q[:, 0, None, None], q[:, 1:]
+    K = np.zeros((len(q), 3, 3))
+    K[:, 2, 1], K[:, 0, 2], K[:, 1, 0] = v.T
+    K -= np.swapaxes(K, 1, 2)
+    return np.asarray(np.eye(3) + 2.0 * a * K + 2.0 * K @ K)
+
+
 def quaternion(R: Array) -> Array:
     """Quaternion (4,), scalar part first, of a rotation matrix."""
     K = np.array(

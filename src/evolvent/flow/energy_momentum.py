@@ -270,11 +270,14 @@ def residual(model, work):
         work.contact[0] += lost
         work.contact[1] += rubbed
     if f.rods.size > 0:
-        lost, viscous = rod_step.add_rod_step(
+        if f.thermal_loads.size > 0:
+            thermal.heat_rods(work.step.t, work.step.t + h, 1.0, model)
+        lost, viscous, heat = rod_step.add_rod_step(
             model, h, work.step.chi, work.step.ratio, work.rods0, work.rods1, work.rods_before, work.rods
         )
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
+        powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
         lost, given = add_springs(tm, model, work)
         powers[SPRINGS] += lost

@@ -86,9 +86,12 @@ def add_flexible_forces(t, y, s, model, dy):
         for k in range(f.body_contacts.size):
             by_contact += f.body_contacts[k].power
     if f.rods.size > 0:
-        lost, viscous = rod.add_rod_forces(model)
+        if f.thermal_loads.size > 0:
+            thermal.heat_rods(t, t, 1.0, model)
+        lost, viscous, heat = rod.add_rod_forces(model)
         by_mass += lost
         by_stiffness += viscous
+        given += heat
     if f.hinges.size > 0:
         _, by_joints = hinge.add_hinges(t, y, s, model, F)
         coordinate.write_account_rates(model, dy)

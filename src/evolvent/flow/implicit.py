@@ -79,9 +79,12 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     if f.body_contacts.size > 0:
         body_contact.add_body_contacts(step, model)
     if f.rods.size > 0:
-        lost, viscous = rod.add_rod_forces(model)
+        if f.thermal_loads.size > 0:
+            thermal.heat_rods(t, t, factor, model)
+        lost, viscous, heat = rod.add_rod_forces(model)
         powers[MASS_DAMPING] += lost
         powers[STIFFNESS_DAMPING] += viscous
+        powers[MARKER_LOADS] += heat
     if model.springs.size > 0:
         lost, given = springs.spring_forces(t, y, model)
         powers[SPRINGS] += lost

@@ -480,8 +480,26 @@ def add_mass_damping_tangents(c_rate, model, matrix):
 
 
 @inlined
-def _add_damping(k, m, dphi, dpsi, model, S):
-    """Add the stresses beta C dE/dt of element k to S; returns the power that they take, W."""
+def _add_thermal_stress(rows, k, change, S):
+    """Subtract the stresses times the length of the free strains of element k from S; returns their power.
+
+    Parameters
+    ----------
+    change : (6,) float, changes of the strains, or their rates, by which the thermal stresses do work
+    """
+    C, free, length, given = rows[k].stiffness, rows[k].free, rows[k].length, 0.0
+    for i in range(6):
+        total = 0.0
+        for j in range(6):
+            total += C[i, j] * free[j]
+        S[i] -= length * total
+        given += length * total * change[i]
+    return given
+
+
+@inlined
+def _add_rates(k, m, dphi, dpsi, model, S):
+    """Add stresses of damping, beta C dE/dt, and of free strains to S; returns powers lost and given, W."""
     rows, bodies, work = model.flexible.rod_elements, model.bodies, model.flexible.rod
     a, b, length = rows[k].a, rows[k].b, rows[k].length
     J, D = matrix_view(work, _J0, 7, 12), matrix_view(work, _D0, 6, 7)
@@ -504,33 +522,39 @@ def _add_damping(k, m, dphi, dpsi, model, S):
     for i in range(6):
         S[i] += viscous[i]
         lost += viscous[i] * strain[i]
-    return lost
+    given = _add_thermal_stress(rows, k, strain, S) if rows[k].heated != 0 else 0.0
+    return lost, given
 
 
 @inlined
 def _stressed(k, model, m, S, p):
-    """Measures, stresses times the length, and `conjugate` of element k; returns the power of its damping, W."""
-    rows, length, lost = model.flexible.rod_elements, model.flexible.rod_elements[k].length, 0.0
+    """Measures, stresses times the length, and `conjugate` of element k; returns powers of damping and heating, W."""
+    rows, length, lost, given = model.flexible.rod_elements, model.flexible.rod_elements[k].length, 0.0, 0.0
     measure_element(k, model, m)
     dphi, dpsi, _, _ = angle_slopes(m[COSINE])
     for i in range(6):
         S[i] = 0.0
     stress(rows, k, m, STRAIN, length, S)
-    if rows[k].beta != 0.0:
-        lost = _add_damping(k, m, dphi, dpsi, model, S)
+    if rows[k].beta != 0.0 or rows[k].heated != 0:
+        lost, given = _add_rates(k, m, dphi, dpsi, model, S)
     conjugate(m, m, dphi, dpsi, S, length, p)
-    return lost
+    return lost, given
 
 
-@indirect(types.UniTuple(REAL, 2)(MODEL))
+@indirect(types.UniTuple(REAL, 3)(MODEL))
 def add_rod_forces(model):
-    """Forces of all rods onto their bodies; returns powers that damping by mass and by stiffness takes, W."""
-    work, lost = model.flexible.rod, 0.0
+    """Forces of all rods onto their bodies; returns powers that damping by mass and by stiffness takes, and of heat, W.
+
+    The power of heat is that of the forces by which free strains act, as loads; elastic energies are those of the
+    whole strain.
+    """
+    work, lost, given = model.flexible.rod, 0.0, 0.0
     m, S, p = work[_M : _M + MEASURES], work[_S : _S + 6], work[_P : _P + 7]
     for k in range(model.flexible.rod_elements.size):
-        lost += _stressed(k, model, m, S, p)
+        viscous, heat = _stressed(k, model, m, S, p)
+        lost, given = lost + viscous, given + heat
         push_ends(k, p, model)
-    return add_mass_damping(model), lost
+    return add_mass_damping(model), lost, given
 
 
 @indirect(void(MODEL, VECTOR))

@@ -24,6 +24,7 @@ from evolvent.kernels.rod import (
     PHI,
     PSI,
     STRAIN,
+    _add_thermal_stress,
     add_curved_strains,
     add_mass_damping,
     add_mass_damping_tangents,
@@ -69,10 +70,10 @@ def _secants(m0, m1):
 
 @inlined
 def _step_stress(k, model, h, chi, ratio, m0, m1, before, change, S):
-    """Stresses times the length of element k over a step, changes of its strains; returns what damping takes, J."""
+    """Stresses times the length over a step, changes of the strains; returns works of damping and of heat, J."""
     rows, work = model.flexible.rod_elements, model.flexible.rod
     length, beta = rows[k].length, rows[k].beta
-    mean, lost = work[_B : _B + 6], 0.0
+    mean, lost, given = work[_B : _B + 6], 0.0, 0.0
     for i in range(6):
         d = m1[STRAIN + i] - m0[STRAIN + i]
         change[i] = d
@@ -83,12 +84,14 @@ def _step_stress(k, model, h, chi, ratio, m0, m1, before, change, S):
         for i in range(6):
             lost += S[i] * change[i]
     stress(rows, k, mean, 0, length, S)
-    return lost
+    if rows[k].heated != 0:
+        given = _add_thermal_stress(rows, k, change, S)
+    return lost, given
 
 
-@indirect(REAL(MODEL, REAL, REAL, REAL, MATRIX, MATRIX, MATRIX, MATRIX))
+@indirect(types.UniTuple(REAL, 2)(MODEL, REAL, REAL, REAL, MATRIX, MATRIX, MATRIX, MATRIX))
 def add_stressed_elements(model, h, chi, ratio, start, end, before, change):
-    """Forces of all elements over a step, the bodies at their means; returns the energy that damping takes, J.
+    """Forces of all elements over a step, the bodies at their means; returns works that damping takes, heat gives, J.
 
     Parameters
     ----------
@@ -96,21 +99,22 @@ def add_stressed_elements(model, h, chi, ratio, start, end, before, change):
     start, end : (elements, MEASURES) float, of `measure_rods`
     before, change : (elements, 6) float, changes of the strains over the step before, and output over this one
     """
-    work, lost = model.flexible.rod, 0.0
+    work, lost, given = model.flexible.rod, 0.0, 0.0
     S, p = work[_S : _S + 6], work[_P : _P + 7]
     for k in range(model.flexible.rod_elements.size):
-        lost += _step_stress(k, model, h, chi, ratio, start[k], end[k], before[k], change[k], S)
+        viscous, heat = _step_stress(k, model, h, chi, ratio, start[k], end[k], before[k], change[k], S)
+        lost, given = lost + viscous, given + heat
         dphi, dpsi = _secants(start[k], end[k])
         conjugate(start[k], end[k], dphi, dpsi, S, model.flexible.rod_elements[k].length, p)
         push_ends(k, p, model)
-    return lost
+    return lost, given
 
 
 @inlined
 def add_rod_step(model, h, chi, ratio, start, end, before, change):
-    """Forces of all rods over a step; returns powers that damping by mass and by stiffness takes, W."""
-    lost = add_stressed_elements(model, h, chi, ratio, start, end, before, change)
-    return add_mass_damping(model), lost / h
+    """Forces of all rods over a step; returns powers that damping by mass and by stiffness takes, and of heat, W."""
+    lost, given = add_stressed_elements(model, h, chi, ratio, start, end, before, change)
+    return add_mass_damping(model), lost / h, given / h
 
 
 @inlined

@@ -44,6 +44,34 @@ def _fill_amplitudes(t, factor, load, a, share, model):
 
 
 @inlined
+def _fill_mean(t0, t1, factor, load, model):
+    """The load's amplitudes: means of those at t0 and t1."""
+    for j in range(AMPLITUDES):
+        load.now[j] = 0.0
+    _fill_amplitudes(t0, factor, load, load.now, 0.5, model)
+    _fill_amplitudes(t1, factor, load, load.now, 0.5, model)
+
+
+@indirect(void(REAL, REAL, REAL, MODEL))
+def heat_rods(t0, t1, factor, model):
+    """Free strains of heated rods: means of those at t0 and t1, times `factor`, of which `kernels.rod` takes forces.
+
+    The parameters of a load hold, for each element, the expansion by temperature and gradients: a fibre at (y, z) grows
+    by alpha (T + y Gy + z Gz), so that Gamma_x = alpha T, K_y = alpha Gz and K_z = -alpha Gy.
+    """
+    f, p = model.flexible, model.parameters
+    for k in range(f.thermal_loads.size):
+        load = f.thermal_loads[k]
+        if load.rod < 0:
+            continue
+        _fill_mean(t0, t1, factor, load, model)
+        first = f.rods[load.rod].first_element
+        for i in range(f.rods[load.rod].elements):
+            free, alpha = f.rod_elements[first + i].free, p[load.constants + i]
+            free[0], free[4], free[5] = alpha * load.now[0], alpha * load.now[4], -alpha * load.now[2]
+
+
+@inlined
 def _fill_stresses(load, at, m, p, s):
     """s = C^T a : (m,), of the element whose constants stand at `at` of the parameters p."""
     for k in range(m):
@@ -68,10 +96,9 @@ def add_thermal_loads(t0, t1, y, factor, model, P):
     elements, work = f.elements, f.work
     for k in range(f.thermal_loads.size):
         load = f.thermal_loads[k]
-        for j in range(AMPLITUDES):
-            load.now[j] = 0.0
-        _fill_amplitudes(t0, factor, load, load.now, 0.5, model)
-        _fill_amplitudes(t1, factor, load, load.now, 0.5, model)
+        if load.beam < 0:
+            continue
+        _fill_mean(t0, t1, factor, load, model)
         at, first = load.constants, f.beams[load.beam].first_element
         is_cable = f.beams[load.beam].kind == flexible.CABLE
         for i in range(first, first + f.beams[load.beam].elements):
@@ -134,6 +161,8 @@ def add_thermal_tangents(y, model, matrix):
     elements, work = f.elements, f.work
     for k in range(f.thermal_loads.size):
         load = f.thermal_loads[k]
+        if load.beam < 0:
+            continue
         at, first = load.constants, f.beams[load.beam].first_element
         is_cable = f.beams[load.beam].kind == flexible.CABLE
         for i in range(first, first + f.beams[load.beam].elements):

@@ -12,6 +12,7 @@ from evolvent.motion import quaternions
 from evolvent.observe.beams import _section_drawn
 from evolvent.observe.variables import Observed, Variable, cross, dot, norm, turned
 from evolvent.observe.view import View
+from evolvent.solvers import heating
 
 Array = np.ndarray
 #: Angle, rad, by which a rod must bend for its curvature to be its first colour.
@@ -82,6 +83,9 @@ def _observe_sections(view: View, index: int, part: Any, x: Array, R: Array, fou
     elements = view.model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
     length = float(part.length) / int(part.elements)
     E = rods.strains(x, R, length) - elements["rest"]
+    for k in np.flatnonzero(view.model.flexible.thermal_loads["rod"] == index):
+        a = heating.amplitudes(view.model, int(k), view.t, view.load_factor)
+        E = E - heating.free_rod_strains(view.model, view.model.flexible.thermal_loads[k], a)
     S = np.einsum("nij,tnj->tni", elements["stiffness"], E)
     energy = 0.5 * length * np.einsum("tni,tni->ti", S, E)
     pieces = [part.section.between(i / part.elements, (i + 1) / part.elements) for i in range(part.elements)]

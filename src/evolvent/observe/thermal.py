@@ -1,4 +1,4 @@
-"""Observations of temperatures of beams: free strains, and what they take from the strains of the beams."""
+"""Observations of temperatures of beams and rods: free strains, and what they take from the strains of the beams."""
 
 from __future__ import annotations
 
@@ -47,6 +47,10 @@ def observe_thermal_load(view: View, name: str) -> Observed:
     found.scalar("gradient_y", a[:, 2], "K m-1", "gradient of the temperature along y, where `along` is 1")
     found.scalar("gradient_z", a[:, 4], "K m-1", "gradient of the temperature along z, where `along` is 1")
     row = view.model.flexible.thermal_loads[index]
+    if row["rod"] >= 0:
+        _observe_rod(load, beam, heating.free_rod_strains(view.model, row, a), a, found)
+        _observe_work(view, index, found)
+        return found
     strain = free_strain(view, int(row["beam"]), GAUSS)
     assert strain is not None
     strain = strain.reshape(view.t.size, -1, 3)
@@ -59,8 +63,30 @@ def observe_thermal_load(view: View, name: str) -> Observed:
         found.along("free_curvature_y", "section", strain[..., 2], "m-1", f"curvature towards z without stress {where}")
         found.along("free_curvature_z", "section", strain[..., 1], "m-1", f"curvature towards y without stress {where}")
     found.coordinate("arc", "section", arc, "m", "length from the root to the two points of each element")
+    _observe_work(view, index, found)
+    return found
+
+
+def _observe_rod(load: Any, rod: Any, strain: Array, a: Array, found: Observed) -> None:
+    """Temperatures and free strains of the elements of a rod."""
+    where = "of each element"
+    found.along(
+        "temperature_change",
+        "section",
+        np.outer(a[:, 0], load.means(rod.elements)),
+        "K",
+        f"change of temperature {where}",
+    )
+    found.along("free_strain", "section", strain[..., 0], "1", f"strain of the axis without stress {where}")
+    found.along("free_curvature_y", "section", strain[..., 4], "m-1", f"curvature about y without stress {where}")
+    found.along("free_curvature_z", "section", strain[..., 5], "m-1", f"curvature about z without stress {where}")
+    arc = (np.arange(rod.elements) + 0.5) * rod.length / rod.elements
+    found.coordinate("arc", "section", arc, "m", "length from the root to the elements' middles")
+
+
+def _observe_work(view: View, index: int, found: Observed) -> None:
+    """The work done as the free strain changes."""
     heated = heating.energies(view.model, index, view.t, view.y, view.load_factor)
     text = "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples"
     found.scalar("work", heated.work, "J", text)
     found.plots, found.plots_along = ["temperature"], ["free_strain"]
-    return found

@@ -154,7 +154,7 @@ class Rod(Part):
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         for i in range(n):
             builder.add(
-                "rod_elements", a=first_body + i, b=first_body + i + 1, length=h, beta=self.stiffness_damping,
+                "rod_elements", a=first_body + i, b=first_body + i + 1, length=h, beta=self.stiffness_damping, heated=0,
                 arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i], rest=rest[i],
             )  # fmt: skip
         index = builder.add(

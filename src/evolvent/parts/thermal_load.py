@@ -1,4 +1,4 @@
-"""Temperatures of beams."""
+"""Temperatures of beams and rods."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ def _pairs(value: Any) -> Any:
 
 
 class ThermalLoad(Part):
-    """A change of a beam's temperature: uniform in the section and with gradients across it, by profiles of time.
+    """A change of the temperature of a beam or a rod, uniform in the section and with gradients across it.
 
     Parameters
     ----------
     beam : str
-        The beam; its material needs `thermal_expansion`.
+        The beam or rod; its material needs `thermal_expansion`.
     temperature : optional
         Change of the temperature of the axis against that at which the beam is without stress, K, as a function of
         time.
@@ -45,7 +45,8 @@ class ThermalLoad(Part):
     hotter side is the longer one. Strain, axial force, bending moments and strain energy of the beam are those of the
     strain less the free one. The energy that comes in as the free strain changes counts as work of loads. The section
     itself keeps its size, and stiffness and damping do not depend on temperature; damping by the stiffness acts on the
-    rate of the whole strain. In equilibria and modes the temperature is that at `time`, times the load factor.
+    rate of the whole strain. An element of a rod has the mean of `along` over it. In equilibria and modes the
+    temperature is that at `time`, times the load factor.
     """
 
     kind: Literal["thermal-load"] = "thermal-load"
@@ -64,11 +65,10 @@ class ThermalLoad(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
-        if builder.names.get(self.beam, ("",))[0] == "rods":
-            raise InputError(f"{name}.beam is {self.beam!r}, a Rod; a thermal load needs a Beam")
-        index = builder.find(self.beam, "beams")
+        family = "rods" if builder.names.get(self.beam, ("",))[0] == "rods" else "beams"
+        index = builder.find(self.beam, family)
         beam = builder.specs[self.beam]
-        self._check(builder, name, beam, index)
+        self._check(builder, name, beam, (family, index))
         places = {}
         for key in ("temperature", "gradient_y", "gradient_z"):
             profile = getattr(self, key)
@@ -76,6 +76,14 @@ class ThermalLoad(Part):
             if profile is not None:
                 places[key] = builder.parameters(write_profile(builder, f"{name}.{key}", profile))[0]
         constants = len(builder.values)
+        if family == "rods":
+            builder.parameters(beam.material.thermal_expansion * self.means(beam.elements))
+            fields = {"beam": -1, "rod": index, "constants": constants, **places}
+            builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
+            first = builder.rows["rods"][index]["first_element"]
+            for row in builder.rows["rod_elements"][first : first + beam.elements]:
+                row["heated"] = 1
+            return
         nodes, ends = beam.start(self.beam), beam.arc / beam.length
         for i, length in enumerate(beam.lengths):
             form = thermal_form(
@@ -83,22 +91,30 @@ class ThermalLoad(Part):
                 self._along(ends[i], ends[i + 1]), rest=nodes[i : i + 2].ravel() if beam.rests_at_start else None,
             )  # fmt: skip
             builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
-        builder.names[name] = ("thermal_loads", builder.add("thermal_loads", beam=index, constants=constants, **places))
+        fields = {"beam": index, "rod": -1, "constants": constants, **places}
+        builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
+
+    def means(self, elements: int) -> np.ndarray:
+        """Means of the factor over the elements of a rod: (elements,)."""
+        at, weights = np.polynomial.legendre.leggauss(4)
+        places = (np.arange(elements)[:, None] + 0.5 + 0.5 * at) / elements
+        return np.asarray(self.factor(places) @ (0.5 * weights))
 
     def _along(self, first: float, last: float) -> Callable[[float], float]:
         return lambda xi: float(self.factor(first + xi * (last - first)))
 
-    def _check(self, builder: Builder, name: str, beam: Any, index: int) -> None:
+    def _check(self, builder: Builder, name: str, beam: Any, target: tuple[str, int]) -> None:
         """Refuse a beam that the load cannot act on, and keys that do not fit it."""
+        key = "rod" if target[0] == "rods" else "beam"
         gradients = [key for key in ("gradient_y", "gradient_z") if getattr(self, key) is not None]
         if self.temperature is None and not gradients:
             raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")
-        if gradients and beam.vectors == 2:
+        if key == "beam" and gradients and beam.vectors == 2:
             raise InputError(
                 f"{name}.{gradients[0]} is given, but {self.beam!r} is a {beam.formulation}, whose section has no "
                 f"axes; leave it out, or take the formulation 'assumed_strain'"
             )
-        if beam.formulation in ("full", "nu_split"):
+        if key == "beam" and beam.formulation in ("full", "nu_split"):
             raise InputError(
                 f"{name}.beam is {self.beam!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
                 f"'assumed_strain', 'elastic_line', 'cable' or 'cable_stretch'"
@@ -108,8 +124,8 @@ class ThermalLoad(Part):
                 f"{name}.beam is {self.beam!r}, whose material has no thermal_expansion; give {self.beam}.material "
                 f"one, such as 24e-6 1/K"
             )
-        if any(row["beam"] == index for row in builder.rows["thermal_loads"]):
-            raise InputError(f"{name}.beam is {self.beam!r}, which has a thermal load already; one beam takes one")
+        if any(row[key] == target[1] for row in builder.rows["thermal_loads"]):
+            raise InputError(f"{name}.beam is {self.beam!r}, which has a thermal load already; one {key} takes one")
         if self.along is None:
             return
         x = [place for place, _ in self.along]

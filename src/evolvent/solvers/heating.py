@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import jit
+from evolvent.elements import rods
 from evolvent.elements.forms import products
 from evolvent.elements.thermal import STRETCHES
 from evolvent.kernels import flexible, thermal
@@ -21,7 +22,7 @@ Array = np.ndarray
 
 
 class Heated(NamedTuple):
-    """Of a load: its beam; what energies of strain and of bending change by (nt,), J; work since the start (nt,), J."""
+    """Of a load: its beam or rod; changes of energies of strain and of bending, and work since the start, (nt,) J."""
 
     beam: int
     elastic: Array
@@ -49,6 +50,8 @@ def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float
     derivative by a, by the trapezoidal rule over the samples.
     """
     load, f = model.flexible.thermal_loads[index], model.flexible
+    if load["rod"] >= 0:
+        return _rod_energies(model, load, amplitudes(model, index, t, factor), y)
     beam, at, a = f.beams[load["beam"]], int(load["constants"]), amplitudes(model, index, t, factor)
     is_cable = bool(beam["kind"] == flexible.CABLE)
     size, c, whole = 12 if is_cable else 24, np.zeros(a.shape), np.zeros((a.shape[1], a.shape[1]))
@@ -67,6 +70,33 @@ def energies(model: Model, index: int, t: Array, y: Array, factor: Array | float
         work[1:] = np.cumsum(-np.sum(np.diff(a, axis=0) * 0.5 * (c[1:] + c[:-1]), axis=1))
         work += own.sum(axis=1) - own[0].sum()
     return Heated(int(load["beam"]), changes.sum(axis=1), changes[:, STRETCHES:].sum(axis=1), work)
+
+
+def free_rod_strains(model: Model, load: Any, a: Array) -> Array:
+    """Free strains (nt, elements, 6) of a heated rod, of amplitudes (nt, 6)."""
+    count, at = int(model.flexible.rods["elements"][load["rod"]]), int(load["constants"])
+    found = np.zeros((len(a), count, 6))
+    found[..., [0, 4, 5]] = a[:, [0, 4, 2]][:, None, :] * model.parameters[at : at + count][:, None] * [1.0, 1.0, -1.0]
+    return found
+
+
+def _rod_energies(model: Model, load: Any, a: Array, y: Array) -> Heated:
+    """`energies` of a rod, whose energy is quadratic in the strains less the free ones."""
+    row = model.flexible.rods[load["rod"]]
+    elements = model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    bodies = model.bodies[int(row["first_body"]) :][: int(row["elements"]) + 1]
+    R = np.stack([rods.from_quaternions(y[:, b["iq"] + 3 : b["iq"] + 7]) for b in bodies], axis=1)
+    arms = np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+    x = np.stack([y[:, b["iq"] : b["iq"] + 3] for b in bodies], axis=1) + np.einsum("tnij,nj->tni", R, arms)
+    lengths, free = elements["length"], free_rod_strains(model, load, a)
+    E = rods.strains(x, R, float(lengths[0])) - elements["rest"]
+    S, S_free = (np.einsum("n,nij,tnj->tni", lengths, elements["stiffness"], strain) for strain in (E, free))
+    changes = 0.5 * (S_free * free - S_free * E - S * free)
+    work = np.zeros(len(a))
+    if len(a):
+        pull = 0.5 * (S - S_free)
+        work[1:] = np.cumsum(-np.einsum("tni,tni->t", pull[1:] + pull[:-1], np.diff(free, axis=0)))
+    return Heated(int(load["rod"]), changes.sum(axis=(1, 2)), changes[..., 3:].sum(axis=(1, 2)), work)
 
 
 def _products(e: Array) -> Array:

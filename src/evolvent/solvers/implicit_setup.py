@@ -24,6 +24,8 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 MOST_REDUNDANT = 64
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
+#: Strain of rods whose energy is round-off and what Newton's method leaves.
+ROUND_OFF_STRAIN = 1e-8
 
 
 def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = False) -> SparseBlocks:
@@ -93,7 +95,10 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
-    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
+    """Energy beside which a gain is round-off, J.
+
+    That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`.
+    """
     flexible, info = assembly.model.flexible, assembly.model.info
     lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * length_of(assembly.model, weight)
     strained = sum(
@@ -102,7 +107,9 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
         )
         for element in flexible.elements
     )
-    return 1e-9 * (lifted + strained)
+    rods = flexible.rod_elements
+    stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
+    return 1e-9 * (lifted + strained) + stretched
 
 
 def check_start(assembly: Assembly, t: float) -> None:
