@@ -29,10 +29,12 @@ def surface(kind: str, **keys: Any) -> Any:
     at: Any = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1)}
     if kind == "sphere":
         return parts.SphereContact(**at, **keys)
+    if kind == "cylinder":
+        return parts.CylinderContact(**at, axis=(0, 1, 0), **keys)
     return parts.CapsuleContact(**at, length=0.5, axis=(0, 1, 0), **keys)
 
 
-@pytest.mark.parametrize("kind", ["plane", "sphere", "capsule"])
+@pytest.mark.parametrize("kind", ["plane", "sphere", "capsule", "cylinder"])
 def test_a_propped_cantilever_rests_on_a_surface(kind: str, book: Book) -> None:
     """A load P at the middle presses the tip by 5 P/16."""
     system = System()
@@ -64,6 +66,32 @@ def test_what_a_rod_cannot_touch_is_refused() -> None:
     system = System()
     system.add(boom(), "boom")
     keys = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1)}
-    system.add(parts.CylinderContact(**keys), "drum")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"drum.beams holds the rod 'boom', .*take a capsule-contact"):
+    system.add(parts.CylinderContact(half_length=0.2, **keys), "drum")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"drum.half_length is given, .*the rod 'boom', .*take a capsule-contact"):
         system.assemble()
+
+
+def test_a_rod_hangs_over_a_drum_by_friction() -> None:
+    """A rod pressed about a quarter turn of a drum keeps its energy balance, and its nodes stay outside."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    material = Material(young_modulus=2e6, poisson_ratio=0.3, density=1000.0)
+    rod = parts.Rod(
+        length=1.0, section=Circle(radius=0.01), material=material, elements=24, stiffness_damping=5e-3,
+        mass_damping=5.0,
+    )  # fmt: skip
+    system.add(rod, "boom")
+    system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
+    drum = parts.CylinderContact(
+        body="ground", beams=["boom"], radius=0.2, centre=(0.0, 0.0, -0.2), axis=(0, 1, 0), stiffness=1e5, damping=0.3,
+        friction=0.3,
+    )  # fmt: skip
+    system.add(drum, "drum")
+    run = system.simulate(until=1.5, every=0.05, method="energy-momentum")
+    x = run["boom"].position.values[-1]
+    far = np.hypot(x[:, 0], x[:, 2] + 0.2)
+    assert far.min() > 0.2 - 1e-4
+    assert np.sum(far < 0.2 + 1e-4) > 5  # it lies on the drum, and the rest hangs down
+    assert x[-1, 2] < -0.5
+    weight = 1000.0 * np.pi * 1e-4 * 9.81
+    assert 0.0 < float(run["drum"].normal_force.values[-1].sum()) < 2.0 * weight
+    assert np.abs(run.energy_defect).max() < 1e-6 * float(np.abs(run.work_loads).max())

@@ -210,7 +210,11 @@ def passing(model, R0, x0, R1, x1):
         vx, vy, vz = turn_back(R1[b], qx, qy, qz)
         moved = math.sqrt((vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2)
         sx, sy, sz = ux - d[0], uy - d[1], uz - d[2]
-        away = math.sqrt(sx * sx + sy * sy + sz * sz) - row.radius - row.half_a - row.half_b
+        g = row.axis_b
+        t = sx * g[0] + sy * g[1] + sz * g[2]
+        t = min(max(t, -row.half_b), row.half_b)
+        sx, sy, sz = sx - t * g[0], sy - t * g[1], sz - t * g[2]
+        away = math.sqrt(sx * sx + sy * sy + sz * sz) - row.radius - row.half_a
         largest = max(largest, moved / (max(away, 0.0) + 0.5 * row.radius))
     return largest
 

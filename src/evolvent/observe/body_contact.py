@@ -72,7 +72,12 @@ def _solid(view: View, name: str) -> dict[str, Any]:
     centre, axis = row["place_b"].tolist(), row["axis_b"].tolist()
     if row["surface"] == surfaces.PLANE:
         return disc(view.part(name).size, centre, axis)
-    return capsule(float(row["radius"]), 2.0 * float(row["half_b"]), centre, axis)
+    radius, half = float(row["radius"]), float(row["half_b"])
+    return capsule(radius, 2.0 * half if np.isfinite(half) else _SHOWN * radius, centre, axis)
+
+
+#: Length of a cylinder without ends as it is drawn, in radii.
+_SHOWN = 4.0
 
 
 def body_name(view: View, index: int) -> str:

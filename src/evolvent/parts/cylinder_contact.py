@@ -1,4 +1,4 @@
-"""A rigid cylinder that beams touch."""
+"""A rigid cylinder that beams and rods touch."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from evolvent.parts.surface_contact import add_surface
 
 
 class CylinderContact(Contact):
-    """A rigid cylinder on a body (or the ground), and the beams that touch it.
+    """A rigid cylinder on a body (or the ground), and the beams or rods that touch it.
 
     Parameters
     ----------
     body : str
         Body that the cylinder is fixed to, or ground.
     beams : list of str
-        Beams whose contact points it pushes out.
+        Beams with contact points, or rods, whose nodes but the root are the contact points.
     radius : float, m
         To the beams' axes.
     half_length : float, m, optional
-        Half the cylinder's length; without limit if left out.
+        Half the cylinder's length; without limit if left out, as it must be with rods.
     centre : (3,) float, m
         Body axes.
     axis : (3,) float

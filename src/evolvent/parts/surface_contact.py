@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -64,9 +65,12 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
             f"{name}.beams holds the rod {rods[0]!r} and {other!r}, which is no rod; give each a contact of its own"
         )
     if surface.kind == surfaces.CYLINDER:
-        raise InputError(
-            f"{name}.beams holds the rod {rods[0]!r}, which a cylinder-contact does not support; take a capsule-contact"
-        )
+        if math.isfinite(surface.half):
+            raise InputError(
+                f"{name}.half_length is given, but {name}.beams holds the rod {rods[0]!r}, for which a cylinder has no "
+                f"ends; leave it out, or take a capsule-contact"
+            )
+        surface = surface._replace(kind=surfaces.CAPSULE)
     if part.law == "paper":
         raise InputError(f"{name}.law is 'paper', which rods do not support; take 'hunt-crossley' or 'conservative'")
     surface = surface._replace(body=builder.find(part.body, "bodies"))
