@@ -200,7 +200,8 @@ class Builder:
         ----------
         where : str, (str, (3,) float) or (3,) float
             "hub" (a body's origin, a point), "hub.left" (a point of a body), "boom.root", "boom.tip" or "boom[5]" (a
-            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), or a position on the ground.
+            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), or a position on the
+            ground.
         key : str, what the reference is given for, such as "spring.a"
 
         Raises

@@ -52,8 +52,9 @@ class Joint(Part):
     ----------
     a, b : place
         Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
-        "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body named alone, "hub", means its point where the other end is at
-        the start; in a joint of type "distance" its origin.
+        "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
+        named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" its
+        origin.
     type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
 "in-plane", "distance"}
         spherical: the places coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.

@@ -233,15 +233,14 @@ class Thread(Part):
             q, rate = builder.coordinates(x, v)
             point = builder.add("points", iq=q, iv=rate, mass=0.0, compliance=0.0)
             builder.names[f"{name}.tip"] = ("points", point)
-            self.fix_tip(
-                builder, name, builder.add("markers", kind=springs.ON_POINT, index=point, local=np.zeros(3)), v
-            )
-        marker = builder.rows["markers"][row["end"]]
-        x, v = builder.marker_state(row["end"])
-        if marker["kind"] == springs.ON_BODY:
-            return Location("bodies", marker["index"], marker["local"], -1, -1, -1, x, v, False)
-        point_row = builder.rows["points"][marker["index"]]
-        return Location("points", marker["index"], np.zeros(3), point_row["iq"], point_row["iv"], -1, x, v, False)
+            marker = builder.add("markers", kind=springs.ON_POINT, index=point, local=np.zeros(3))
+            self.fix_tip(builder, name, marker, v)
+        at = builder.rows["markers"][row["end"]]
+        position, velocity = builder.marker_state(row["end"])
+        if at["kind"] == springs.ON_BODY:
+            return Location("bodies", at["index"], at["local"], -1, -1, -1, position, velocity, False)
+        own = builder.rows["points"][at["index"]]
+        return Location("points", at["index"], np.zeros(3), own["iq"], own["iv"], -1, position, velocity, False)
 
     def check_tip(self, builder: Builder, name: str, where: str, key: str) -> None:
         """Refuse an end that cannot be a place for other parts."""
@@ -254,7 +253,7 @@ class Thread(Part):
             raise InputError(f"{given}, but nothing of {name!r} is out at the start; start with some length out "
                              f"(`angle` of {self.reel}.drive above 0)")  # fmt: skip
 
-    def fix_tip(self, builder: Builder, name: str, end: int, v: Sequence[float]) -> None:
+    def fix_tip(self, builder: Builder, name: str, end: int, v: Sequence[float] | np.ndarray) -> None:
         """Fix the end to a marker at the same position, with the velocity v (3,); nodes move with both ends."""
         index = builder.names[name][1]
         row, released, n = builder.rows["threads"][index], builder.released[index], self.nodes
