@@ -200,7 +200,8 @@ class Builder:
         ----------
         where : str, (str, (3,) float) or (3,) float
             "hub" (a body's origin, a point), "hub.left" (a point of a body), "boom.root", "boom.tip" or "boom[5]" (a
-            beam's node), ("hub", position in its axes), or a position on the ground.
+            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), or a position on the
+            ground.
         key : str, what the reference is given for, such as "spring.a"
 
         Raises
@@ -210,6 +211,9 @@ class Builder:
         """
         if isinstance(where, str):
             name, on = split_reference(where)
+            if on == "tip" and self.names.get(name, ("",))[0] == "threads":
+                found: Location = self.specs[name].tip_place(self, name, where, key)
+                return found
             family, index = self._owner(name, where, key)
             if family == "beams":
                 return self._node(where, index, name, on, key)
@@ -246,7 +250,8 @@ class Builder:
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
                 advice = (
-                    "; a mass at its end is its key `tip_mass`, a place it is fixed to its key `end`"
+                    f"; its end is {name + '.tip'!r}; a mass at its end is its key `tip_mass`, a place it is fixed to "
+                    f"its key `end`"
                     if family == "threads"
                     else ""
                 )

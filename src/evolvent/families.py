@@ -110,7 +110,6 @@ def _is(field: str, value: Any) -> Callable[[Array], Array]:
 
 
 _NOT_EXPLICIT, _NOT_ENERGY = EVERY - {EXPLICIT}, EVERY - {ENERGY}
-_NOT_MODES = EVERY - {MODES}
 _IN_TIME = frozenset({EXPLICIT, IMPLICIT})
 _MOTIONS = frozenset({EXPLICIT, IMPLICIT, ENERGY})
 _MATRIX = (sides.side_columns, sides.add_product, sides.add_turning)
@@ -209,11 +208,11 @@ FAMILIES = (
         which=lambda found: _at_markers(found) & (found["law"] != 0), tangents=(loads.add_law_tangent, *_MATRIX),
     ),
     Family(
-        "an orbital frame", "fields", _NOT_MODES, "take simulate or equilibrium", which=_is("kind", fields.ORBIT),
+        "an orbital frame", "fields", EVERY, which=_is("kind", fields.ORBIT),
         forces=_FIELD, tangents=_FIELD_TANGENT,
     ),
     Family(
-        "an acceleration field", "fields", _NOT_MODES, "take simulate or equilibrium",
+        "an acceleration field", "fields", EVERY,
         which=_is("kind", fields.LAW), forces=_FIELD, tangents=_FIELD_TANGENT,
     ),
     Family(

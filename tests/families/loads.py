@@ -35,6 +35,13 @@ def linear_motion(K: Array, C: Array, f: Array, x0: Array, v0: Array) -> Any:
     return lambda t: np.array([(expm(A * time) @ start + rest)[:3] for time in np.atleast_1d(t)])
 
 
+def oscillations(K: Array, C: Array) -> Array:
+    """Poles of x'' = K x + C x' that oscillate, one of each pair."""
+    found = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [K, C]]))
+    found = found[found.imag > 0.0]
+    return found[np.argsort(np.abs(found))]
+
+
 @of("an orbital frame")
 def orbit() -> Case:
     """A mass on a spring without length, pushed by a force, in the frame of a circular orbit."""
@@ -53,7 +60,7 @@ def orbit() -> Case:
 
     return Case(
         part="orbit", system=system, seen=at("mass"), end=3.0, step=0.01, motion=linear_motion(K, C, F / m, x0, v0),
-        still=-np.linalg.solve(K, F / m),
+        still=-np.linalg.solve(K, F / m), poles=oscillations(K, C),
     )  # fmt: skip
 
 
@@ -73,6 +80,7 @@ def acceleration_field() -> Case:
     return Case(
         part="field", system=system, seen=at("mass"), end=3.0, step=0.01,
         motion=linear_motion(K, C, f, x0, np.zeros(3)), still=-np.linalg.solve(K, f),
+        poles=oscillations(K, C), damped=True,
     )  # fmt: skip
 
 

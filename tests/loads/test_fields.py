@@ -287,7 +287,6 @@ def test_refusals() -> None:
     refused("f0.rate and f0.radius are both given", parts.Orbit(rate=1.0, radius=7e6))
     refused("f0.gravitational_parameter is missing", parts.Orbit(radius=7e6))
     refused("f0.rate is missing", parts.Orbit())
-    refused("'f0' is an orbital frame, which modes do not support", orbit, call="modes")
     refused("rotating does not support the field 'f0'", orbit, call="equilibrium", rotating=(0.0, 0.0, 1.0))
     refused("'f0' at t = 0 s: the law 'broken'", parts.AccelerationField(law=broken), call="simulate", until=1.0)
     with pytest.raises(InputError, match="cannot be compiled as"):

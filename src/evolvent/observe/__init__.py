@@ -41,6 +41,7 @@ OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
     "motors": coordinates.observe_motor,
     "synchronizations": coordinates.observe_synchronization,
     "threads": threads.observe_thread,
+    "thread_ends": threads.observe_thread_end,
     "reels": threads.observe_reel,
     "wheels": attitude.observe_wheel,
     "thrusters": attitude.observe_thruster,

@@ -56,6 +56,8 @@ def observe_thread(view: View, name: str) -> Observed:
     found.vector("tip_position", x[:, 0], "m", "position of the tip, inertial axes")
     if row["end"] >= 0:
         found.vector("end_force", _end_force(view, index, x, tension), "N", "force on the end part, inertial axes")
+    sums = sums.copy()
+    _add_tip(view, name, sums)
     copies = f", of all {int(row['copies'])} copies" if row["copies"] > 1 else ""
     what = "of the released thread, of wound thread that is carried and of a free spool" + copies
     found.scalar("energy_kinetic", sums[:, mdl.KINETIC], "J", f"kinetic energy {what}")
@@ -67,6 +69,34 @@ def observe_thread(view: View, name: str) -> Observed:
     found.coordinate("node", "node", np.arange(n), "1", FROM_TIP)
     _draw(view, name, found)
     found.plots = ["tip_lag", "hub_tension", "deployed_length"]
+    return found
+
+
+def _add_tip(view: View, name: str, sums: Array) -> None:
+    """Add energy and momenta of the point mass at the tip, where other parts act on it, to those of its thread."""
+    own = view.assembly.names.get(f"{name}.tip")
+    if own is None:
+        return
+    point = view.model.points[own[1]]
+    x, v, m = view.coordinates(int(point["iq"])), view.coordinates(int(point["iv"])), float(point["mass"])
+    sums[:, mdl.KINETIC] += 0.5 * m * (v * v).sum(axis=1)
+    sums[:, mdl.P_ALL : mdl.P_ALL + 3] += m * v
+    sums[:, mdl.H_RELEASED : mdl.H_RELEASED + 3] += m * np.cross(x, v)
+
+
+def observe_thread_end(view: View, name: str) -> Observed:
+    """Force of a spherical joint at the end of a thread on its place b."""
+    found, index = Observed(), view.index(name)
+    row = view.model.threads[index]
+    first, n = int(row["node"]), int(row["n"])
+    seen = view.solution.observations
+    x, released = seen.position[:, first : first + n], view.s[:, index, None] > np.arange(n)
+    tension = np.where(released, seen.tension[:, first : first + n], np.nan)
+    thread = next(key for key, at in view.assembly.names.items() if at == ("threads", index))
+    sign = 1.0 if view.part(name).a == f"{thread}.tip" else -1.0
+    what = "pull of the thread on the place b, inertial axes" if sign > 0.0 else "force on the thread, inertial axes"
+    found.vector("force", sign * _end_force(view, index, x, tension), "N", what)
+    found.plots = ["force"]
     return found
 
 

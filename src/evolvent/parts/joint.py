@@ -29,6 +29,7 @@ from evolvent.parts.joint_sides import (
     side_of,
 )
 from evolvent.parts.law import PathDrive
+from evolvent.parts.thread_joint import check_type, fix_end
 
 __all__ = [
     "Joint", "PrescribedMotion", "PrescribedRotation", "Side", "add_row", "direction_side", "place_side"
@@ -51,8 +52,9 @@ class Joint(Part):
     ----------
     a, b : place
         Ends: "boom.root", "boom.tip" or "boom[5]" (a beam's node), "hub.left" (a point of a body), ("hub", (x, y, z)),
-        a point mass, or a position on the ground. A body named alone, "hub", means its point where the other end is at
-        the start; in a joint of type "distance" its origin.
+        "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
+        named alone, "hub", means its point where the other end is at the start; in a joint of type "distance" its
+        origin.
     type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "point-on-line", \
 "in-plane", "distance"}
         spherical: the places coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
@@ -136,7 +138,10 @@ class Joint(Part):
         return found[0], found[1]
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the joint's scalar constraints into the family `joints`."""
+        """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread."""
+        check_type(builder, name, self)
+        if fix_end(builder, name, self):
+            return
         a, b = self._ends(builder, name)
         swaps = self.type not in ("point-on-line", "in-plane", "universal")
         if swaps and a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:

@@ -23,8 +23,8 @@ class Point(Part):
     position, velocity : (3,) float, m and m/s
         At the start, inertial axes.
     at : place, optional
-        Place of a body or beam, such as "boom.tip" or "hub.left", that the mass is fixed to; position and velocity are
-        those of that place.
+        Place of a body or beam, such as "boom.tip" or "hub.left", or the end of a thread, "tether.tip", that the mass
+        is fixed to; position and velocity are those of that place.
     """
 
     kind: Literal["point"] = "point"
@@ -36,6 +36,7 @@ class Point(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the point into the family `points`; fixed to a place, three rows of `joints` as well."""
         from evolvent.parts.joint import add_row, place_side
+        from evolvent.parts.thread_joint import carry_point
 
         position, velocity, held = self.position, self.velocity, None
         if self.at is not None:
@@ -43,6 +44,8 @@ class Point(Part):
                 if key in self.model_fields_set:
                     raise InputError(f"{name}.{key} and {name}.at are both given; {name}.at says where the point is")
             key = f"{name}.at"
+            if carry_point(builder, name, self):
+                return
             held = place_side(builder, self.at, key)
             position, velocity = tuple(held.u), tuple(builder.velocity_of(self.at, key))
         q, v = builder.coordinates(position, velocity)

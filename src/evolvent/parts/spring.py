@@ -21,7 +21,7 @@ class Spring(Part):
     ----------
     a, b : place
         Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, a node of a beam
-        ("boom.tip", "boom[5]"), or a position on the ground.
+        ("boom.tip", "boom[5]"), the end of a thread ("tether.tip"), or a position on the ground.
     stiffness : float, N/m
         Along the line.
     damping : float, N s/m

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from evolvent.kernels import thread as kernels
 from evolvent.parts.base import Part, Place, ReelName, unit
 from evolvent.parts.drive import RampDrive
 from evolvent.parts.reel import Reel
+from evolvent.references import Location
 
 #: Of a thread whose end is fixed, at the start.
 LARGEST_STRAIN = 0.1
@@ -24,6 +26,16 @@ def turns_with(builder: Builder, body: int, axis: np.ndarray, centre: np.ndarray
     """Whether the rotation of a spinning body acts on its spool: axes not perpendicular, or centre off the plane."""
     along = builder.rows["bodies"][body]["axis"]
     return bool(abs(along @ axis) > 1e-9 or abs(centre @ axis) > 1e-9)
+
+
+def give_mass(builder: Builder, node: int, end: int) -> None:
+    """Add the mass of a thread's first node to the point mass that the thread ends at, if it is one."""
+    marker, row = builder.rows["markers"][end], builder.rows["nodes"][node]
+    if marker["kind"] == springs.ON_POINT:
+        point = builder.rows["points"][marker["index"]]
+        point["mass"] += row["mass"]
+        point["compliance"] = 1.0 / point["mass"]
+        row["mass"] = row["compliance"] = 0.0
 
 
 class Thread(Part):
@@ -42,7 +54,8 @@ class Thread(Part):
     tip_mass : float, kg
         Added to the first node.
     end : place, optional
-        Place of a body or a point mass, such as "satellite.hook", to which the outer end is fixed.
+        Place of a body or a point mass, such as "satellite.hook", to which the outer end is fixed. Without it the end
+        is a place for springs, forces, points and joints by the name "tether.tip" (`segments` 'springs').
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
@@ -163,13 +176,9 @@ class Thread(Part):
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
             mass = self.line_density * span + (tip if i == 0 else 0.0)
-            if i == 0 and end >= 0 and builder.rows["markers"][end]["kind"] == springs.ON_POINT:
-                point = builder.rows["points"][builder.rows["markers"][end]["index"]]
-                point["mass"] += mass
-                point["compliance"] = 1.0 / point["mass"]
-                builder.add("nodes", mass=0.0, compliance=0.0, span=span)
-                continue
             builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
+        if end >= 0:
+            give_mass(builder, first, end)
         index = builder.add(
             "threads",
             kind=kind,
@@ -214,6 +223,51 @@ class Thread(Part):
         )
         builder.released.append(released)
         builder.names[name] = ("threads", index)
+
+    def tip_place(self, builder: Builder, name: str, where: str, key: str) -> Location:
+        """The end of the thread as a place: what it is fixed to, or a point mass that takes the first node's mass."""
+        row = builder.rows["threads"][builder.names[name][1]]
+        if row["end"] < 0:
+            self.check_tip(builder, name, where, key)
+            x, v = builder.q[row["iq"] :][:3], builder.v[row["iv"] :][:3]
+            q, rate = builder.coordinates(x, v)
+            point = builder.add("points", iq=q, iv=rate, mass=0.0, compliance=0.0)
+            builder.names[f"{name}.tip"] = ("points", point)
+            marker = builder.add("markers", kind=springs.ON_POINT, index=point, local=np.zeros(3))
+            self.fix_tip(builder, name, marker, v)
+        at = builder.rows["markers"][row["end"]]
+        position, velocity = builder.marker_state(row["end"])
+        if at["kind"] == springs.ON_BODY:
+            return Location("bodies", at["index"], at["local"], -1, -1, -1, position, velocity, False)
+        own = builder.rows["points"][at["index"]]
+        return Location("points", at["index"], np.zeros(3), own["iq"], own["iv"], -1, position, velocity, False)
+
+    def check_tip(self, builder: Builder, name: str, where: str, key: str) -> None:
+        """Refuse an end that cannot be a place for other parts."""
+        given = f"{key} is {where!r}"
+        if self.segments != "springs":
+            raise InputError(f"{given}; it needs {name}.segments 'springs', not {self.segments!r}")
+        if self.copies > 1:
+            raise InputError(f"{given}; it needs {name}.copies 1, but {name}.copies is {self.copies!r}")
+        if builder.released[builder.names[name][1]] == 0:
+            raise InputError(f"{given}, but nothing of {name!r} is out at the start; start with some length out "
+                             f"(`angle` of {self.reel}.drive above 0)")  # fmt: skip
+
+    def fix_tip(self, builder: Builder, name: str, end: int, v: Sequence[float] | np.ndarray) -> None:
+        """Fix the end to a marker at the same position, with the velocity v (3,); nodes move with both ends."""
+        index = builder.names[name][1]
+        row, released, n = builder.rows["threads"][index], builder.released[index], self.nodes
+        iq, iv = row["iq"], row["iv"]
+        rates = np.array(builder.v[iv : iv + 3 * n]).reshape(n, 3)
+        x = np.array(builder.q[iq : iq + 3 * n]).reshape(n, 3)
+        pose = builder.poses[row["body"]]
+        length = np.linalg.norm(x[:released] - (pose.x + pose.R @ row["departure"]), axis=1)
+        rates[:released] += np.outer(length / length[0], np.array(v) - rates[0])
+        rates[0] = x[0] = 0.0  # not used: the first node is that place
+        builder.v[iv : iv + 3 * n] = rates.ravel().tolist()
+        builder.q[iq : iq + 3 * n] = x.ravel().tolist()
+        row["end"] = end
+        give_mass(builder, row["node"], end)
 
     def _to_end(
         self, builder: Builder, name: str, body: int, departure: np.ndarray, X: np.ndarray, out: float

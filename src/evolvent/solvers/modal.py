@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
+#: Real part of a pole that grows, beside the largest pole; below it is round-off of poles that are nearly equal.
+GROWS = 1e-7
 #: Largest displacement, in parts of the structure's size, and rotation (rad) of states that are not given an amplitude.
 VISIBLE, VISIBLE_TURN = 0.1, 0.3
 #: Period (s) over which `states` shows a mode that does not oscillate.
@@ -117,6 +119,11 @@ class Modes:
         """Decay rate over the modulus of the pole, without unit: (k,)."""
         size = np.abs(self.pole)
         return np.divide(self.decay_rate, size, out=np.zeros_like(size), where=size > 0.0)
+
+    @property
+    def unstable(self) -> Array:
+        """Whether a mode grows, Re s > 0: (k,) bool. Real parts below 1e-7 of the largest pole are round-off."""
+        return np.asarray(self.pole.real > GROWS * np.abs(self.pole).max(initial=0.0))
 
     @property
     def square(self) -> Array:

@@ -1,4 +1,4 @@
-"""modes(): how a structure vibrates about an equilibrium, at rest or turning steadily."""
+"""modes(): how a structure vibrates about an equilibrium, at rest, turning steadily or in an orbital frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from evolvent import families
 from evolvent.builder import Assembly
 from evolvent.errors import EvolventError, InputError, RunFailed
 from evolvent.families import bodies_of
-from evolvent.kernels import joint, loads, rigid, sides, springs
+from evolvent.kernels import fields, joint, loads, rigid, sides, springs
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.alpha_state import displace
@@ -68,13 +68,16 @@ def modes(
     Notes
     -----
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
-    equilibrium, Z and Gy are what accelerations of the turn add by place and velocity (Coriolis). Modes nearest to
-    zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes of equal
-    frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z, where
-    they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations and
-    rotations. The objective damping of a cable's bending goes with the rate of the curvature's size, which has no
-    linear part where a cable is straight. Frequencies below some 1e-7 times the highest one asked for are round-off
-    and given as 0.
+    equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by place and velocity
+    (Coriolis). Poles of velocities are those of the linear problem of twice the size; `Modes.unstable` shows which
+    grow. A steady drift, as along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field
+    by a law the derivatives at rest count, without `damped` only the skew-symmetric part of those by velocity.
+    Modes nearest to zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes
+    of equal frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z,
+    where they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations
+    and rotations. The objective damping of a cable's bending goes with the rate of the curvature's size, which has no
+    linear part where a cable is straight. Frequencies below some 1e-7 times the highest one asked for are round-off and
+    given as 0.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
@@ -135,7 +138,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     whole = work.tangent(0.0, 0.0)
     K = whole[:n_v, :n_v]
     M = work.mass()
-    C = work.damping() if damped else sparse.csr_matrix((n_v, n_v))
+    C = _dampers(work) if damped else sparse.csr_matrix((n_v, n_v))
     joints, gradients = work.model.flexible.joints, whole[n_v:, :n_v]
     held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
     penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
@@ -150,8 +153,37 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
         C = C + g.T @ sparse.diags(joints["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
-        C = C + gyroscopic(work, M)
+        C = C + gyroscopic(work, M, b.spin[:3])
+    if work.model.fields.size:
+        C = C + field_rates(work, M, damped=damped)
     return M, C.tocsr(), K, G.tocsr()
+
+
+def field_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr_matrix:
+    """Derivatives of the forces of fields by velocities: Coriolis terms of an orbital frame, and those of a law.
+
+    Without `damped` only the gyroscopic (skew-symmetric) part of a law's derivative is taken.
+    """
+    found = sparse.csr_matrix((work.n_v, work.n_v))
+    for row in work.model.fields:
+        if row["kind"] == fields.ORBIT:
+            found = found + row["scale"] * gyroscopic(work, M, row["w"])
+            continue
+        with_field, scale = work.damping(), float(row["scale"])
+        row["scale"] = 0.0
+        own = with_field - work.damping()
+        row["scale"] = scale
+        found = found + (own if damped else 0.5 * (own - own.T))
+    return found
+
+
+def _dampers(work: Work) -> sparse.csr_matrix:
+    """Derivative of the forces by velocities at rest, without those of fields (`field_rates`)."""
+    scale = work.model.fields["scale"].copy()
+    work.model.fields["scale"] = 0.0
+    found = work.damping()
+    work.model.fields["scale"] = scale
+    return found
 
 
 def _rubs(model: Any) -> bool:
@@ -167,6 +199,8 @@ def is_conservative(work: Work) -> bool:
         return False
     if np.any(model.flexible.beam_loads["kind"] == FIELD) or _rubs(model):
         return False
+    if np.any(model.fields["kind"] == fields.LAW):
+        return False
     if np.any(families.follows(model.flexible.beam_loads)) or np.any(model.loads["law"] != 0):
         return False
     if np.any(model.loads["kind"] == loads.PANEL):
@@ -179,10 +213,13 @@ def is_conservative(work: Work) -> bool:
     return True
 
 
-def gyroscopic(work: Work, M: sparse.csr_matrix) -> sparse.csr_matrix:
-    """Forces of velocities in the frame that turns: 2 M W x u', of a free body's rotation J w^ - (J w)^ + w^ J."""
+def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matrix:
+    """Forces of velocities in a frame that turns at `rate` (3,).
+
+    They are 2 M W x u', and of a free body's rotation J w^ - (J w)^ + w^ J.
+    """
     model, n_v = work.model, work.n_v
-    W = _skew(work.balance.spin[:3])
+    W = _skew(rate)
     turns = sparse.lil_matrix((n_v, n_v))
     own = []
     for family, index in work.assembly.names.values():
@@ -195,7 +232,7 @@ def gyroscopic(work: Work, M: sparse.csr_matrix) -> sparse.csr_matrix:
                 if body["motion"] == rigid.FREE:
                     at = int(body["iv"]) - work.n_q
                     turns[at : at + 3, at : at + 3] = 2.0 * W
-                    J, w = body["inertia"], body["R"].T @ work.balance.spin[:3]
+                    J, w = body["inertia"], body["R"].T @ rate
                     own.append((at + 3, J @ _skew(w) - _skew(J @ w) + _skew(w) @ J))
             continue
         for first in range(where.start, where.stop, 3):
