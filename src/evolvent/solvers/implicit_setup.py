@@ -11,6 +11,7 @@ from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import gear, joint, rigid
+from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
@@ -75,6 +76,8 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     length = float(np.linalg.norm(spread)) or 1.0
     for at in linear:
         weight[at : at + 3] = length
+    for row in model.threads[model.threads["drive"] == FREE]:
+        weight[int(row["spool_v"]) - n_q] = length / row["radius"]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
 
 
