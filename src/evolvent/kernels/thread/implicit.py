@@ -25,13 +25,14 @@ from evolvent.model import MODEL
 _I = types.int64
 
 
-@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
+@indirect(types.UniTuple(REAL, 4)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
 def add_thread_residual(t, y, a, step, model, r):
     """Add threads to a residual (`evolvent.flow.implicit.residual`) that has everything else.
 
     Returns
     -------
-    dissipated, given, spools : float, W, powers taken by damping, given by loads on threads and by the spools
+    dissipated, given, spools, driven : float, W, powers taken by damping and friction, given by loads on threads, by
+        the spools, and by what drives bodies, against the forces of threads
     """
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
     n_q, s, gravity = model.info.nq, f.switches, model.info.gravity
@@ -71,14 +72,15 @@ def add_thread_residual(t, y, a, step, model, r):
         add_end_residual(n_q, model, p, r)
     if threads.size > 0:
         f.strands[nodes.size, 0] = t
+    moved = 0.0
     for b in range(bodies.size):
-        _add_body_rows(a, n_q, bodies, b, r)
+        moved -= _add_body_rows(a, n_q, bodies, b, r)
     dissipated += add_spool_residual(y, a, model, r)
     spools += carry_power(s, model)
     for b in range(bodies.size):
         for i in range(6):
             bodies[b].F[i] += bodies[b].L[0, i]
-    return dissipated, given, spools
+    return dissipated, given, spools, moved
 
 
 @inlined
@@ -129,7 +131,10 @@ def _note_segments(t, y, step, model, p):
 
 @inlined
 def _add_body_rows(a, n_q, bodies, b, r):
-    """Inertia and forces of threads on body b; its acceleration twist goes to its a."""
+    """Inertia and forces of threads on body b; its acceleration twist goes to its a.
+
+    Returns the power of the forces on a driven body, W.
+    """
     at, R, M, G, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].F, bodies[b].a
     for i in range(6):
         A[i] = 0.0
@@ -152,6 +157,10 @@ def _add_body_rows(a, n_q, bodies, b, r):
         r[at + 3] += x
         r[at + 4] += yy
         r[at + 5] += z
+    else:
+        v, w = bodies[b].v, bodies[b].w
+        return G[0] * v[0] + G[1] * v[1] + G[2] * v[2] + G[3] * w[0] + G[4] * w[1] + G[5] * w[2]
+    return 0.0
 
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
