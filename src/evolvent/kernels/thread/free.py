@@ -23,7 +23,7 @@ from evolvent.model import MODEL
 #: Rate at which the regularised friction reaches its limit, rad/s.
 CREEP = 1e-6
 #: Part of a segment by which a step may run past the release of a node.
-WINDOW = 1e-4
+WINDOW = 1e-5
 #: Part of a segment by which a free spool may run past the end of its thread.
 OVERRUN = 1e-6
 #: Relative steps of the central differences of motors' laws.
