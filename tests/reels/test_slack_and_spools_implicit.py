@@ -122,7 +122,11 @@ def craft(motion: str, *, thickness: float = 0.0, slack: bool = False, end: bool
     more: dict[str, Any] = {"tip_mass": 0.2}
     if end:
         place = parts.RigidBody(
-            mass=1.0, inertia=0.1, position=(1.62, 0.1, 0.0), velocity=(0.1, 3.0, 0.0), points={"hook": (-0.1, 0.0, 0.0)}
+            mass=1.0,
+            inertia=0.1,
+            position=(1.62, 0.1, 0.0),
+            velocity=(0.1, 3.0, 0.0),
+            points={"hook": (-0.1, 0.0, 0.0)},
         )
         system.add(place, "load")
         more = {"end": "load.hook"}

@@ -149,19 +149,19 @@ def advance(model, matrix, work, budget):
 @inlined
 def _has_free_spool(model):
     """Whether a thread is on a free spool."""
+    found = False
     for p in range(model.threads.size):
-        if model.threads[p].drive == FREE_SPOOL:
-            return True
-    return False
+        found = found or model.threads[p].drive == FREE_SPOOL
+    return found
 
 
 @inlined
 def _goes_slack(model):
     """Whether a thread can go slack, or stick on its spool: forces that Newton's method may not resolve in one step."""
+    found = False
     for p in range(model.threads.size):
-        if model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL:
-            return True
-    return False
+        found = found or model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL
+    return found
 
 
 @inlined

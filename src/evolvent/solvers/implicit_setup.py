@@ -23,6 +23,8 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
+#: Share of energies of the system's size that is round-off, and of weights on threads.
+ROUND_OFF, LIFTED = 1e-9, 1e-2
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 
@@ -82,16 +84,26 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
-    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
-    flexible, info = assembly.model.flexible, assembly.model.info
-    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
+    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J.
+
+    A weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of
+    a step: there a gain counts beside weights lifted by `LIFTED` of the thread.
+    """
+    model = assembly.model
+    flexible, gravity, size = model.flexible, float(np.linalg.norm(model.info["gravity"])), weight.max(initial=0.0)
+    lifted = mass * weight.size * gravity * float(size)
+    if model.threads.size:
+        free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
+        total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
+        length = float(np.max(model.threads["n"] * model.threads["segment"]))
+        lifted += LIFTED / ROUND_OFF * float(total) * gravity * length
     strained = sum(
         abs(
             float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])
         )
         for element in flexible.elements
     )
-    return 1e-9 * (lifted + strained)
+    return ROUND_OFF * (lifted + strained)
 
 
 def check_start(assembly: Assembly, t: float) -> None:

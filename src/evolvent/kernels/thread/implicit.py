@@ -92,8 +92,8 @@ def _note_segments(t, y, step, model, p):
     Far from the solution the tension c (length - l0) is mostly the square of the turn of a step, and a tangent with it
     leads Newton's method astray. Turned segments are given the tension that the last correction dx led to if the
     thread were straight, T + c e . dx, and the first one of a step that of its start: the multiplier of a segment of
-    fixed length (Magisano, Leonetti & Garcea, 2017). Where segments go slack, or the length at the spool is unknown, that
-    is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
+    fixed length (Magisano, Leonetti & Garcea, 2017). Where segments go slack, or the length at the spool is unknown,
+    that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
     """
     threads, nodes, s, strands = model.threads, model.nodes, model.flexible.switches, model.flexible.strands
     before, q, Q = strands[nodes.size, 0], threads[p].iq, threads[p].Q
