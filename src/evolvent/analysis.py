@@ -145,7 +145,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
     if model.flexible.beams.size or model.info.penalties:
         return implicit.NAME, "beams and penalties are stiff"
     if np.any(model.threads["kind"] == thread.SPRINGS):
-        return "rk4", "threads of springs: the step follows from their highest frequency"
+        return implicit.NAME, "threads of springs are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
 
 

@@ -170,9 +170,9 @@ FAMILIES = (
         forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
-        "a thread that goes slack", "threads", _EXPLICIT, "set `slack` to false, or take rk4, heun or dopri5",
+        "a thread that goes slack", "threads", _IN_TIME, "take a Spring with a law of its own",
         which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
-        forces=(thread.spring_thread, *_THREAD),
+        forces=(thread.spring_thread, *_THREAD), tangents=_THREAD_TANGENT,
     ),
     Family(
         "a thread with segments of fixed length", "threads", frozenset({EXPLICIT}),
@@ -181,10 +181,17 @@ FAMILIES = (
         forces=_THREAD,
     ),
     Family(
-        "a thread on a free spool", "threads", frozenset({EXPLICIT}),
-        "take a drive that prescribes the spool's angle, or rk4, heun or dopri5; for equilibrium and modes a Beam",
-        which=_is("drive", FREE),
+        "a thread on a free spool", "threads", _IN_TIME,
+        "take a drive that prescribes the spool's angle; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
         forces=(thread.spring_thread, profile.profile, *_THREAD),
+        tangents=(thread.add_spool_tangent, thread.until_release, thread.has_release, *_THREAD_TANGENT),
+    ),
+    Family(
+        "a thread with segments of fixed length on a free spool", "threads", _EXPLICIT,
+        "take segments 'springs', or rk4, heun or dopri5; for equilibrium and modes a Beam",
+        which=lambda t: (t["kind"] == thread.INEXTENSIBLE) & (t["drive"] == FREE),
+        forces=(profile.profile, *_THREAD),
     ),
     Family(
         "a load on a thread", "loads", _IN_TIME,

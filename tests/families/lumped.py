@@ -432,6 +432,24 @@ def free_spool() -> Case:
     )  # fmt: skip
 
 
+@of("a thread with segments of fixed length on a free spool")
+def fixed_free_spool() -> Case:
+    """A drum with a load: it falls at m g R^2/(I + m R^2)."""
+    m, inertia, r = 0.75, 0.01, 0.1
+
+    def motion(t: Array) -> Array:
+        return columns(5.0 + 0.5 * m * G * r / (inertia + m * r**2) * t**2)
+
+    return Case(
+        part="thread", end=0.5, step=5e-3, motion=motion,
+        seen=lambda assembly, y: y[..., int(assembly.model.threads["spool_q"][0])][..., None],
+        system=lambda: reeled(
+            parts.FreeSpool(inertia=inertia, angle=5.0), gravity=(G, 0.0, 0.0), length=5.0, nodes=1,
+            segments="inextensible",
+        ),
+    )  # fmt: skip
+
+
 @of("a load on a thread")
 def thread_load() -> Case:
     """A force per length acts on the half segment that belongs to the only node."""

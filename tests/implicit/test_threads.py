@@ -183,8 +183,8 @@ def test_lets_go_at_the_end() -> None:
 def test_what_is_refused() -> None:
     with pytest.raises(InputError, match=r"'blade' is a thread with segments of fixed length.*springs"):
         solve_implicit(heliogyro(out=1.0), samples=[0.0, 1.0], step=1e-3)
-    free = heliogyro(segments="springs", drive=parts.FreeSpool(angle=1.0 / R, inertia=1e-5))
-    with pytest.raises(InputError, match="'blade' is a thread on a free spool"):
+    free = heliogyro(segments="inextensible", drive=parts.FreeSpool(angle=1.0 / R, inertia=1e-5))
+    with pytest.raises(InputError, match="'blade' is a thread with segments of fixed length on a free spool"):
         solve_implicit(free, samples=[0.0, 1.0], step=1e-3)
     with pytest.raises(
         InputError,

@@ -116,10 +116,11 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     for i in range(n_v):
         r[i] = F[i] - P[i]
     if model.threads.size > 0:
-        lost, given, spools = thread.add_thread_residual(t, y, a, step, model, r)
+        lost, given, spools, driven = thread.add_thread_residual(t, y, a, step, model, r)
         powers[SPRINGS] += lost
         powers[MARKER_LOADS] += given
         powers[SPOOLS] += spools
+        powers[DRIVEN] += driven
 
 
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))

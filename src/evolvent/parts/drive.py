@@ -218,7 +218,8 @@ class FreeSpool(DriveKind):
         (s), or a function under ``@evolvent.spring_law``: ``law(angle, rate, t, parameters) -> torque``
     parameters : list of float, parameters of a Python law
     constants : mapping of names to float, constants of an expression
-    brake : float, N m, torque of a brake: it holds the spool up to this torque and then slips at it
+    brake : float, N m, torque of a brake: it holds the spool up to this torque and then slips at it (under
+        generalized-alpha a spool that is held creeps at 1e-6 rad/s at most)
     friction : float, N m, Coulomb friction of the bearing; it adds to the torque of the brake
     viscous : float, N m s/rad, coefficient of viscous friction of the bearing
     angle, rate : float, rad and rad/s, of the spool at the start

@@ -62,7 +62,7 @@ class Thread(Part):
         Of one segment (springs).
     slack : bool
         Whether a spring segment that is shorter than its natural length goes slack, without stiffness and damping;
-        otherwise it carries compression.
+        otherwise it carries compression. Under generalized-alpha let the steps follow from `tolerance`.
     direction : (3,) float, optional
         Direction of the thread deployed at the start, body axes; the pay-out axis of the reel if left out. With `end`
         the thread is straight to that place.

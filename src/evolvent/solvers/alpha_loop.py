@@ -9,7 +9,8 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid
+from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.solvers.alpha import iterate, solve_step
@@ -38,6 +39,8 @@ _I = types.int64
 #: Largest angle of a free body over an adaptive step, rad: a steady turn has no error by itself, but samples between
 #: the ends of a step do not show more.
 LARGEST_TURN = 0.5
+#: Part of a fixed step down to which it is divided where a thread goes slack or taut.
+SMALLEST_PART = 1e-4
 
 
 def functions(model: Any) -> list[Any]:
@@ -103,12 +106,18 @@ def advance(model, matrix, work, budget):
         error = local_error(h, model, work) if adaptive and iterations > 0 else 0.0
         if iterations <= 0 or error > 1.0:
             restore_start(model, work)
+            if not adaptive and _goes_slack(model) and h > SMALLEST_PART * loop.step:
+                loop.rejected += 1
+                loop.event_step = 0.35 * h
+                continue
             if not adaptive or h <= options.smallest:
                 return iterations if iterations <= 0 else NO_CONVERGENCE
             loop.rejected += 1
             loop.step = h * (0.35 if iterations <= 0 else max(0.2, 0.85 * error ** (-1.0 / 3.0)))
             continue
         part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
+        if _has_free_spool(model):
+            part = min(part, thread.until_release(h, work.y0, work.y, model.flexible.switches, model))
         if part < 1.0 and h * part > options.smallest:
             restore_start(model, work)
             loop.event_step = h * part
@@ -129,11 +138,31 @@ def advance(model, matrix, work, budget):
             latched = True
             if adaptive:
                 loop.step = min(loop.step, max(options.smallest * 10.0, 1e-3 * loop.step))
+        if _has_free_spool(model) and thread.has_release(work.y, model.flexible.switches, model):
+            return AT_STOP
         if latched:
             status = restart(t1, h, model, matrix, work)
             if status != DONE:
                 return status
     return BUDGET
+
+
+@inlined
+def _has_free_spool(model):
+    """Whether a thread is on a free spool."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].drive == FREE_SPOOL
+    return found
+
+
+@inlined
+def _goes_slack(model):
+    """Whether a thread can go slack, or stick on its spool: forces that Newton's method may not resolve in one step."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL
+    return found
 
 
 @inlined

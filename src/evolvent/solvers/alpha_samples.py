@@ -9,7 +9,7 @@ from numba import types, void
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import body_contact, contact, rigid
 from evolvent.kernels.rotations import turn
-from evolvent.kernels.thread import is_end
+from evolvent.kernels.thread import is_end, paid_out, spool
 from evolvent.model import MODEL
 from evolvent.solvers.alpha_state import WORKSPACE
 from evolvent.solvers.dense import interpolate
@@ -103,17 +103,22 @@ def keep_sample(n, theta, t, h, model, work):
 
 @inlined
 def _from_spool(t, y, k, q, model):
-    """Vector to the node at q from where thread k leaves its spool."""
+    """Vector to the node at q from where thread k leaves its spool, and the rest length of that segment."""
     rigid.kinematics(t, y, model)
     b, d = model.threads[k].body, model.threads[k].departure
     R, x = model.bodies[b].R, model.bodies[b].x
     dx, dy, dz = turn(R, d[0], d[1], d[2])
-    return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz
+    phi, _, _ = spool(t, y, model.threads, model.parameters, k)
+    rest = paid_out(model.threads, k, phi) - (model.flexible.switches[k] - 1) * model.threads[k].segment
+    return y[q] - x[0] - dx, y[q + 1] - x[1] - dy, y[q + 2] - x[2] - dz, max(rest, 0.0)
 
 
 @indirect(void(REAL, REAL, REAL, VECTOR, MODEL, WORKSPACE))
 def keep_lengths_at_spools(theta, t, h, y, model, work):
-    """Move threads to where the lengths of their segments at the spools lie on straight lines (see `dense`)."""
+    """Move threads to where the elongations of their segments at the spools lie on straight lines (see `dense`).
+
+    A segment that is slack at an end of the step stays where it is.
+    """
     for k in range(model.threads.size):
         count = model.flexible.switches[k]
         held = is_end(model.threads, k, 0)  # what the end is fixed to stays where it is
@@ -121,13 +126,15 @@ def keep_lengths_at_spools(theta, t, h, y, model, work):
             continue
         q = model.threads[k].iq
         at = q + 3 * (count - 1)
-        a, b, c = _from_spool(t, work.y0, k, at, model)
-        first = math.sqrt(a * a + b * b + c * c)
-        a, b, c = _from_spool(t + h, work.y, k, at, model)
-        last = math.sqrt(a * a + b * b + c * c)
-        a, b, c = _from_spool(t + theta * h, y, k, at, model)
+        a, b, c, rest = _from_spool(t, work.y0, k, at, model)
+        first = math.sqrt(a * a + b * b + c * c) - rest
+        a, b, c, rest = _from_spool(t + h, work.y, k, at, model)
+        last = math.sqrt(a * a + b * b + c * c) - rest
+        if model.threads[k].slack != 0 and min(first, last) <= 0.0:
+            continue
+        a, b, c, rest = _from_spool(t + theta * h, y, k, at, model)
         size = math.sqrt(a * a + b * b + c * c)
-        more = (first + theta * (last - first)) / size - 1.0 if size > 0.0 else 0.0
+        more = (rest + first + theta * (last - first)) / size - 1.0 if size > 0.0 else 0.0
         for i in range(1 if held else 0, count):
             part = more * i / (count - 1) if held else more
             y[q + 3 * i] += part * a

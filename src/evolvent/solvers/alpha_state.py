@@ -128,6 +128,8 @@ def displace(y0, dq, model, y):
         q, at = model.threads[k].iq, model.threads[k].iv - n_q
         for i in range(3 * model.threads[k].n):
             y[q + i] = y0[q + i] + dq[at + i]
+        if model.threads[k].spool_q >= 0:
+            y[model.threads[k].spool_q] = y0[model.threads[k].spool_q] + dq[model.threads[k].spool_v - n_q]
     for k in range(points.size):
         if points[k].mass == 0.0:  # a beam's node, which has moved with the beam
             continue

@@ -29,7 +29,7 @@ def interpolate(theta, h, y0, y1, model, y):
     for k in range(beams.size):
         q, v, size = beams[k].iq, beams[k].iv, 3 * NODE_VECTORS[beams[k].kind]
         _cubics(theta, h, y0, y1, q, v, size * beams[k].nodes, y)
-        _keep_lengths(theta, y0, y1, q, size, beams[k].nodes, y)
+        _keep_lengths(theta, y0, y1, q, size, beams[k].nodes, 0.0, y)
         for i in range(beams[k].nodes):
             for j in range(3, size, 3):
                 at = q + size * i + j
@@ -39,7 +39,10 @@ def interpolate(theta, h, y0, y1, model, y):
     for k in range(threads.size):
         q, v, last = threads[k].iq, threads[k].iv, 3 * (model.flexible.switches[k] - 1)
         _cubics(theta, h, y0, y1, q, v, 3 * threads[k].n, y)
-        _keep_lengths(theta, y0, y1, q + last, -3, last // 3 + 1, y)
+        rest = threads[k].segment if threads[k].slack != 0 else 0.0
+        _keep_lengths(theta, y0, y1, q + last, -3, last // 3 + 1, rest, y)
+        if threads[k].spool_q >= 0:
+            _cubics(theta, h, y0, y1, threads[k].spool_q, threads[k].spool_v, 1, y)
     for k in range(points.size):
         _cubics(theta, h, y0, y1, points[k].iq, points[k].iv, 3, y)
     for k in range(model.wheels.size):
@@ -95,15 +98,27 @@ def _scale(theta, a, b, p):
 
 
 @inlined
-def _keep_lengths(theta, y0, y1, q, size, count, y):
-    """Move the nodes of a line, `count` from q on and `size` apart, to where the lengths between them are on lines."""
+def _shorter(p, rest):
+    """Whether the vector p is shorter than a length."""
+    return p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < rest * rest
+
+
+@inlined
+def _keep_lengths(theta, y0, y1, q, size, count, rest, y):
+    """Move the nodes of a line, `count` from q on and `size` apart, to where the lengths between them are on lines.
+
+    Segments that are shorter than `rest` at an end of the step are slack there, and stay on the cubics.
+    """
     ox = oy = oz = 0.0  # what the nodes so far have been moved by
     before = _at(y, q)
     for i in range(1, count):
         at = q + size * i
         now = _at(y, at)
         p = (now[0] - before[0], now[1] - before[1], now[2] - before[2])
-        more = _scale(theta, _to(y0, at - size, at), _to(y1, at - size, at), p) - 1.0
+        first, last = _to(y0, at - size, at), _to(y1, at - size, at)
+        more = _scale(theta, first, last, p) - 1.0
+        if rest > 0.0 and (_shorter(first, rest) or _shorter(last, rest)):
+            more = 0.0
         ox, oy, oz = ox + more * p[0], oy + more * p[1], oz + more * p[2]
         y[at], y[at + 1], y[at + 2] = now[0] + ox, now[1] + oy, now[2] + oz
         before = now

@@ -11,6 +11,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.kernels import joint, rigid, sides, springs
+from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.solvers.ordering import Pattern
 
@@ -86,6 +87,8 @@ def _add_coordinates(graph: _Graph) -> None:
         nodes = [graph.add(int(thread["iv"]) + 3 * i, 3) for i in range(thread["n"])]
         for a, b in itertools.pairwise(nodes):
             graph.couple(a, b)
+    for thread in model.threads[model.threads["drive"] == FREE]:
+        graph.add(int(thread["spool_v"]), 1)
     for point in model.points[model.points["mass"] > 0.0]:
         graph.add(int(point["iv"]), 3)
     for k, body in enumerate(model.bodies):
@@ -106,15 +109,20 @@ def _block_of_marker(graph: _Graph, marker: np.record) -> int:
     return int(graph.body[marker["index"]])
 
 
+def _spool(graph: _Graph, thread: np.record) -> int:
+    """Block of a free spool, -1 of one that a drive turns."""
+    return graph.of(int(thread["spool_v"])) if thread["drive"] == FREE else -1
+
+
 def _couple_forces(graph: _Graph) -> None:
     """What threads, springs, hinges, custom forces and contacts couple, but for turns on one another."""
     model = graph.model
     for thread in model.threads:  # its departure moves from node to node
         for i in range(thread["n"]):
-            graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]])
+            graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]], _spool(graph, thread))
         if thread["end"] >= 0:
             end = _block_of_marker(graph, model.markers[thread["end"]])
-            graph.couple(end, graph.body[thread["body"]])
+            graph.couple(end, graph.body[thread["body"]], _spool(graph, thread))
             if thread["n"] > 1:
                 graph.couple(end, graph.of(int(thread["iv"]) + 3))
     for spring in model.springs:

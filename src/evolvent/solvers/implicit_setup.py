@@ -11,6 +11,7 @@ from evolvent.errors import InputError
 from evolvent.families import owner
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import gear, joint, rigid
+from evolvent.kernels.drive import FREE
 from evolvent.kernels.flexible import CABLE, NODE_VECTORS
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.kernels.sparse import SparseBlocks
@@ -22,6 +23,8 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
+#: Share of energies of the system's size that is round-off, and of weights on threads.
+ROUND_OFF, LIFTED = 1e-9, 1e-2
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 #: Strain of rods whose energy is round-off and what Newton's method leaves.
@@ -84,23 +87,34 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
         body, n = model.bodies[wheel["body"]], wheel["axis"]
         about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
         weight[wheel["iv"] - n_q] = max(1.0, float(about / wheel["inertia"]))
+    for row in model.threads[model.threads["drive"] == FREE]:
+        weight[int(row["spool_v"]) - n_q] = length / row["radius"]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses else 1.0
 
 
 def length_of(model: mdl.Model, weight: np.ndarray) -> float:
-    """Largest size of the unknowns (m, or 1 for slopes and turns) but for wheels."""
+    """Largest size of the unknowns (m, or 1 for slopes and turns) but for wheels and free spools."""
     kept = np.ones(weight.size, dtype=bool)
     kept[model.wheels["iv"] - int(model.info.nq)] = False
+    kept[model.threads["spool_v"][model.threads["drive"] == FREE] - int(model.info.nq)] = False
     return float(weight[kept].max(initial=0.0))
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
-    That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`.
+    That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`. A
+    weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of a
+    step: there a gain counts beside weights lifted by `LIFTED` of the thread.
     """
-    flexible, info = assembly.model.flexible, assembly.model.info
-    lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * length_of(assembly.model, weight)
+    model = assembly.model
+    flexible, gravity = model.flexible, float(np.linalg.norm(model.info["gravity"]))
+    lifted = mass * weight.size * gravity * length_of(model, weight)
+    if model.threads.size:
+        free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
+        total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
+        length = float(np.max(model.threads["n"] * model.threads["segment"]))
+        lifted += LIFTED / ROUND_OFF * float(total) * gravity * length
     strained = sum(
         abs(
             float((flexible.U12 if flexible.beams["kind"][element["beam"]] == CABLE else flexible.U24)[element["form"]])
@@ -109,7 +123,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     )
     rods = flexible.rod_elements
     stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
-    return 1e-9 * (lifted + strained) + stretched
+    return ROUND_OFF * (lifted + strained) + stretched
 
 
 def check_start(assembly: Assembly, t: float) -> None:

@@ -17,7 +17,7 @@ from evolvent.builder import Assembly
 from evolvent.flow import needs
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.implicit import residual
-from evolvent.kernels.drive import drive
+from evolvent.kernels.drive import FREE, drive
 from evolvent.solvers import alpha_energy, alpha_samples, alpha_state
 from evolvent.solvers.balance import dissipated, energy
 
@@ -35,7 +35,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
     inner = model.breaks[(model.breaks > start) & (model.breaks < end)]
     times = np.union1d(np.linspace(start, end, _INTERVALS + 1), inner)
     found = []
-    for row in model.threads:
+    for row in model.threads[model.threads["drive"] != FREE]:  # the loop finds those of free spools
         parameters = model.parameters[int(row["first"]) : int(row["last"])]
 
         def paid(t: float, row: Any = row, parameters: np.ndarray = parameters) -> float:

@@ -12,7 +12,7 @@ Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
 
 `wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the kind
 of its segments; `loads` : on released nodes; `energy` : energies and momenta; `implicit` : residual and tangent;
-`bound` : of the explicit step.
+`free` : free spools there; `bound` : of the explicit step.
 """
 
 from evolvent.kernels.drive import FREE as FREE_SPOOL
@@ -34,6 +34,7 @@ from evolvent.kernels.thread.chain import (
 from evolvent.kernels.thread.end import TINY, add_end_tangent, is_end
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
 from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
 from evolvent.kernels.thread.implicit import add_segment_tangent, add_thread_residual, add_thread_tangent
 from evolvent.kernels.thread.loads import load_resultant, node_loads
 from evolvent.kernels.thread.spool import (
@@ -67,6 +68,7 @@ __all__ = [
     "TINY",
     "add_end_tangent",
     "add_segment_tangent",
+    "add_spool_tangent",
     "add_thread_bound",
     "add_thread_energies",
     "add_thread_residual",
@@ -81,6 +83,7 @@ __all__ = [
     "chain_rhs",
     "chain_solve",
     "departure_acceleration",
+    "has_release",
     "hold_torque",
     "is_end",
     "is_loose",
@@ -101,6 +104,7 @@ __all__ = [
     "spring_spools",
     "spring_thread",
     "thread_inventory",
+    "until_release",
     "wound_fields",
     "wound_mass",
     "wound_node",

@@ -10,11 +10,13 @@ from numba import types, void
 
 from evolvent.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
+from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, add_product, add_turning, side_columns
 from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.kernels.thread.end import TINY, add_end_residual, add_end_tangent, clear_end_force, is_end
 from evolvent.kernels.thread.fields import wound_fields
+from evolvent.kernels.thread.free import add_spool_residual, add_spool_tangent, turn_spools
 from evolvent.kernels.thread.loads import node_loads
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import carry_power, carry_wound, reels
@@ -23,13 +25,14 @@ from evolvent.model import MODEL
 _I = types.int64
 
 
-@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
+@indirect(types.UniTuple(REAL, 4)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
 def add_thread_residual(t, y, a, step, model, r):
     """Add threads to a residual (`evolvent.flow.implicit.residual`) that has everything else.
 
     Returns
     -------
-    dissipated, given, spools : float, W, powers taken by damping, given by loads on threads and by the spools
+    dissipated, given, spools, driven : float, W, powers taken by damping and friction, given by loads on threads, by
+        the spools, and by what drives bodies, against the forces of threads
     """
     bodies, threads, nodes, f = model.bodies, model.threads, model.nodes, model.flexible
     n_q, s, gravity = model.info.nq, f.switches, model.info.gravity
@@ -41,6 +44,7 @@ def add_thread_residual(t, y, a, step, model, r):
             for j in range(6):
                 bodies[b].M[i, j] = 0.0
     reels(t, y, s, model)
+    turn_spools(t, y, a, model)
     dissipated, given, spools = 0.0, carry_wound(s, model), 0.0
     loaded = gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0 or model.loads.size > 0
     if model.fields.size > 0:
@@ -68,13 +72,15 @@ def add_thread_residual(t, y, a, step, model, r):
         add_end_residual(n_q, model, p, r)
     if threads.size > 0:
         f.strands[nodes.size, 0] = t
+    moved = 0.0
     for b in range(bodies.size):
-        _add_body_rows(a, n_q, bodies, b, r)
+        moved -= _add_body_rows(a, n_q, bodies, b, r)
+    dissipated += add_spool_residual(y, a, model, r)
     spools += carry_power(s, model)
     for b in range(bodies.size):
         for i in range(6):
             bodies[b].F[i] += bodies[b].L[0, i]
-    return dissipated, given, spools
+    return dissipated, given, spools, moved
 
 
 @inlined
@@ -86,7 +92,8 @@ def _note_segments(t, y, step, model, p):
     Far from the solution the tension c (length - l0) is mostly the square of the turn of a step, and a tangent with it
     leads Newton's method astray. Turned segments are given the tension that the last correction dx led to if the
     thread were straight, T + c e . dx, and the first one of a step that of its start: the multiplier of a segment of
-    fixed length (Magisano, Leonetti & Garcea, 2017).
+    fixed length (Magisano, Leonetti & Garcea, 2017). Where segments go slack, or the length at the spool is unknown,
+    that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
     """
     threads, nodes, s, strands = model.threads, model.nodes, model.flexible.switches, model.flexible.strands
     before, q, Q = strands[nodes.size, 0], threads[p].iq, threads[p].Q
@@ -110,6 +117,11 @@ def _note_segments(t, y, step, model, p):
         else:
             along = row[3] * (dx - row[0]) + row[4] * (dy - row[1]) + row[5] * (dz - row[2])
             row[7] = row[6] + threads[p].stiffness * along
+            if threads[p].slack != 0 or threads[p].drive == FREE_SPOOL:
+                rest = threads[p].segment if inner else threads[p].b[0]
+                row[7] = threads[p].stiffness * (row[3] * dx + row[4] * dy + row[5] * dz - rest)
+        if threads[p].slack != 0:
+            row[7] = max(row[7], 0.0) if T != 0.0 else 0.0
         length = math.sqrt(dx * dx + dy * dy + dz * dz)
         scale = 1.0 / length if length > TINY else 0.0
         row[0], row[1], row[2] = dx, dy, dz
@@ -119,7 +131,10 @@ def _note_segments(t, y, step, model, p):
 
 @inlined
 def _add_body_rows(a, n_q, bodies, b, r):
-    """Inertia and forces of threads on body b; its acceleration twist goes to its a."""
+    """Inertia and forces of threads on body b; its acceleration twist goes to its a.
+
+    Returns the power of the forces on a driven body, W.
+    """
     at, R, M, G, A = bodies[b].iv - n_q, bodies[b].R, bodies[b].M, bodies[b].F, bodies[b].a
     for i in range(6):
         A[i] = 0.0
@@ -142,6 +157,10 @@ def _add_body_rows(a, n_q, bodies, b, r):
         r[at + 3] += x
         r[at + 4] += yy
         r[at + 5] += z
+    else:
+        v, w = bodies[b].v, bodies[b].w
+        return G[0] * v[0] + G[1] * v[1] + G[2] * v[2] + G[3] * w[0] + G[4] * w[1] + G[5] * w[2]
+    return 0.0
 
 
 @indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
@@ -154,23 +173,25 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
         for i in range(threads[p].n):
             for c in range(v + 3 * i - n_q, v + 3 * i - n_q + 3):
                 add_entry(matrix, c, c, c_mass * (1.0 if is_end(threads, p, i) else nodes[threads[p].node + i].mass))
-        along = threads[p].stiffness + c_rate * threads[p].damping
         held = is_end(threads, p, 0)
         if held and (s[p] > 1 or s[threads.size + p] == 0):
-            add_end_tangent(y, along, f.strands[threads[p].node, 7], p, model, matrix)
+            add_end_tangent(y, _along(c_rate, p, 0, model), f.strands[threads[p].node, 7], p, model, matrix)
         for i in range(1 if held else 0, s[p] - 1):
-            a = q + 3 * i
+            a, along = q + 3 * i, _along(c_rate, p, i, model)
             add_segment_tangent(
                 y[a] - y[a + 3], y[a + 1] - y[a + 4], y[a + 2] - y[a + 5], along, f.strands[threads[p].node + i, 7],
                 threads[p].body, v + 3 * i, v + 3 * i + 3, 1.0, p, n_q, model, matrix,
             )  # fmt: skip
         if s[p] > (1 if held else 0) and s[threads.size + p] == 0:
             i, Q = s[p] - 1, threads[p].Q
-            a = q + 3 * i
+            a, along = q + 3 * i, _along(c_rate, p, i, model)
             add_segment_tangent(
                 y[a] - Q[0], y[a + 1] - Q[1], y[a + 2] - Q[2], along, f.strands[threads[p].node + i, 7],
                 threads[p].body, v + 3 * i, -1, float(threads[p].copies), p, n_q, model, matrix,
             )  # fmt: skip
+        if threads[p].drive == FREE_SPOOL:
+            along = _along(c_rate, p, max(s[p] - 1, 0), model)
+            add_spool_tangent(f.strands[nodes.size, 0], y, c_mass, c_rate, along, p, model, matrix)
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         if bodies[b].motion == rigid.SPIN:
@@ -188,6 +209,15 @@ def add_thread_tangent(y, c_mass, c_rate, model, matrix):
                     K[i, j], K[i, 3 + j] = c_mass * M[i, j], c_mass * side
                     K[3 + i, j], K[3 + i, 3 + j] = c_mass * turned, c_mass * corner
             add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+
+
+@inlined
+def _along(c_rate, p, i, model):
+    """Stiffness along segment i of thread p with that of its damping, N/m: none where it is slack."""
+    threads = model.threads
+    if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
+        return 0.0
+    return threads[p].stiffness + c_rate * threads[p].damping
 
 
 @indirect(void(REAL, REAL, REAL, REAL, REAL, _I, _I, _I, REAL, _I, _I, MODEL, SPARSE))

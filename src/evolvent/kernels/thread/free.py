@@ -1,0 +1,213 @@
+"""Free spools under implicit methods: residual, tangent, and the part of a step at which a node leaves or comes back.
+
+The angle phi of a free spool is an unknown, with S (phi'' + n . w') = r T + tau as in `spool`; all terms are multiplied
+by the number of copies. Friction that holds the spool is regularised: the torque is that of a stiff viscous damper,
+which lets the spool creep at `CREEP` at most.
+"""
+
+import math
+
+from numba import types, void
+
+from evolvent.jit import INTEGERS, REAL, VECTOR, indirect, inlined
+from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.rigid import FREE, SPIN
+from evolvent.kernels.rotor import acceleration_about, add_reaction
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES, side_columns
+from evolvent.kernels.sparse import SPARSE, add_entry
+from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY
+from evolvent.kernels.thread.end import TINY, is_end
+from evolvent.kernels.thread.spool import held_tension, paid_out, spool_direction, spool_torques
+from evolvent.model import MODEL
+
+#: Rate at which the regularised friction reaches its limit, rad/s.
+CREEP = 1e-6
+#: Part of a segment by which a step may run past the release of a node.
+WINDOW = 1e-5
+#: Part of a segment by which a free spool may run past the end of its thread.
+OVERRUN = 1e-6
+#: Relative steps of the central differences of motors' laws.
+_DIFFERENCE = 1e-6
+
+
+@inlined
+def turn_spools(t, y, a, model):
+    """Accelerations of free spools from a, their friction, and their reactions on their bodies; after `reels`.
+
+    A spool that slips sticks when its rate changes sign, without a limit of the torque in that evaluation: Newton's
+    method would otherwise alternate between the two senses of slip.
+    """
+    threads, s, n_q = model.threads, model.flexible.switches, model.info.nq
+    for p in range(threads.size):
+        if threads[p].drive != FREE_SPOOL:
+            continue
+        rate, acceleration = y[threads[p].spool_v], a[threads[p].spool_v - n_q]
+        threads[p].loose = 0.0  # what explicit methods add to the body is replaced by the unknown acceleration
+        threads[p].b[2] = threads[p].r * acceleration - threads[p].coiling * rate * rate
+        k = threads[p].spool_switch
+        held = 0.0
+        if k >= 0:
+            held = threads[p].spool_friction / CREEP * rate
+            if s[k] == 0 and abs(held) > threads[p].spool_friction:
+                s[k] = 1 if rate > 0.0 else -1
+            elif s[k] * rate < 0.0:
+                s[k] = 0
+        threads[p].motor, threads[p].friction = spool_torques(t, y[threads[p].spool_q], rate, s, model, p)
+        if k >= 0 and s[k] == 0:
+            threads[p].friction -= held
+        nx, ny, nz = spool_direction(threads, model.bodies, p)
+        I = threads[p].copies * threads[p].spool_inertia  # noqa: E741
+        add_reaction(model.bodies, threads[p].body, I * acceleration, I * rate, nx, ny, nz)
+
+
+@inlined
+def add_spool_residual(y, a, model, r):
+    """Equations of motion of free spools into r, the accelerations of the bodies known; returns what friction takes."""
+    threads, bodies, n_q, lost = model.threads, model.bodies, model.info.nq, 0.0
+    for p in range(threads.size):
+        if threads[p].drive != FREE_SPOOL:
+            continue
+        k, copies = threads[p].spool_v - n_q, float(threads[p].copies)
+        nx, ny, nz = spool_direction(threads, bodies, p)
+        turning = a[k] + acceleration_about(bodies, threads[p].body, nx, ny, nz)
+        torque = threads[p].r * held_tension(model.flexible.switches, model, p)
+        torque += threads[p].motor + threads[p].friction
+        r[k] = copies * (threads[p].spool * turning - torque)
+        lost -= copies * threads[p].friction * y[threads[p].spool_v]
+    return lost
+
+
+@indirect(void(REAL, VECTOR, REAL, REAL, REAL, types.int64, MODEL, SPARSE))
+def add_spool_tangent(t, y, c_mass, c_rate, along, p, model, matrix):
+    """Tangent of free spool p; along : N/m, stiffness of the segment at the spool, 0 where it is slack."""
+    threads, bodies, f, n_q = model.threads, model.bodies, model.flexible, model.info.nq
+    s, k, copies = f.switches, threads[p].spool_v - n_q, float(threads[p].copies)
+    phi, rate, S = y[threads[p].spool_q], y[threads[p].spool_v], threads[p].spool
+    own = c_mass * S + c_rate * threads[p].spool_viscous
+    own += threads[p].coiling * held_tension(s, model, p)
+    if threads[p].spool_switch >= 0 and s[threads[p].spool_switch] == 0:
+        own += c_rate * threads[p].spool_friction / CREEP
+    if threads[p].motor_law != 0:
+        d = _DIFFERENCE * max(1.0, abs(phi))
+        own -= (spool_torques(t, phi + d, rate, s, model, p)[0] - spool_torques(t, phi - d, rate, s, model, p)[0]) / (
+            2.0 * d
+        )
+        d = _DIFFERENCE * max(1.0, abs(rate))
+        own -= (spool_torques(t, phi, rate + d, s, model, p)[0] - spool_torques(t, phi, rate - d, s, model, p)[0]) * (
+            c_rate / (2.0 * d)
+        )
+    b, Y = threads[p].body, threads[p].chord
+    at = bodies[b].iv - n_q
+    if bodies[b].motion == SPIN:
+        n = bodies[b].axis
+        inertia = c_mass * copies * S * (n[0] * Y[0] + n[1] * Y[1] + n[2] * Y[2])
+        add_entry(matrix, k, at, inertia)
+        add_entry(matrix, at, k, inertia)
+    elif bodies[b].motion == FREE:
+        for c in range(3):
+            inertia = c_mass * copies * S * Y[c]
+            add_entry(matrix, k, at + 3 + c, inertia)
+            add_entry(matrix, at + 3 + c, k, inertia)
+    if s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
+        own += along * threads[p].r * threads[p].r
+        add_boundary(y, along * threads[p].r, p, model, matrix)
+    add_entry(matrix, k, k, copies * own)
+
+
+@inlined
+def add_boundary(y, slope, p, model, matrix):
+    """Couple free spool p with both ends of its segment; slope : N, derivative of the tension by the angle."""
+    threads, f, n_q = model.threads, model.flexible, model.info.nq
+    s, k, copies, Q = f.switches, threads[p].spool_v - n_q, float(threads[p].copies), threads[p].Q
+    i, Ja, Jb = s[p] - 1, f.J[0], f.J[1]
+    local = threads[p].departure
+    q, v = threads[p].iq + 3 * i, threads[p].iv + 3 * i
+    if is_end(threads, p, i):
+        x, e = model.nodes[threads[p].node].x, threads[p].end
+        dx, dy, dz = x[0] - Q[0], x[1] - Q[1], x[2] - Q[2]
+        if model.markers[e].kind == MARKER_ON_BODY:
+            a, n = side_columns(model, ON_BODY, model.markers[e].index, -1, model.markers[e].local, True, Ja)
+        else:
+            a, n = side_columns(model, ON_COORDINATES, -1, model.points[model.markers[e].index].iv, local, True, Ja)
+    else:
+        dx, dy, dz = y[q] - Q[0], y[q + 1] - Q[1], y[q + 2] - Q[2]
+        a, n = side_columns(model, ON_COORDINATES, -1, v, local, True, Ja)
+    b, m = side_columns(model, ON_BODY, threads[p].body, -1, local, True, Jb)
+    length = math.sqrt(dx * dx + dy * dy + dz * dz)
+    ex, ey, ez = threads[p].X[0], threads[p].X[1], threads[p].X[2]
+    if length > TINY:
+        ex, ey, ez = dx / length, dy / length, dz / length
+    for c in range(n):
+        value = -slope * (Ja[0, c] * ex + Ja[1, c] * ey + Ja[2, c] * ez)
+        add_entry(matrix, a + c, k, value)
+        add_entry(matrix, k, a + c, copies * value)
+    for c in range(m):
+        value = copies * slope * (Jb[0, c] * ex + Jb[1, c] * ey + Jb[2, c] * ez)
+        add_entry(matrix, b + c, k, value)
+        add_entry(matrix, k, b + c, value)
+
+
+@inlined
+def next_levels(s, threads, p):
+    """Nodes' worth of thread that is out at which the next node leaves spool p, and at which the last one comes back.
+
+    Of a thread that is all out, or all wound, these are the ends beyond which its spool must not turn.
+    """
+    up, down = float(s[p]), s[p] - 1 + threads[p].capture
+    if s[p] == threads[p].n and not threads[p].lets_go:
+        up += OVERRUN
+    if s[p] == 0 or (s[p] == 1 and threads[p].end >= 0):
+        down = -OVERRUN
+    return up, down
+
+
+@inlined
+def _passed(out, rate, up, down):
+    """Part of a segment by which a spool has passed its next level; below zero where it has not."""
+    if rate > 0.0:
+        return out - up
+    return down - out if rate < 0.0 else -1.0
+
+
+@indirect(REAL(REAL, VECTOR, VECTOR, INTEGERS, MODEL))
+def until_release(h, y0, y, s, model):
+    """Part of a step from y0 to y at which the first node of a free spool leaves or comes back; 1 where none does.
+
+    Notes
+    -----
+    The angle lies on the cubic of both ends. A step that ends within `WINDOW` past a level ends there.
+    """
+    threads, part = model.threads, 1.0
+    for p in range(threads.size):
+        if threads[p].drive != FREE_SPOOL or s[threads.size + p] != 0:
+            continue
+        q, v, l0 = threads[p].spool_q, threads[p].spool_v, threads[p].segment
+        up, down = next_levels(s, threads, p)
+        if not _passed(paid_out(threads, p, y[q]) / l0, y[v], up, down) > WINDOW:
+            continue
+        low, high = 0.0, 1.0
+        d = y[q] - y0[q]
+        for _ in range(50):
+            theta = 0.5 * (low + high)
+            rest = 1.0 - theta
+            bend = rest * (h * y0[v] - d) + theta * (d - h * y[v])
+            out = paid_out(threads, p, rest * y0[q] + theta * y[q] + theta * rest * bend) / l0
+            if _passed(out, y[v], up, down) > 0.5 * WINDOW:
+                high = theta
+            else:
+                low = theta
+        part = min(part, high)
+    return part
+
+
+@indirect(types.boolean(VECTOR, INTEGERS, MODEL))
+def has_release(y, s, model):
+    """Whether a node of a free spool is to leave or come back at the state y."""
+    threads = model.threads
+    for p in range(threads.size):
+        if threads[p].drive == FREE_SPOOL and s[threads.size + p] == 0:
+            up, down = next_levels(s, threads, p)
+            out = paid_out(threads, p, y[threads[p].spool_q]) / threads[p].segment
+            if _passed(out, y[threads[p].spool_v], up, down) >= 0.0:
+                return True
+    return False
