@@ -22,6 +22,8 @@ from evolvent.solvers.sampled import N_CYLINDER, N_TOUCH, empty, rubbing_points
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
+#: Strain of a rod that is round-off: it is the difference of places beside the length of an element.
+ROUND_OFF_STRAIN = 1e-12
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 
@@ -79,7 +81,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
-    """Energy beside which a gain is round-off: of weights lifted by the system's size, and of forms of elements, J."""
+    """Energy beside which a gain is round-off, J: of lifted weights, forms of elements, strains of rods."""
     flexible, info = assembly.model.flexible, assembly.model.info
     lifted = mass * weight.size * float(np.linalg.norm(info["gravity"])) * float(weight.max(initial=0.0))
     strained = sum(
@@ -88,7 +90,9 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
         )
         for element in flexible.elements
     )
-    return 1e-9 * (lifted + strained)
+    rods = flexible.rod_elements
+    stiffness = float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0])) if rods.size else 0.0
+    return 1e-9 * (lifted + strained) + ROUND_OFF_STRAIN**2 * stiffness
 
 
 def check_start(assembly: Assembly, t: float) -> None:
