@@ -60,10 +60,8 @@ def test_the_work_of_a_force_that_jumps_between_samples(method: str, load: dict[
     system.add(parts.Force(at="body", **load), "push")
     run = system.simulate(until=0.1, every=0.01, method=method)
     t, work = run.time.values, run["push"].work.values
-    if "force" in load:
-        impulse = 3.0 * (np.clip(t, 0.0123, 0.0757) - 0.0123)
-    else:
-        impulse = 5.0 * np.maximum(t - 0.03335, 0.0)
+    window = np.clip(t, 0.0123, 0.0757) - 0.0123
+    impulse = 3.0 * window if "force" in load else 5.0 * np.maximum(t - 0.03335, 0.0)
     np.testing.assert_allclose(work, 0.3 * impulse + impulse**2 / 4.0, atol=1e-3 * work.max())
     assert run.work_loads.values[-1] == pytest.approx(work[-1], rel=1e-3)
 
