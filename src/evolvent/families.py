@@ -61,6 +61,8 @@ SOLVERS = {
     MODES: "modes",
 }
 EVERY = frozenset(SOLVERS)
+#: Most parts that a refusal names.
+MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
 PARTS_OF_OTHERS = (
     "info", "markers", "nodes", "rows", "elements", "contact_points", "custom_places", "field_points", "rod_elements",
@@ -420,9 +422,33 @@ def check(assembly: Any, solver: str) -> None:
     Raises
     ------
     InputError
-        Naming the first part that is not supported, and what to take instead.
+        Naming the parts that are not supported, what to take instead, and a solver that supports them all.
     """
+    found = list(_unsupported(assembly, solver))
+    if not found:
+        return
+    what = "does" if solver in (IMPLICIT, ENERGY, STATIC) else "do"
+    refused = f"which {SOLVERS[solver]} {what} not support"
+    if len(found) == 1:
+        who, name, advice = found[0]
+        raise InputError(f"{who!r} is {name}, {refused}{advice}")
+    (first, name, _), *rest = found
+    several = "".join(f", nor {who!r}, {other}" for who, other, _ in rest[: MOST_NAMED - 1])
+    more = f", nor {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
+    others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
+    whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
+    if whole:
+        advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"
+    else:
+        advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))
+        advice = f"; no method supports all of them{advice}" if others else advice
+    raise InputError(f"{first!r} is {name}, {refused}{several}{more}{advice}")
+
+
+def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
+    """Parts that a solver does not support: name, family and advice of each, once."""
     model = assembly.model
+    seen: set[tuple[str, str]] = set()
     for name in mdl.RECORDS:
         if name in PARTS_OF_OTHERS or not records(model, name).size:
             continue
@@ -434,9 +460,12 @@ def check(assembly: Any, solver: str) -> None:
             left &= ~mask
             for index in np.flatnonzero(mask):
                 if solver not in family.solvers and not _has_double(assembly, name, int(index), solver):
-                    _refuse(assembly, name, int(index), solver, family)
-        if np.any(left):
-            _refuse(assembly, name, int(np.flatnonzero(left)[0]), solver, None)
+                    found = _refusal(assembly, name, int(index), family)
+                    if found[:2] not in seen:
+                        seen.add(found[:2])
+                        yield found
+        for index in np.flatnonzero(left):
+            yield _refusal(assembly, name, int(index), None)
 
 
 def _has_double(assembly: Any, name: str, index: int, solver: str) -> bool:
@@ -476,17 +505,15 @@ def rod_arms(model: Model, index: int) -> Array:
     return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
 
 
-def _refuse(assembly: Any, name: str, index: int, solver: str, family: Family | None) -> None:
+def _refusal(assembly: Any, name: str, index: int, family: Family | None) -> tuple[str, str, str]:
+    """Name of a part, what it is, and what to take instead."""
     what = family.name if family is not None else f"one of the {name}"
     who = owner(assembly, name, index)
     advice = f"; {family.advice}" if family is not None and family.advice else ""
     part = assembly.parts.get(who)
     if name == "joints" and part is not None and "stiffness" not in type(part).model_fields:  # such as a Point with at
         advice = "; take energy-momentum or generalized-alpha"
-    raise InputError(
-        f"{who!r} is {what}, which {SOLVERS[solver]} "
-        f"{'does' if solver in (IMPLICIT, ENERGY, STATIC) else 'do'} not support{advice}"
-    )
+    return who, what, advice
 
 
 def functions(model: Model, *, tangents: bool = False) -> Iterator[Any]:

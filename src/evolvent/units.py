@@ -191,6 +191,28 @@ class Quantity:
         return {"anyOf": [number, {"type": "string", "examples": [self.example]}], "description": self.allowed}
 
 
+class Measured(float):
+    """A value whose unit was given, where another key decides which quantity it must be.
+
+    Parameters
+    ----------
+    value : float, in SI units
+    unit : str, the SI unit of its quantity
+    """
+
+    unit: str
+
+    def __new__(cls, value: Any, unit: str = "") -> Measured:
+        """The value, which knows its unit."""
+        found = super().__new__(cls, value)
+        found.unit = unit
+        return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """How it is copied."""
+        return Measured, (float(self), self.unit)
+
+
 @dataclasses.dataclass(frozen=True)
 class Either:
     """A pydantic annotation: a float of one of two quantities, which the meaning of another key decides.
@@ -212,15 +234,26 @@ class Either:
         )
 
     def read(self, value: Any) -> float | str:
-        """`value` in SI units; a `PydanticCustomError` says what is allowed."""
+        """`value` in SI units, a `Measured` where it has a unit; a `PydanticCustomError` says what is allowed."""
         for quantity in (self.one, self.other):
+            if isinstance(value, Measured) and value.unit != quantity.unit:
+                continue
             with contextlib.suppress(PydanticCustomError):
-                return quantity.read(value)
+                found = quantity.read(value)
+                has_unit = isinstance(value, Measured) or unit_of(value)
+                return Measured(found, quantity.unit) if has_unit else found
         raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed})
 
+    def write(self, value: float) -> float | str:
+        """`value` as a case file holds it: exact, with its unit where it has been given one."""
+        return f"{value!r} {value.unit}" if isinstance(value, Measured) else value
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """A validator."""
-        return core_schema.no_info_plain_validator_function(self.read)
+        """A validator, and a serializer to a text with its unit."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number, or a text."""

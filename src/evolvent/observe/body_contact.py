@@ -20,16 +20,23 @@ def observe_body_contact(view: View, name: str) -> Observed:
     touches = view.solution.sampled.touches
     values, found = touches[:, mine], Observed()
     total = values.sum(axis=1)
-    found.vector("force", total[:, 0:3], "N", "resultant of the contact on its first body, inertial axes")
-    text = "moment of the contact on its {} body about that one's origin, inertial axes"
-    found.vector("moment", total[:, 3:6], "N m", text.format("first"))
-    found.vector("moment_b", total[:, 6:9], "N m", text.format("second"))
+    on_rods = hasattr(view.part(name), "beams")
+    on = "beams" if on_rods else "first body, `a`"
+    if on_rods:
+        found.vector("force", total[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
+        text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
+        found.vector("moment", -total[:, 6:9], "N m", text)
+    else:
+        found.vector("force", total[:, 0:3], "N", f"resultant of the contact on its {on}, inertial axes")
+        text = "moment of the contact on its {} body, `{}`, about that one's origin, inertial axes"
+        found.vector("moment", total[:, 3:6], "N m", text.format("first", "a"))
+        found.vector("moment_b", total[:, 6:9], "N m", text.format("second", "b"))
     found.scalar("normal_force", total[:, 15], "N", "sum of the normal forces")
     found.scalar("impulse", total[:, TOUCHED], "N s", "integral of the normal forces since the start; NaN if explicit")
     found.scalar("points", np.sum(values[:, :, 15] > 0.0, axis=1), "1", "contact points that touch")
     text = "elastic energy of the contact and of what sticks by friction"
     found.scalar("energy_elastic", total[:, 17], "J", text)
-    text = "{} of each contact point on its first body, inertial axes: of the sample, or the mean over its step"
+    text = f"{{}} of each contact point on its {on}, inertial axes: of the sample, or the mean over its step"
     found.along("point_force", "contact_point", values[:, :, 15], "N", "normal force of each contact point")
     found.along("point_resultant", "contact_point", values[:, :, 0:3], "N", text.format("whole force"))
     found.along("point_friction", "contact_point", values[:, :, 9:12], "N", text.format("friction"))

@@ -20,8 +20,9 @@ def observe_contact(view: View, name: str) -> Observed:
     index = view.index(name)
     found, values = Observed(), view.solution.cylinders[:, index]
     row, flexible = view.model.flexible.cylinders[index], view.model.flexible
-    found.vector("force", values[:, 0:3], "N", "resultant of the contact on the body, inertial axes")
-    found.vector("moment", values[:, 3:6], "N m", "moment of the contact on the body about its origin, inertial axes")
+    found.vector("force", -values[:, 0:3], "N", "resultant of the surface on the beams, inertial axes")
+    text = "moment of the surface on the beams about the origin of the surface's body, inertial axes"
+    found.vector("moment", -values[:, 3:6], "N m", text)
     found.scalar("normal_force", values[:, 6], "N", "sum of the normal forces")
     found.scalar("impulse", values[:, 7], "N s", "integral of the normal forces since the start")
     text = f"mean of the normal force over {100.0 * WINDOW:g} % of the run about each sample, from the impulse"

@@ -20,6 +20,8 @@ from evolvent.observe.variables import Observed, cross, dot, turned
 from evolvent.observe.view import View
 
 Array = np.ndarray
+#: Start, end and ramp of a load, s, and the place of its profile in the parameters, -1 for none.
+Times = tuple[float, float, float, int]
 
 
 def observe_load(view: View, name: str) -> Observed:
@@ -32,7 +34,7 @@ def observe_load(view: View, name: str) -> Observed:
     is_panel = bool(row["kind"] == kernels.PANEL)
     at = first + kernels.PROFILE if values.size > kernels.PROFILE and not is_panel else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
-    after, before = strength(view, *times, at)
+    after = strength(view, *times, at)
     marker = view.model.markers[int(row["target"])]
     vector = np.broadcast_to(values[:3], (view.t.size, 3))
     x, v = view.marker(int(row["target"]))
@@ -51,7 +53,8 @@ def observe_load(view: View, name: str) -> Observed:
         vector = turned(view.pose(int(marker["index"])).R, vector)
     _add_vector(found, after[:, None] * vector, x, "torque" if is_torque else "force")
     power = dot(vector, v)
-    _add_work(found, view, after * power, before * power)
+    steady = row["law"] == 0 and not is_panel and not is_torque and values[kernels.FRAME] == 0.0
+    _add_work(found, view, power, (*times, at), along=dot(vector, x) if steady else None)
     return found
 
 
@@ -70,12 +73,12 @@ def observe_thread_load(view: View, index: int) -> Observed:
     found.vector("position", values[:, 3:], "m", "middle of the released thread, inertial axes")
     if thread["copies"] > 1:
         found.drawn[0]["forces"]["copies"] = copies_drawn(view, thread)
-    _add_work(found, view, power, power)
+    _add_work(found, view, power)
     return found
 
 
-def strength(view: View, start: float, end: float, ramp: float, at: int) -> tuple[Array, Array]:
-    """Factor of a load just after and just before each sample, (nt,) each.
+def strength(view: View, start: float, end: float, ramp: float, at: int) -> Array:
+    """Factor of a load just after each sample, (nt,).
 
     It acts from its start to its end, grows smoothly over `ramp`, and follows the profile at the place `at` of the
     parameters (-1 for none): `kernels.profile`.
@@ -83,12 +86,17 @@ def strength(view: View, start: float, end: float, ramp: float, at: int) -> tupl
     t, near = view.t.copy(), 1e-9 * max(float(np.ptp(view.t)), 1e-300)
     for stop in (start, end):
         t[np.abs(t - stop) < near] = stop
+    return strength_at(view, t, start, end, ramp, at)
+
+
+def strength_at(view: View, t: Array, start: float, end: float, ramp: float, at: int) -> Array:
+    """Factor of a load at times t (n,): `strength`."""
     s = np.clip((t - start) / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(t.size)
     found = s * s * (3.0 - 2.0 * s)
     if at >= 0:
         jit.load([profile])
         found = found * np.array([profile(time, at, view.model) for time in t.tolist()])
-    return np.where((t >= start) & (t < end), found, 0.0), np.where((t > start) & (t <= end), found, 0.0)
+    return np.where((t >= start) & (t < end), found, 0.0)
 
 
 def observe_beam_load(view: View, name: str) -> Observed:
@@ -96,10 +104,10 @@ def observe_beam_load(view: View, name: str) -> Observed:
     found, row = Observed(), view.model.flexible.beam_loads[view.index(name)]
     at = int(row["first"]) if row["law"] == 0 and row["last"] > row["first"] else -1
     times = (float(row["start"]), float(row["end"]), float(row["ramp"]))
-    after, before = (row["value"] * factor for factor in strength(view, *times, at))
+    after = row["value"] * strength(view, *times, at)
     nodes, rates = view.nodes(int(row["beam"]))
     if families.follows(view.model.flexible.beam_loads)[view.index(name)]:
-        _add_following(found, view, row, after, before)
+        _add_following(found, view, row, after, (*times, at))
         return found
     if row["kind"] == beam_loads.POINT:
         on = (int(row["iq"]) - int(view.model.flexible.beams["iq"][row["beam"]])) // 3
@@ -117,11 +125,17 @@ def observe_beam_load(view: View, name: str) -> Observed:
         place = np.broadcast_to(row["centre"], (view.t.size, 3))
         _add_vector(found, after[:, None] * row["axis"], place, "torque")
         power = spread_rate(view, row, nodes)
-    _add_work(found, view, after * power, before * power)
+    along = None
+    if row["kind"] == beam_loads.POINT:
+        along = view.coordinates(int(row["iq"])) @ row["axis"]
+    elif row["kind"] == beam_loads.LINE:
+        along = length * middle @ row["axis"]
+    value = float(row["value"])
+    _add_work(found, view, value * power, (*times, at), along=None if along is None else value * along)
     return found
 
 
-def _add_following(found: Observed, view: View, row: Any, after: Array, before: Array) -> None:
+def _add_following(found: Observed, view: View, row: Any, after: Array, times: Times) -> None:
     """Add a moment, a follower force or a load by a law on a beam."""
     nodes, rates = view.nodes(int(row["beam"]))
     if row["kind"] == beam_loads.LINE:
@@ -132,7 +146,7 @@ def _add_following(found: Observed, view: View, row: Any, after: Array, before: 
         vector, power = node_vectors(view, row)
         x, what = view.coordinates(int(row["iq"])), "torque" if row["kind"] == beam_loads.MOMENT else "force"
     _add_vector(found, after[:, None] * vector, x, what)
-    _add_work(found, view, after * power, before * power)
+    _add_work(found, view, row["value"] * power, times)
 
 
 def mean_of(nodes: Array, lengths: Array) -> Array:
@@ -181,9 +195,47 @@ def _add_vector(found: Observed, values: Array, x: Array, what: str) -> None:
     found.plots = [what]
 
 
-def _add_work(found: Observed, view: View, after: Array, before: Array) -> None:
-    """Power, and the work of powers just after and just before each sample, by the trapezoidal rule."""
+def _add_work(
+    found: Observed, view: View, power: Array, times: Times | None = None, *, along: Array | None = None
+) -> None:
+    """Power of a load, and its work.
+
+    Parameters
+    ----------
+    power : (nt,) float, W, of the load at the factor 1
+    times : start, end, ramp and profile, on which the factor depends (`strength`); None where it is always 1
+    along : (nt,) float, J, integral of `power`, where it is known at the samples
+    """
+    factor = np.ones(view.t.size) if times is None else strength(view, *times)
     work = np.zeros(view.t.size)
-    np.cumsum(0.5 * (after[:-1] + before[1:]) * np.diff(view.t), out=work[1:])
-    found.scalar("power", after, "W", "power of the load")
-    found.scalar("work", work, "J", "work since the first sample, by the trapezoidal rule over the samples")
+    np.cumsum(_work_of_intervals(view, power, times, along), out=work[1:])
+    found.scalar("power", factor * power, "W", "power of the load")
+    text = "work since the first sample, of the power interpolated between the samples times the load's course in time"
+    found.scalar("work", work, "J", text)
+
+
+def _work_of_intervals(view: View, power: Array, times: Times | None, along: Array | None) -> Array:
+    """Work between samples, (nt - 1,), by Gauss' rule on the pieces between the breaks of the load.
+
+    The power at the factor 1 is linear between the samples, or the slope of the cubic through its integrals.
+    """
+    t, n = view.t, max(view.t.size - 1, 0)
+    if times is None or n == 0:
+        return np.asarray(0.5 * (power[1:] + power[:-1]) * np.diff(t))
+    start, end, ramp, _ = times
+    breaks = np.array([start, start + ramp, end, *view.model.breaks])
+    breaks = breaks[(breaks > t[0]) & (breaks < t[-1])]
+    edges = np.unique(np.concatenate([t, breaks]))
+    h = np.diff(edges)
+    place = np.clip(np.searchsorted(t, 0.5 * (edges[1:] + edges[:-1])) - 1, 0, n - 1)
+    points, weights = np.polynomial.legendre.leggauss(4)
+    found, step = np.zeros(n), np.diff(t)
+    for point, weight in zip(points, weights, strict=True):
+        at = edges[:-1] + 0.5 * (1.0 + point) * h
+        s, p0, p1 = (at - t[place]) / step[place], power[place], power[place + 1]
+        rate = (1.0 - s) * p0 + s * p1
+        if along is not None:
+            mean = (along[place + 1] - along[place]) / step[place]
+            rate = rate + 6.0 * s * (1.0 - s) * (mean - 0.5 * (p0 + p1))
+        np.add.at(found, place, 0.5 * weight * h * strength_at(view, at, *times) * rate)
+    return found

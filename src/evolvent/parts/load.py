@@ -375,6 +375,10 @@ def _write_at_marker(builder: Builder, name: str, kind: int, load: Force | Torqu
     """Write a force or torque on a body or point."""
     target = builder.marker(load.at, f"{name}.at")
     on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
+    if on_body and builder.rows["markers"][target]["index"] == builder.names["ground"][1]:
+        raise InputError(
+            f"{name}.at is {load.at!r}, on the ground, which no load moves; give a body, a point or a node"
+        )
     if not on_body and (load.frame == "body" or kind == kernels.TORQUE):
         raise InputError(f"{name}.at is {load.at!r}; this load needs a body")
     _write_load(builder, name, kind, target, load, vector)

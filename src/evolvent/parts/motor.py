@@ -11,7 +11,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.joint_coordinate import find_coordinate
+from evolvent.parts.joint_coordinate import check_units, find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import TorqueOrForceProfile, write_profile
 
@@ -84,6 +84,9 @@ class Motor(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `motors`."""
         self._check(name)
+        hinge = find_coordinate(builder, f"{name}.joint", self.joint)
+        for key in ("torque", "motion", "position_gain", "velocity_gain", "limit", "rate_limit"):
+            check_units(f"{name}.{key}", getattr(self, key), builder.rows["hinges"][hinge]["kind"])
         row: dict[str, Any] = {"drive": 0, "law": 0}
         if self.torque is not None:
             first, last = builder.parameters(write_profile(builder, f"{name}.torque", self.torque))
@@ -97,7 +100,7 @@ class Motor(Part):
             row |= {"first": drive.first, "last": drive.last}
         index = builder.add(
             "motors",
-            hinge=find_coordinate(builder, f"{name}.joint", self.joint),
+            hinge=hinge,
             position_gain=self.position_gain,
             velocity_gain=self.velocity_gain,
             limit=math.inf if self.limit is None else self.limit,

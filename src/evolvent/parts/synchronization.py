@@ -9,7 +9,7 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.base import CoordinateNames, Part
-from evolvent.parts.joint_coordinate import find_coordinate
+from evolvent.parts.joint_coordinate import check_units, find_coordinate
 
 
 class Synchronization(Part):
@@ -57,6 +57,8 @@ class Synchronization(Part):
         rows = [builder.rows["hinges"][k] for k in found]
         if len({row["kind"] for row in rows}) > 1:
             raise InputError(f"{name}.hinges has both angles and travels; they must all be of one kind")
+        check_units(f"{name}.stiffness", self.stiffness, rows[0]["kind"])
+        check_units(f"{name}.damping", self.damping, rows[0]["kind"])
         first = len(builder.rows["synchronizations"])
         for i, j in itertools.pairwise(range(count)):
             builder.add(

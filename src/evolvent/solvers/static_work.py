@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sparse
 from scipy.sparse.linalg import splu
 
@@ -33,6 +34,10 @@ MOST_DEFERRED = 600
 _HUGE = 1e40
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
+#: Pivot of constraints, beside the largest, below which they are redundant.
+REDUNDANT = 1e-9
+#: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
+SOFT = 1e-8
 
 
 def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
@@ -201,7 +206,9 @@ class Work:
 
         Notes
         -----
-        Negative pivots of K + gamma G^T G, eliminated along its diagonal (Sylvester).
+        Negative pivots of K on the moves that the constraints G allow, eliminated along its diagonal (Sylvester). The
+        constraints are eliminated exactly: a penalty would have to be much stiffer than the softest bending of a rod is
+        soft beside its extension, which leaves no digits for the latter.
         """
         whole = self.tangent(0.0, 0.0)
         joints = self.model.flexible.joints
@@ -210,12 +217,15 @@ class Work:
         K = whole[: self.n_v, : self.n_v]
         if np.any(self.balance.spin[:3]):
             K = K + self.turning_tangent()
-        size = abs(K).max(axis=1).toarray().ravel()
-        D = sparse.diags(1.0 / np.sqrt(np.where(size > 0.0, size, 1.0)))
-        A = D @ (0.5 * (K + K.T)) @ D
+        A = 0.5 * (K + K.T)
         if held:
-            G = G @ D
-            A = A + 1e4 * (G.T @ sparse.diags(1.0 / np.asarray(G.multiply(G).sum(axis=1)).ravel()) @ G)
+            T = _allowed_moves(G.toarray(), abs(K).max(axis=1).toarray().ravel())
+            A = T.T @ A @ T
+        if A.shape[0] == 0:
+            return 0
+        size = abs(A).max(axis=1).toarray().ravel()
+        D = sparse.diags(1.0 / np.sqrt(np.where(size > 0.0, size, 1.0)))
+        A = D @ A @ D
         try:
             lu = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:  # a pivot is zero
@@ -250,6 +260,27 @@ class Work:
             if where is not None and size[where].max(initial=0.0) > 0.05 * size.max():
                 found.append(name)
         return found
+
+
+def _allowed_moves(G: Array, size: Array) -> Any:
+    """A basis of the null space of constraints G (m, n): a sparse matrix (n, n - rank).
+
+    Coordinates of small `size`, a stiffness, depend on the others: those of bodies follow the beams that hold them.
+    """
+    used = np.flatnonzero(np.any(G != 0.0, axis=0))
+    scale = np.sqrt(np.maximum(size[used], SOFT * float(size.max(initial=1.0))))
+    _, R, order = scipy.linalg.qr(G[:, used] / scale, mode="economic", pivoting=True)
+    pivots = np.abs(np.diagonal(R))
+    rank = int(np.sum(pivots > REDUNDANT * pivots[0]))
+    depends, rest = used[order[:rank]], used[order[rank:]]
+    follow = -scipy.linalg.solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    follow *= scale[order[rank:]] / scale[order[:rank], None]
+    follow[np.abs(follow) < 1e-14 * np.abs(follow).max(initial=0.0)] = 0.0
+    free = np.setdiff1d(np.arange(size.size), depends)
+    i, j = np.nonzero(follow)
+    rows, columns = np.concatenate([free, depends[i]]), np.concatenate([free, rest[j]])
+    values = np.concatenate([np.ones(free.size), follow[i, j]])
+    return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
 
 
 def places_of(model: mdl.Model, family: str, index: int) -> slice | None:
