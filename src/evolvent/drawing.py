@@ -56,7 +56,7 @@ _MOST_ARROWS = 100
 #: Most numbers beside the picture.
 _NUMBERS = 4
 #: Largest size of a symbol: share of the size of the structure, and of the body on which it is.
-_OF_STRUCTURE, _OF_BODY = 0.02, 0.12
+_OF_STRUCTURE, _OF_BODY = 0.025, 0.12
 
 
 def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
