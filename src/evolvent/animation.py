@@ -120,7 +120,9 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
     numbers = sum(
         line.points.shape[1] * (3 + 3 * (line.across is not None) + len(line.values)) for line in motion.lines
     ) * min(1.0, MOST_POINTS_PACKED / max(points, 1))
-    numbers += sum(2 * force.points[0].size for force in motion.forces) + 20 * (len(motion.frames) + len(motion.symbols)) + 1
+    numbers += (
+        sum(2 * force.points[0].size for force in motion.forces) + 20 * (len(motion.frames) + len(motion.symbols)) + 1
+    )
     header, blocks = described(motion, min(most, int(LARGEST_PACK / (4 * numbers))), points=MOST_POINTS_PACKED)
     exact = {
         name: np.ascontiguousarray(values, dtype="<f8" if name in _EXACT else "<f4") for name, values in blocks.items()

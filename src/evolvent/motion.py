@@ -330,7 +330,9 @@ class Motion:
         def frame(x: Frame) -> Frame:
             origin, attitude = pose(x)
             solids = [
-                s if s.turned is None and s.scale is None else dataclasses.replace(
+                s
+                if s.turned is None and s.scale is None
+                else dataclasses.replace(
                     s,
                     turned=None if s.turned is None else values(s.turned),
                     scale=None if s.scale is None else values(s.scale),

@@ -123,7 +123,7 @@ def _moved(view: View, seat: Seat) -> Array:
 
 
 def _entry(view: View, found: Observed, seat: Seat, **drawn: Any) -> dict[str, Any]:
-    """A symbol at a seat, with `solids` and `outline` about the seat; the axis of the seat is their z without a body."""
+    """A symbol at a seat, with `solids` and `outline` about it; without a body, their z is the axis of the seat."""
     name = next((n for n, at in view.assembly.names.items() if at == ("bodies", seat.body)), None)
     if seat.body >= 0 and name is not None:
         return {"symbol": {"body": name, "centre": np.asarray(seat.place).tolist(), **drawn}}
