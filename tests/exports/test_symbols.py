@@ -7,7 +7,9 @@ import pytest
 
 import evolvent as ev
 from evolvent import animation, parts, show
+from evolvent.exports import vtk
 from evolvent.exports.pictures import pictures
+from evolvent.exports.request import Request
 from evolvent.motion import turned
 
 
@@ -189,3 +191,13 @@ def test_animation_and_pictures_show_symbols(craft):
     bare = type(without)(**{**vars(without), "symbols": ()})
     one, other = (next(pictures(m, np.zeros(1), size=(300, 200), inertial=True)) for m in (motion, bare))
     assert (one != other).any(axis=-1).sum() > 50
+
+
+def test_vtk_has_the_symbols(craft, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    said = vtk.write(craft, str(tmp_path), Request(frames=2))
+    assert "symbols.pvd" in said
+    found, seen = pyvista.get_reader(tmp_path / "symbols.pvd").read()[0], show.motion(craft)
+    names = list(dict.fromkeys(frame.name for frame in seen.symbols))
+    assert sorted(set(found.cell_data["part"])) == [1 + k for k, name in enumerate(names) if name != "light"]
+    assert "wheel" in (tmp_path / "about.txt").read_text()

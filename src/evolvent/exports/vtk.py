@@ -309,7 +309,8 @@ def _marks(motion: Motion, k: int) -> Grid:
 def _frames(motion: Motion, k: int) -> Grid:
     made = Grid(_LINES)
     length = 0.25 * motion.reach
-    for number, frame in enumerate((*motion.frames, *motion.symbols), 1):
+    numbered = [*enumerate(motion.symbols, 1 + len(motion.frames)), *enumerate(motion.frames, 1)]
+    for number, frame in numbered:
         q, origin = frame.attitude[k : k + 1], frame.origin[k]
         for axis in range(-len(frame.outline), 3 if number <= len(motion.frames) else 0):
             polygon = np.stack([np.zeros(3), length * np.eye(3)[axis]]) if axis >= 0 else frame.outline[axis]
