@@ -169,10 +169,7 @@ def _symbol(run: xr.DataTree, part: str, own: dict[str, Any], frames: dict[str, 
     for solid, keys in zip(_solids(own), own.get("solids", []), strict=True):
         solids.append(
             dataclasses.replace(
-                solid,
-                edges=None if solid.edges is None else tuple(size * e for e in solid.edges),
-                profile=tuple((size * x, size * r) for x, r in solid.profile),
-                centre=tuple(size * c for c in solid.centre),
+                solid.enlarged(size),
                 turned=group[keys["turned"]].values if "turned" in keys else None,
                 scale=np.nan_to_num(group[keys["scaled"]].values) / keys["most"] if "scaled" in keys else None,
             )

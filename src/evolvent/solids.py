@@ -114,6 +114,12 @@ class Solid:
         profile = [(-radius * float(np.cos(a)), radius * float(np.sin(a))) for a in around]
         return cls.revolution(profile, centre=centre)
 
+    def enlarged(self, factor: float) -> Solid:
+        """The solid with all lengths, that of its centre too, times a factor."""
+        edges = None if self.edges is None else _triple(factor * np.array(self.edges))
+        profile = tuple((factor * x, factor * r) for x, r in self.profile)
+        return dataclasses.replace(self, edges=edges, profile=profile, centre=_triple(factor * np.array(self.centre)))
+
     @property
     def size(self) -> float:
         """Radius about `centre` that holds the whole solid, m."""
