@@ -12,16 +12,14 @@ Newton method.
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import os
 import pathlib
 import sys
-import time
-import warnings
 from typing import Any
 
 import numpy as np
+from exudyn_pendulum import pendulum
 
 from evolvent import System, elements, parts
 from evolvent.solvers.implicit import solve_implicit
@@ -62,57 +60,32 @@ def peer(kind: str, n: int, repeat: int) -> tuple[float, np.ndarray]:
 
 
 def _peer(kind: str, n: int, end: float) -> tuple[float, np.ndarray]:
-    import exudyn as exu
-
-    items = importlib.import_module("exudyn.itemInterface")
-
-    mbs = exu.SystemContainer().AddSystem()
     area, moment = SIDE**2, SIDE**4 / 12.0
     slopes = [1, 0, 0] if kind == "ANCFCable" else [0, 1, 0, 0, 0, 1]
-    node = items.NodePointSlope1 if kind == "ANCFCable" else items.NodePointSlope23
-    nodes = [mbs.AddNode(node(referenceCoordinates=[LENGTH * i / n, 0, 0, *slopes])) for i in range(n + 1)]
-    section = exu.BeamSection()
     shear = 10.0 * (1.0 + NU) / (12.0 + 11.0 * NU) * E / (2.0 * (1.0 + NU)) * area
     torsion = E / (2.0 * (1.0 + NU)) * 0.1406 * SIDE**4
-    section.stiffnessMatrix = np.diag([E * area, shear, shear, torsion, E * moment, E * moment])
-    section.massPerLength = DENSITY * area
-    section.inertia = DENSITY * np.diag([2.0 * moment, moment, moment])
-    for i in range(n):
-        ends = [nodes[i], nodes[i + 1]]
+    section = (
+        [E * area, shear, shear, torsion, E * moment, E * moment],
+        DENSITY * area,
+        [DENSITY * x for x in (2.0 * moment, moment, moment)],
+    )
+
+    def element(items: Any, ends: list[Any], own: Any) -> Any:
         if kind == "ANCFCable":
-            new = items.ObjectANCFCable(
+            return items.ObjectANCFCable(
                 physicsLength=LENGTH / n,
                 physicsMassPerLength=DENSITY * area,
                 physicsBendingStiffness=E * moment,
                 physicsAxialStiffness=E * area,
                 nodeNumbers=ends,
             )
-        else:
-            new = items.ObjectANCFBeam(
-                physicsLength=LENGTH / n, nodeNumbers=ends, sectionData=section, crossSectionPenaltyFactor=[1, 1, 1]
-            )
-        marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mbs.AddObject(new)))
-        mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[0, -G, 0]))
-    ground = mbs.AddNode(items.NodePointGround(referenceCoordinates=[0, 0, 0]))
-    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    for c in range(3):
-        marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=c))
-        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[fixed, marker]))
-    mbs.Assemble()
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = round(end / STEP)
-    settings.timeIntegration.endTime = end
-    settings.timeIntegration.generalizedAlpha.spectralRadius = RADIUS
-    settings.timeIntegration.newton.useModifiedNewton = True
-    settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        settings.linearSolverType = exu.LinearSolverType.EigenSparse
-    began = time.perf_counter()
-    mbs.SolveDynamic(settings)
-    seconds = time.perf_counter() - began
-    return seconds, np.array(mbs.GetNodeOutput(nodes[-1], exu.OutputVariableType.Position))
+        return items.ObjectANCFBeam(
+            physicsLength=LENGTH / n, nodeNumbers=ends, sectionData=own, crossSectionPenaltyFactor=[1, 1, 1]
+        )
+
+    node = "NodePointSlope1" if kind == "ANCFCable" else "NodePointSlope23"
+    places = [[LENGTH * i / n, 0, 0, *slopes] for i in range(n + 1)]
+    return pendulum(places, node, element, section, gravity=G, end=end, step=STEP, radius=RADIUS)
 
 
 def main() -> int:

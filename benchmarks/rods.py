@@ -12,16 +12,14 @@ elements at a quarter of the step (of the peer also against its own 160 elements
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import os
 import pathlib
 import sys
-import time
-import warnings
 from typing import Any
 
 import numpy as np
+from exudyn_pendulum import pendulum
 
 from evolvent import System, elements, parts
 from evolvent.solvers.energy_momentum import solve_energy
@@ -69,44 +67,19 @@ def peer(n: int, repeat: int) -> tuple[float, np.ndarray]:
 
 
 def _peer(n: int) -> tuple[float, np.ndarray]:
-    import exudyn as exu
-
-    items = importlib.import_module("exudyn.itemInterface")
-    mbs = exu.SystemContainer().AddSystem()
     s, G_ = SECTION.properties(NU), MATERIAL.shear_modulus
-    places = [[LENGTH * i / n, 0, 0, 0, 0, 0] for i in range(n + 1)]
-    nodes = [mbs.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=place)) for place in places]
-    section = exu.BeamSection()
     shear = s.shear_y * G_ * s.area
-    section.stiffnessMatrix = np.diag([E * s.area, shear, shear, G_ * s.J, E * s.Iy, E * s.Iz])
-    section.massPerLength = DENSITY * s.area
-    section.inertia = DENSITY * np.diag([s.Iy + s.Iz, s.Iy, s.Iz])
-    for i in range(n):
-        new = items.ObjectBeamGeometricallyExact(
-            nodeNumbers=[nodes[i], nodes[i + 1]], length=LENGTH / n, sectionData=section
-        )
-        marker = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=mbs.AddObject(new)))
-        mbs.AddLoad(items.LoadMassProportional(markerNumber=marker, loadVector=[0, -G, 0]))
-    ground = mbs.AddNode(items.NodePointGround(referenceCoordinates=[0, 0, 0]))
-    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    for c in range(3):
-        marker = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=c))
-        mbs.AddObject(items.ObjectConnectorCoordinate(markerNumbers=[fixed, marker]))
-    mbs.Assemble()
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = round(END / STEP)
-    settings.timeIntegration.endTime = END
-    settings.timeIntegration.generalizedAlpha.spectralRadius = RADIUS
-    settings.timeIntegration.newton.useModifiedNewton = True
-    settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        settings.linearSolverType = exu.LinearSolverType.EigenSparse
-    began = time.perf_counter()
-    mbs.SolveDynamic(settings)
-    seconds = time.perf_counter() - began
-    return seconds, np.array(mbs.GetNodeOutput(nodes[-1], exu.OutputVariableType.Position))
+    section = (
+        [E * s.area, shear, shear, G_ * s.J, E * s.Iy, E * s.Iz],
+        DENSITY * s.area,
+        [DENSITY * x for x in (s.Iy + s.Iz, s.Iy, s.Iz)],
+    )
+
+    def element(items: Any, ends: list[Any], own: Any) -> Any:
+        return items.ObjectBeamGeometricallyExact(nodeNumbers=ends, length=LENGTH / n, sectionData=own)
+
+    places = [[LENGTH * i / n, 0, 0, 0, 0, 0] for i in range(n + 1)]
+    return pendulum(places, "NodeRigidBodyRotVecLG", element, section, gravity=G, end=END, step=STEP, radius=RADIUS)
 
 
 def main() -> int:

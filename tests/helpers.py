@@ -11,10 +11,15 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent import parts
 from evolvent.builder import Assembly
-from evolvent.flow.needs import load_explicit
+from evolvent.flow import implicit as equations
+from evolvent.flow.needs import load_explicit, load_implicit
 from evolvent.flow.observations import Observations, observe
+from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
-from evolvent.solvers import Solution, solve
+from evolvent.kernels.sparse import OUTSIDE
+from evolvent.solvers import Solution, alpha_state, solve
+from evolvent.solvers.implicit import matrix_of
+from evolvent.solvers.static_work import sparse_of
 from evolvent.system import System
 
 Array = np.ndarray
@@ -210,3 +215,30 @@ def rotation(quaternion: Sequence[float]) -> Array:
 def steady_lag(rate: float = W0, offset: float = L0, speed: float = V) -> float:
     """Lag of a blade in steady pay-out, rad: sin delta = 2 v / (L0 W)."""
     return math.asin(2.0 * speed / (offset * rate))
+
+
+def tangent_error(assembly: Assembly, y: Array, rng: np.random.Generator) -> float:
+    """Largest difference of the implicit tangent, without multipliers, from central differences of the residual.
+
+    It is a share of the tangent's largest entry; the assembly's switches hold. Accelerations are random.
+    """
+    model = assembly.model
+    model.flexible.switches[:] = assembly.s
+    n_q, n_v = int(model.info.nq), int(model.info.nv)
+    a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
+    matrix, r, mass, rate = matrix_of(model), np.zeros(n_v), 10.0, 3.0
+    load_implicit(model)
+
+    def residual(d: Array) -> Array:
+        moved = y.copy()
+        alpha_state.displace(y, d, model, moved)
+        moved[n_q : n_q + n_v] = y[n_q : n_q + n_v] + rate * d
+        equations.residual(0.0, moved, a + mass * d, la, 0.0, 1.0, model, r, powers)
+        return r.copy()
+
+    residual(np.zeros(n_v))
+    equations.tangent(0.0, y, la, mass, rate, 1.0, model, matrix)
+    assert matrix.counts[OUTSIDE] == 0
+    found = sparse_of(matrix).toarray()
+    columns = [(residual(1e-6 * e) - residual(-1e-6 * e)) / 2e-6 for e in np.eye(n_v)]
+    return float(np.abs(np.stack(columns, axis=1) - found).max() / np.abs(found).max())

@@ -120,7 +120,9 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
     numbers = sum(
         line.points.shape[1] * (3 + 3 * (line.across is not None) + len(line.values)) for line in motion.lines
     ) * min(1.0, MOST_POINTS_PACKED / max(points, 1))
-    numbers += sum(2 * force.points[0].size for force in motion.forces) + 20 * len(motion.frames) + 1
+    numbers += (
+        sum(2 * force.points[0].size for force in motion.forces) + 20 * (len(motion.frames) + len(motion.symbols)) + 1
+    )
     header, blocks = described(motion, min(most, int(LARGEST_PACK / (4 * numbers))), points=MOST_POINTS_PACKED)
     exact = {
         name: np.ascontiguousarray(values, dtype="<f8" if name in _EXACT else "<f4") for name, values in blocks.items()
@@ -202,6 +204,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         "meshes": [],
         "marks": [],
         "forces": [],
+        "symbols": [],
     }
     blocks = {"time": small.time, **{f"number {k}": v for k, v in enumerate(small.numbers.values())}}
     if body is not None:
@@ -238,7 +241,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
 
 
 def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blocks: dict[str, np.ndarray]) -> None:
-    """Frames with their outlines and solids; each mesh once."""
+    """Frames and symbols with their outlines and solids; each mesh once."""
     meshes: dict[tuple[Any, ...], int] = {}
     reach = seen.reach
 
@@ -257,7 +260,9 @@ def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blo
             )  # fmt: skip
         return meshes[key]
 
-    for k, frame in enumerate(seen.frames):
+    both = [("frame", frame) for frame in seen.frames] + [("symbol", frame) for frame in seen.symbols]
+    for number, (what, frame) in enumerate(both):
+        k = number if what == "frame" else number - len(seen.frames)
         solids = []
         for j, solid in enumerate(frame.solids):
             solids.append(
@@ -267,22 +272,26 @@ def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blo
                     "basis": _rounded(solid.basis.ravel()),
                     "size": solid.size,
                     "turned": solid.turned is not None,
+                    "scaled": solid.scale is not None,
                 }
             )
             if solid.turned is not None:
-                blocks[f"turned {k} {j}"] = solid.turned[kept]
+                blocks[f"{what} {k} turned {j}"] = solid.turned[kept]
+            if solid.scale is not None:
+                blocks[f"{what} {k} scaled {j}"] = solid.scale[kept]
         still = _is_still(frame)
-        header["frames"].append(
+        header[f"{what}s"].append(
             {
                 "name": frame.name,
+                "lift": frame.lift,
                 "outline": [_rounded(polyline.ravel()) for polyline in frame.outline],
                 "solids": solids,
                 "still": still,
             }
         )
         if not still:
-            blocks |= {f"frame {k} origin": frame.origin[kept], f"frame {k} attitude": frame.attitude[kept]}
-            blocks[f"frame {k} turn"] = turns_between(frame.attitude, kept)
+            blocks |= {f"{what} {k} origin": frame.origin[kept], f"{what} {k} attitude": frame.attitude[kept]}
+            blocks[f"{what} {k} turn"] = turns_between(frame.attitude, kept)
 
 
 def _is_still(frame: Frame) -> bool:

@@ -21,6 +21,11 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     `body` (a part, or 'ground'), `solids` as of a frame, in the axes of the body.
 ``spool``
     `body` (a part), `centre`, `axis` (body axes), `radius`, `width` (m), and `angle` (a variable).
+``symbol``
+    Of a part without an extent of its own: `body` (a part, or 'ground') and `centre` (body axes), or `origin` and
+    `along` (variables; z of the symbol is along the second). `solids` as of a frame about the place, in units of the
+    symbols' size, each with `turned` (a variable, rad) or `scaled` and `most` (a variable and its largest value);
+    `outline` (polylines, m); `lift` (true to draw it over its body).
 
 Lines, forces and spools of a part that stands for several have `copies` {count, body, axis}: they are evenly spaced
 about an axis through the origin of the body, body axes.
@@ -38,7 +43,7 @@ from numpy.typing import ArrayLike
 
 from evolvent import variables
 from evolvent.elements import axis_shape
-from evolvent.motion import Forces, Frame, Line, Marks, Motion, turned
+from evolvent.motion import Forces, Frame, Line, Marks, Motion, quaternions, turned
 from evolvent.observe.view import about
 from evolvent.results import unfinished
 from evolvent.solids import Solid
@@ -50,6 +55,8 @@ _BETWEEN, _MOST_POINTS = 6, 400
 _MOST_ARROWS = 100
 #: Most numbers beside the picture.
 _NUMBERS = 4
+#: Largest size of a symbol: share of the size of the structure, and of the body on which it is.
+_OF_STRUCTURE, _OF_BODY = 0.025, 0.12
 
 
 def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
@@ -66,6 +73,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     marks: list[Marks] = []
     spools: list[tuple[str, Any]] = []
     surfaces: list[tuple[str, Any]] = []
+    symbols: list[tuple[str, Any]] = []
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         for entry in json.loads(group.attrs.get("drawn", "[]")):
@@ -96,6 +104,8 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     spools.append((part, own))
                 elif kind == "surface":
                     surfaces.append((part, own))
+                elif kind == "symbol":
+                    symbols.append((part, own))
     if not (frames or lines or marks):
         return None
     for part, own in spools:
@@ -104,7 +114,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     for part, own in surfaces:
         _add_surface(frames, run, part, own)
     label = unfinished(run)
-    return Motion(
+    motion = Motion(
         title=title or label,
         time=run.to_dataset()["time"].values,
         frames=list(frames.values()),
@@ -114,6 +124,69 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
         numbers=_numbers(run),
         main=main,
     )
+    size = _structure_size(motion)
+    return dataclasses.replace(motion, symbols=[_symbol(run, part, own, frames, size) for part, own in symbols])
+
+
+def _structure_size(motion: Motion) -> float:
+    """Size of what is drawn without symbols, m: the median over the samples of the diagonal of a box around it."""
+    lows, highs = [], []
+    for points in motion.clouds:
+        if np.isfinite(points).any():
+            lows.append(np.nanmin(np.where(np.isfinite(points), points, np.inf), axis=1))
+            highs.append(np.nanmax(np.where(np.isfinite(points), points, -np.inf), axis=1))
+    for frame in motion.frames:
+        radius = _body_size(frame)
+        lows.append(frame.origin - radius / np.sqrt(3.0))
+        highs.append(frame.origin + radius / np.sqrt(3.0))
+    if not lows:
+        return 1.0
+    found = np.linalg.norm(np.max(highs, axis=0) - np.min(lows, axis=0), axis=-1)
+    found = found[np.isfinite(found)]
+    return (float(np.median(found)) if found.size else 0.0) or 1.0
+
+
+def _body_size(frame: Frame) -> float:
+    """Radius about the origin of a frame that holds its solids, m; 0 without any."""
+    return max((float(np.linalg.norm(solid.centre)) + solid.size for solid in frame.solids), default=0.0)
+
+
+def _symbol(run: xr.DataTree, part: str, own: dict[str, Any], frames: dict[str, Frame], structure: float) -> Frame:
+    """The frame of a symbol, with its solids in m."""
+    group, count = variables.group_of(run, part), run.to_dataset()["time"].size
+    frame = frames.get(own.get("body", ""))
+    size, body = _OF_STRUCTURE * structure, 0.0 if frame is None else _body_size(frame)
+    size = min(size, _OF_BODY * body) if body > 0.0 else size
+    if "origin" in own:
+        origin, attitude = group[own["origin"]].values, _along(group[own["along"]].values)
+    else:
+        origin, attitude = np.zeros((count, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        if own["body"] != "ground":
+            held = variables.group_of(run, own["body"])
+            origin, attitude = held["position"].values, held["attitude"].values
+        origin = origin + turned(attitude, np.broadcast_to(own["centre"], (count, 1, 3)))[:, 0]
+    solids = []
+    for solid, keys in zip(_solids(own), own.get("solids", []), strict=True):
+        solids.append(
+            dataclasses.replace(
+                solid.enlarged(size),
+                turned=group[keys["turned"]].values if "turned" in keys else None,
+                scale=np.nan_to_num(group[keys["scaled"]].values) / keys["most"] if "scaled" in keys else None,
+            )
+        )
+    lift = 2.0 * max(body, size) if own.get("lift") else 0.0
+    outline = [np.array(polyline) for polyline in own.get("outline", [])]
+    return Frame(name=part, origin=origin, attitude=attitude, solids=solids, outline=outline, lift=lift)
+
+
+def _along(axes: Array) -> Array:
+    """Quaternions (nt, 4) of frames whose z is along the given directions (nt, 3)."""
+    z = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    least = np.eye(3)[int(np.argmin(np.abs(z).max(axis=0)))]
+    x = np.cross(least, z)
+    across = np.linalg.norm(x, axis=1, keepdims=True)
+    x = np.where(across > 1e-9, x / np.maximum(across, 1e-300), [1.0, 0.0, 0.0])
+    return quaternions(np.stack([x, np.cross(z, x), z], axis=2))
 
 
 def _few(points: Array, vectors: Array) -> tuple[Array, Array]:

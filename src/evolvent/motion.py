@@ -37,6 +37,7 @@ class Frame:
     attitude : (nt, 4) float, quaternion from the frame to inertial axes, scalar part first
     outline : sequence of (k, 3) float, m, polylines in the axes of the frame
     solids : sequence of Solid, in the axes of the frame
+    lift : float, m, by which it is drawn nearer than it is, so that it is seen inside a body
     """
 
     name: str
@@ -44,6 +45,7 @@ class Frame:
     attitude: Array
     outline: Sequence[Array] = ()
     solids: Sequence[Solid] = ()
+    lift: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -132,6 +134,7 @@ class Motion:
     lines : sequence of Line
     forces : sequence of Forces
     marks : sequence of Marks
+    symbols : sequence of Frame, of parts without an extent of their own: joints, motors, thrusters
     numbers : mapping, label with its unit in brackets -> (nt,) float, shown beside the picture
     main : str, name of the frame whose axes are the "body axes"; None for the first frame
     up : the inertial axis that points up in pictures
@@ -145,6 +148,7 @@ class Motion:
     lines: Sequence[Line] = ()
     forces: Sequence[Forces] = ()
     marks: Sequence[Marks] = ()
+    symbols: Sequence[Frame] = ()
     numbers: Mapping[str, Array] = dataclasses.field(default_factory=dict)
     main: str | None = None
     up: Literal["x", "y", "z"] = "z"
@@ -159,7 +163,7 @@ class Motion:
         for part in parts:
             if len(part.points) != count:
                 raise ValueError(f"{part.name!r} has {len(part.points)} samples, and the motion has {count}")
-        for frame in self.frames:
+        for frame in (*self.frames, *self.symbols):
             if frame.origin.shape != (count, 3) or frame.attitude.shape != (count, 4):
                 raise ValueError(f"frame {frame.name!r}: origin or attitude do not fit {count} samples")
 
@@ -325,7 +329,16 @@ class Motion:
 
         def frame(x: Frame) -> Frame:
             origin, attitude = pose(x)
-            solids = [s if s.turned is None else dataclasses.replace(s, turned=values(s.turned)) for s in x.solids]
+            solids = [
+                s
+                if s.turned is None and s.scale is None
+                else dataclasses.replace(
+                    s,
+                    turned=None if s.turned is None else values(s.turned),
+                    scale=None if s.scale is None else values(s.scale),
+                )
+                for s in x.solids
+            ]
             return dataclasses.replace(x, origin=origin, attitude=attitude, solids=solids)
 
         return dataclasses.replace(
@@ -335,6 +348,7 @@ class Motion:
             lines=[line(x) for x in self.lines],
             forces=[dataclasses.replace(x, points=points(x.points), vectors=vectors(x.vectors)) for x in self.forces],
             marks=[dataclasses.replace(x, points=points(x.points)) for x in self.marks],
+            symbols=[frame(x) for x in self.symbols],
             numbers={label: values(v) for label, v in self.numbers.items()},
         )
 

@@ -46,6 +46,7 @@ class Solid:
     centre : (3,) float, m, of a box, or where x is zero; axes of the frame
     axis : (3,) float, of a surface of revolution, axes of the frame
     turned : (nt,) float, rad, turn of a surface of revolution about its axis; None where it is fixed
+    scale : (nt,) float, size relative to the stated one, 0 hides it; None where it is constant
     """
 
     edges: tuple[float, float, float] | None = None
@@ -53,6 +54,7 @@ class Solid:
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     turned: Array | None = None
+    scale: Array | None = None
 
     def __post_init__(self) -> None:
         if (self.edges is None) == (not self.profile):
@@ -112,6 +114,12 @@ class Solid:
         profile = [(-radius * float(np.cos(a)), radius * float(np.sin(a))) for a in around]
         return cls.revolution(profile, centre=centre)
 
+    def enlarged(self, factor: float) -> Solid:
+        """The solid with all lengths, that of its centre too, times a factor."""
+        edges = None if self.edges is None else _triple(factor * np.array(self.edges))
+        profile = tuple((factor * x, factor * r) for x, r in self.profile)
+        return dataclasses.replace(self, edges=edges, profile=profile, centre=_triple(factor * np.array(self.centre)))
+
     @property
     def size(self) -> float:
         """Radius about `centre` that holds the whole solid, m."""
@@ -145,6 +153,8 @@ class Solid:
         if self.turned is not None:
             c, s = np.cos(self.turned[k]), np.sin(self.turned[k])
             vertices = vertices @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+        if self.scale is not None:
+            vertices = vertices * self.scale[k]
         return np.asarray(vertices @ self.basis.T + self.centre)
 
 

@@ -62,7 +62,7 @@ def test_vtk_holds_points_values_and_forces(runs, tmp_path, name):
     said = vtk.write(run, str(tmp_path / "out"), Request())
     kinds = {
         "stand": ["lines", "bodies", "forces", "marks", "frames"],
-        "rib": ["lines", "strips", "bodies", "forces", "marks", "frames"],
+        "rib": ["lines", "strips", "bodies", "symbols", "forces", "marks", "frames"],
     }
     named = kinds.get(name, ["lines", "bodies", "forces", "frames"])
     assert said.startswith(", ".join(f"{kind}.pvd" for kind in named) + " in ")

@@ -70,7 +70,7 @@ def test_page_and_pack_hold_the_motion(tmp_path):
         assert found["origin"] == pytest.approx(wanted.body.origin)
         assert found["frame 1 origin"] == pytest.approx(seen.frames[1].origin, abs=1e-6)
         assert found["mark 1"] == pytest.approx(seen.marks[1].points, abs=exact)
-        assert found["turned 0 2"] == pytest.approx(3.0 * wanted.time, rel=1e-6)
+        assert found["frame 0 turned 2"] == pytest.approx(3.0 * wanted.time, rel=1e-6)
         assert np.isnan(found["number 1"][0])
         scale = wanted.arrow_scale("N")
         assert found["force 0"] == pytest.approx(scale * seen.forces[0].vectors, abs=exact)

@@ -16,6 +16,7 @@ from evolvent.solids import Mesh
 Array = np.ndarray
 
 _BODIES = np.array([[188, 198, 209], [214, 197, 166], [178, 203, 176], [204, 181, 198], [170, 194, 219]]) / 255.0
+_SYMBOL, _PLUME = np.array([[104, 116, 150], [245, 150, 50]]) / 255.0
 _INK, _FORCE, _NONE = np.array([[48, 54, 61], [197, 40, 28], [165, 172, 180]]) / 255.0
 _LIGHT = np.array([-0.35, 0.6, -0.72])  # right, up, away from the eye
 #: Camera's distance from the middle, of the radius of what is seen.
@@ -169,6 +170,7 @@ class Drawer:
         self._motion, self._camera, self._scales = motion, camera, scales
         self._colors, self._label, self._ends, self._pixel = colors, label, ends, pixel
         self._meshes = [[solid.mesh() for solid in frame.solids] for frame in motion.frames]
+        self._symbol_meshes = [[solid.mesh(sectors=16) for solid in frame.solids] for frame in motion.symbols]
         self._rest = {
             line.name: float(np.nanmax(np.linalg.norm(line.points[:, -1] - line.points[:, 0], axis=-1)))
             for line in motion.lines
@@ -181,6 +183,9 @@ class Drawer:
         parts = []
         for number, (frame, meshes) in enumerate(zip(self._motion.frames, self._meshes, strict=True)):
             parts += self._body(camera, frame, meshes, k, _BODIES[0 if frame is self._motion.body else number % 5])
+        for frame, meshes in zip(self._motion.symbols, self._symbol_meshes, strict=True):
+            for faces in self._body(camera, frame, meshes, k, _SYMBOL):
+                parts.append(faces._replace(depth=faces.depth - frame.lift - 1e-3 * camera.radius))
         for line in self._motion.lines:
             parts += self._spring(camera, line, k) if line.kind == "spring" else self._line(camera, line, k)
         for mark in self._motion.marks:
@@ -207,7 +212,8 @@ class Drawer:
             shade = 0.6 + 0.48 * lit
             if solid.turned is not None:
                 shade = shade * np.where(mesh.dark[front], 0.75, 1.0)
-            fill = _opaque(np.minimum(1.0, shade[:, None] * color))
+            own = color if solid.scale is None else _PLUME
+            fill = _opaque(np.minimum(1.0, shade[:, None] * own))
             width = np.full(len(fill), 0.5 * self._pixel)
             parts.append(Faces(at[front], fill, fill, width, corner[front][:, :, 2].max(axis=1)))
         for polyline in frame.outline:

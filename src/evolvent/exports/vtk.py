@@ -34,6 +34,8 @@ _TEXTS = {
 """,
     "bodies": """bodies{suffix}.pvd  solids of {bodies}, as surfaces; cell data: body (1, 2, ... as in frames)
 """,
+    "symbols": """symbols{suffix}.pvd {symbols}, as surfaces; cell data: part (1, 2, ... in this order)
+""",
     "forces": """forces{suffix}.pvd  {forces}; cell data: kind (1, 2, ... in this order); point data: {vectors},
              vectors (filter Glyph, orient and scale by them; scale factors that suit: {scale})
 """,
@@ -91,6 +93,7 @@ def write(run: Any, path: str, request: Request) -> str:
         lines=", ".join(line.name for line in motion.lines),
         strips=", ".join(line.name for line in motion.lines if line.across is not None),
         bodies=", ".join(frame.name for frame in motion.frames if frame.solids),
+        symbols=", ".join(_symbol_names(motion)),
         marks=", ".join(mark.name for mark in motion.marks),
         values=", ".join(motion.labels) or "none",
         forces=", ".join(force.name for force in motion.forces),
@@ -123,9 +126,10 @@ def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
         "lines": (bool(motion.lines), _lines),
         "strips": (any(line.across is not None for line in motion.lines), _strips),
         "bodies": (any(frame.solids for frame in motion.frames), _bodies),
+        "symbols": (any(frame.solids for frame in motion.symbols), _symbols),
         "forces": (bool(motion.forces), _forces),
         "marks": (bool(motion.marks), _marks),
-        "frames": (bool(motion.frames), _frames),
+        "frames": (bool(motion.frames) or any(frame.outline for frame in motion.symbols), _frames),
     }
     return {kind: make for kind, (wanted, make) in has.items() if wanted}
 
@@ -139,7 +143,7 @@ def _clear(folder: str) -> None:
     """Remove what an earlier export left, and nothing else."""
     for name in os.listdir(folder):
         if re.fullmatch(
-            r"(lines|strips|bodies|forces|marks|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name
+            r"(lines|strips|bodies|symbols|forces|marks|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name
         ):
             os.unlink(os.path.join(folder, name))
 
@@ -271,6 +275,21 @@ def _bodies(motion: Motion, k: int) -> Grid:
     return made
 
 
+def _symbol_names(motion: Motion) -> list[str]:
+    """Names of the parts with symbols, each once."""
+    return list(dict.fromkeys(frame.name for frame in motion.symbols))
+
+
+def _symbols(motion: Motion, k: int) -> Grid:
+    made, names = Grid(_FACES), _symbol_names(motion)
+    for frame in motion.symbols:
+        for solid in frame.solids:
+            mesh = solid.mesh(sectors=12)
+            placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
+            made.add(frame.origin[k] + placed, {}, {"part": 1 + names.index(frame.name)}, faces=mesh.faces)
+    return made
+
+
 def _forces(motion: Motion, k: int) -> Grid:
     made = Grid(_POINTS)
     for number, force in enumerate(motion.forces, 1):
@@ -290,9 +309,10 @@ def _marks(motion: Motion, k: int) -> Grid:
 def _frames(motion: Motion, k: int) -> Grid:
     made = Grid(_LINES)
     length = 0.25 * motion.reach
-    for number, frame in enumerate(motion.frames, 1):
+    numbered = [*enumerate(motion.symbols, 1 + len(motion.frames)), *enumerate(motion.frames, 1)]
+    for number, frame in numbered:
         q, origin = frame.attitude[k : k + 1], frame.origin[k]
-        for axis in range(-len(frame.outline), 3):
+        for axis in range(-len(frame.outline), 3 if number <= len(motion.frames) else 0):
             polygon = np.stack([np.zeros(3), length * np.eye(3)[axis]]) if axis >= 0 else frame.outline[axis]
             placed = origin + turned(q, polygon[None])[0]
             data = {

@@ -20,6 +20,7 @@ from evolvent.observe import (
     loads,
     lumped,
     rods,
+    symbols,
     thermal,
     threads,
 )
@@ -79,6 +80,7 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
             continue
         own = part.observe(view, name) or of_family(view, name)
         if own is not None:
+            symbols.add_symbols(view, name, own)
             found[name] = own
     return found
 

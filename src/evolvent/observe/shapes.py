@@ -121,7 +121,7 @@ def _attached(view: View, name: str) -> Iterator[tuple[Any, Array]]:
         fields = getattr(type(part), "model_fields", {})
         values = [getattr(part, key) for key in fields if key not in ("kind", "type", "points")]
         for value in [one for v in values for one in ([v] if _is_place(v) or not isinstance(v, tuple | list) else v)]:
-            place = _place_on(value, name, points)
+            place = place_on(value, name, points)
             if place is not None:
                 centre = getattr(part, "centre", None)
                 yield part, np.array(centre, dtype=float) if isinstance(centre, tuple) else place
@@ -132,7 +132,7 @@ def _is_place(value: Any) -> bool:
     return isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], tuple) and isinstance(value[0], str)
 
 
-def _place_on(value: Any, name: str, points: Any) -> Array | None:
+def place_on(value: Any, name: str, points: Any) -> Array | None:
     """The place that a reference names on a body; None of other references, and of what is none."""
     if _is_place(value):
         return np.array(value[1], dtype=float) if value[0] == name else None

@@ -77,7 +77,7 @@ class ReactionWheel(Part):
     centre : (3,) float, m
         Centre of the wheel in drawings, body axes. The body's mass includes that of the wheel.
     radius : float, m, optional
-        Radius of the wheel in drawings; the wheel is not drawn if left out.
+        Radius of the wheel in drawings; a symbol is drawn if left out.
 
     Notes
     -----

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Literal
 
 from evolvent import units
 from evolvent.builder import Builder
 from evolvent.kernels import surfaces
-from evolvent.parts.base import BeamNames, BodyName
-from evolvent.parts.contact import Contact
-from evolvent.parts.surface_contact import add_surface
+from evolvent.parts.surface_contact import SurfaceContact, add_surface
 
 
-class CylinderContact(Contact):
+class CylinderContact(SurfaceContact):
     """A rigid cylinder on a body (or the ground), and the beams or rods that touch it.
 
     Parameters
@@ -37,14 +35,9 @@ class CylinderContact(Contact):
     """
 
     kind: Literal["cylinder-contact"] = "cylinder-contact"
-    body: BodyName
-    beams: BeamNames
     radius: units.Length
     half_length: units.Length | None = None
-    centre: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
-    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
-    initial_overlap: units.NumberOrZero = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the cylinder and its contact points."""

@@ -83,7 +83,31 @@ def _add_to_rods(part: Any, builder: Builder, name: str, rods: list[str], surfac
     add_body_contacts(part, builder, name, pairs)
 
 
-class SphereContact(Contact):
+class SurfaceContact(Contact):
+    """Contact of beams with a rigid surface: the keys that all surfaces share.
+
+    Parameters
+    ----------
+    body : str
+        Body to which the surface is fixed, or ground.
+    beams : list of str
+        Beams with contact points, or rods, whose nodes but the root are the contact points.
+    centre : (3,) float, m
+        Body axes.
+    skip : int
+        Contact points next to the root that are left out.
+    initial_overlap : float
+        Depth, in radii, up to which beams may lie below the surface at the start.
+    """
+
+    body: BodyName
+    beams: BeamNames
+    centre: units.Position = (0.0, 0.0, 0.0)
+    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
+    initial_overlap: units.NumberOrZero = 1e-3
+
+
+class SphereContact(SurfaceContact):
     """Contact of beams with a rigid sphere on a body or on the ground.
 
     Parameters
@@ -103,19 +127,14 @@ class SphereContact(Contact):
     """
 
     kind: Literal["sphere-contact"] = "sphere-contact"
-    body: BodyName
-    beams: BeamNames
     radius: units.Length
-    centre: units.Position = (0.0, 0.0, 0.0)
-    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
-    initial_overlap: units.NumberOrZero = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the sphere and its contact points."""
         add_surface(self, builder, name, surfaces.CAPSULE, "sphere", self.radius, 0.0, (0.0, 0.0, 1.0))
 
 
-class CapsuleContact(Contact):
+class CapsuleContact(SurfaceContact):
     """Contact of beams with a rigid capsule, a cylinder with hemispherical ends, on a body or on the ground.
 
     Parameters
@@ -140,21 +159,16 @@ class CapsuleContact(Contact):
     """
 
     kind: Literal["capsule-contact"] = "capsule-contact"
-    body: BodyName
-    beams: BeamNames
     radius: units.Length
     length: units.Length
-    centre: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
-    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
-    initial_overlap: units.NumberOrZero = 1e-3
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the capsule and its contact points."""
         add_surface(self, builder, name, surfaces.CAPSULE, "capsule", self.radius, 0.5 * self.length, self.axis)
 
 
-class PlaneContact(Contact):
+class PlaneContact(SurfaceContact):
     """Contact of beams with a rigid plane on a body or on the ground.
 
     Parameters
@@ -178,13 +192,8 @@ class PlaneContact(Contact):
     """
 
     kind: Literal["plane-contact"] = "plane-contact"
-    body: BodyName
-    beams: BeamNames
     normal: units.Direction
     clearance: units.Length
-    centre: units.Position = (0.0, 0.0, 0.0)
-    skip: Annotated[int, units.Whole(least=0, most=100_000)] = 0
-    initial_overlap: units.NumberOrZero = 1e-3
     size: units.Length = 1.0
 
     def write(self, builder: Builder, name: str) -> None:

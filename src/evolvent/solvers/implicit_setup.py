@@ -29,14 +29,6 @@ ROUND_OFF, LIFTED = 1e-9, 1e-2
 ROUND_OFF_STRAIN = 1e-10
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
-#: Share of energies of the system's size that is round-off, and of weights on threads.
-ROUND_OFF, LIFTED = 1e-9, 1e-2
-#: Strain of a rod that is round-off: it is the difference of places beside the length of an element.
-ROUND_OFF_STRAIN = 1e-10
-#: What a joint may be off at the start, beside the size of the system and its speed.
-_FITS = 1e-6
-#: Strain of rods whose energy is round-off and what Newton's method leaves.
-ROUND_OFF_STRAIN = 1e-8
 
 
 def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = False) -> SparseBlocks:

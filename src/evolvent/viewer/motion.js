@@ -97,10 +97,10 @@ export class Run {
     if (k !== null) return [this.rotation(attitude, turn, k, 0), [origin[3 * k], origin[3 * k + 1], origin[3 * k + 2]]];
     return [this.rotation(attitude, turn), [0, 1, 2].map((c) => this.mix(origin, c, 3))];
   }
-  frame(k) {  // rotation and place of a frame in the main one
-    if (this.header.frames[k].still) return [IDENTITY, [0, 0, 0]];
-    const origin = this.blocks[`frame ${k} origin`];
-    return [this.rotation(this.blocks[`frame ${k} attitude`], this.blocks[`frame ${k} turn`]), [0, 1, 2].map((c) => this.mix(origin, c, 3))];
+  frame(k, what = "frame") {  // rotation and place of a frame or a symbol in the main one
+    if (this.header[`${what}s`][k].still) return [IDENTITY, [0, 0, 0]];
+    const origin = this.blocks[`${what} ${k} origin`];
+    return [this.rotation(this.blocks[`${what} ${k} attitude`], this.blocks[`${what} ${k} turn`]), [0, 1, 2].map((c) => this.mix(origin, c, 3))];
   }
   // Points whose trails may be shown: [name, array of places, index, points a frame, whether it is shown first].
   get traceable() {

@@ -5,12 +5,13 @@ import { Run, SCALE, IDENTITY, apply, css, nice, quantity, times } from "./motio
 const BODIES = [[188,198,209],[214,197,166],[178,203,176],[204,181,198],[170,194,219],[219,187,174]];
 const RUNS = [[28,31,36],[0,114,178],[213,94,0],[0,158,115],[204,121,167]];
 const RUNS_DARK = [[232,235,237],[77,166,224],[240,128,59],[46,196,150],[227,153,196]];
+const SYMBOL = [[104,116,150],[245,150,50]];  // of symbols, of plumes
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
 
 export class Picture {
   constructor(canvas, motions) {
-    Object.assign(this, { canvas, dirty: true, inertial: true, follow: false, color: 0, arrows: true, grid: true, trails: [] });
+    Object.assign(this, { canvas, dirty: true, inertial: true, follow: false, color: 0, arrows: true, symbols: true, grid: true, trails: [] });
     this.pen = canvas.getContext("2d");
     this.motions = motions.map((motion, k) => new Run(motion, k));
     this.alone = motions.length === 1;
@@ -159,6 +160,7 @@ export class Picture {
   collect(run) {
     const [R, o] = run.main(this.inertial), A = times(this.C, R), b = this.see(o);
     run.header.frames.forEach((frame, k) => this.body(run, frame, k, A, b));
+    if (this.symbols) run.header.symbols.forEach((frame, k) => this.body(run, frame, k, A, b, "symbol"));
     run.lines.forEach((line) => this.line(run, line, A, b));
     run.header.marks.forEach((mark, k) => this.mark(run, mark, k, A, b));
     if (this.arrows) run.header.forces.forEach((force, k) => this.force(run, force, k, A, b));
@@ -168,13 +170,16 @@ export class Picture {
       if (p && p[0] === p[0]) this.spots.push({ x: p[0], y: p[1], run, point });
     }
   }
-  body(run, frame, k, A, b) {
-    const [Q, p] = run.frame(k), M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
-    const main = run.header.main === frame.name, color = this.alone ? BODIES[main ? 0 : k % BODIES.length] : this.runColor(run.index).map((x) => 0.45 * x + 130);
+  body(run, frame, k, A, b, what = "frame") {
+    const [Q, p] = run.frame(k, what), first = this.parts.length, M = times(A, Q), c = apply(A, ...p).map((x, i) => x + b[i]);
+    const main = run.header.main === frame.name, color = this.alone ? (what === "symbol" ? SYMBOL[0] : BODIES[main ? 0 : k % BODIES.length]) : this.runColor(run.index).map((x) => 0.45 * x + 130);
     frame.solids.forEach((solid, j) => {
       let B = solid.basis;
-      if (solid.turned) { const angle = run.mix(run.blocks[`turned ${k} ${j}`], 0, 1), [x, y] = [Math.cos(angle), Math.sin(angle)]; B = times(B, [1, 0, 0, 0, x, -y, 0, y, x]); }
-      this.solid(run.meshes[solid.mesh], times(M, B), apply(M, ...solid.centre).map((x, i) => x + c[i]), solid.size, color);
+      const size = solid.scaled ? run.mix(run.blocks[`${what} ${k} scaled ${j}`], 0, 1) : 1;
+      if (!(size > 1e-3)) return;
+      if (size !== 1) B = B.map((x) => x * size);
+      if (solid.turned) { const angle = run.mix(run.blocks[`${what} ${k} turned ${j}`], 0, 1), [x, y] = [Math.cos(angle), Math.sin(angle)]; B = times(B, [1, 0, 0, 0, x, -y, 0, y, x]); }
+      this.solid(run.meshes[solid.mesh], times(M, B), apply(M, ...solid.centre).map((x, i) => x + c[i]), size * solid.size, solid.scaled && this.alone ? SYMBOL[1] : color);
     });
     for (const path of frame.outline) {
       let last = null;
@@ -184,6 +189,10 @@ export class Picture {
         last = at && { v, at };
       }
     }
+    if (what === "frame") return;
+    for (let i = first; i < this.parts.length; i++) this.parts[i].depth -= frame.lift + 1e-3 * this.base.radius;
+    const at = this.screen(c);
+    if (at && at[0] === at[0]) this.spots.push({ x: at[0], y: at[1], run, name: frame.name });
   }
   edge(p, q, line) {  // in short pieces, each at its distance
     const n = Math.min(24, Math.ceil(Math.hypot(q.at[0] - p.at[0], q.at[1] - p.at[1]) / 24)), point = (s) => [p.at[0] + s * (q.at[0] - p.at[0]), p.at[1] + s * (q.at[1] - p.at[1])];

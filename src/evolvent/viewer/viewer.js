@@ -4,7 +4,7 @@ import { Picture } from "./picture.js";
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const KEYS = [["space", "play, pause"], ["← →", "one frame back, one on"], ["Home, End", "first frame, last frame"], ["b", "inertial axes or body axes"],
-  ["t", "trails of the tips; click a point for its own"], ["a", "arrows of the forces"], ["c", "camera follows the body"], ["g", "floor grid"],
+  ["t", "trails of the tips; click a point for its own"], ["a", "arrows of the forces"], ["m", "symbols of joints, motors and other parts"], ["c", "camera follows the body"], ["g", "floor grid"],
   ["r", "reset the view"], ["+ −", "nearer, farther"], ["f", "full screen"], ["?", "this list"],
   ["drag", "turn; with shift or the right button: move"], ["wheel, two fingers", "zoom"]];
 const STYLE = `
@@ -85,13 +85,16 @@ export class Viewer extends Picture {
     this.axesBox = select("axes", [["inertial", "inertial"], ["body", `of ${frame}`]], "inertial", (a) => this.axes(a === "inertial"));
     this.colorBox = select("color", header.colors.map((c, k) => [k, c.name]), 0, (k) => { this.color = Number(k); this.legend(); this.redraw(); });
     this.arrowBox = element("input", { type: "checkbox", checked: true, testid: "arrows", onchange: () => { this.arrows = this.arrowBox.checked; this.redraw(); } });
+    this.symbolBox = element("input", { type: "checkbox", checked: true, testid: "symbols", onchange: () => { this.symbols = this.symbolBox.checked; this.redraw(); } });
+    const symbols = new Set(this.motions.flatMap((m) => m.header.symbols.map((f) => f.name)));
     const forces = new Set(this.motions.flatMap((m) => m.header.forces.map((f) => f.name)));
     const shown = (test, ...parts) => { const label = element("label", {}, ...parts); label.hidden = !test; return label; };
     const full = button("full screen", "full", "f", () => this.full());
     full.hidden = !document.fullscreenEnabled;
     const foot = element("div", { class: "ev3-foot" }, this.playButton, this.scrub, this.clock, shown(true, "speed ", this.speedBox),
       shown(frame !== null, "axes ", this.axesBox), shown(this.alone && header.colors.length > 1, "colour ", this.colorBox),
-      shown(forces.size, Object.assign(element("span", {}, this.arrowBox, " forces"), { title: [...forces].join(", ") })), button("trails", "trails", "t", () => this.open(this.chooseTrails())),
+      shown(forces.size, Object.assign(element("span", {}, this.arrowBox, " forces"), { title: [...forces].join(", ") })),
+      shown(symbols.size, Object.assign(element("span", {}, this.symbolBox, " symbols"), { title: [...symbols].join(", ") })), button("trails", "trails", "t", () => this.open(this.chooseTrails())),
       full, button("?", "help", "keys", () => this.open(this.keys())));
     host.replaceChildren(view, foot);
     this.legend();
@@ -157,7 +160,7 @@ export class Viewer extends Picture {
     if (box.tagName === "SELECT" || box.tagName === "TEXTAREA" || (box.tagName === "INPUT" && !["range", "checkbox"].includes(box.type))) return;
     const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
       End: () => { this.play(false); this.go(this.end); }, f: () => this.full(), b: () => this.axes(!this.inertial), t: () => this.allTrails(),
-      a: () => this.arrowBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
+      a: () => this.arrowBox.click(), m: () => this.symbolBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
       r: () => this.look(...this.motions[0].header.view, null), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
       "?": () => this.open(this.keys()), Escape: () => { this.panel.hidden = true; } }[e.key.length === 1 ? e.key.toLowerCase() : e.key];
     if (!act) return;
@@ -177,7 +180,7 @@ export class Viewer extends Picture {
     };
     canvas.onpointermove = (e) => {
       const before = held.get(e.pointerId);
-      if (!before) return;
+      if (!before) { this.point(e); return; }
       const dx = e.clientX - before[0], dy = e.clientY - before[1];
       held.set(e.pointerId, [e.clientX, e.clientY]);
       moved += Math.abs(dx) + Math.abs(dy);
@@ -194,9 +197,17 @@ export class Viewer extends Picture {
     canvas.onpointercancel = (e) => held.delete(e.pointerId);
     canvas.addEventListener("wheel", (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * 0.0012)); }, { passive: false });
   }
+  near(x, y, test = () => true) {  // the spot of the picture next to a place; null for none
+    return (this.spots || []).filter(test).map((s) => [Math.hypot(s.x - x, s.y - y), s]).filter(([d]) => d < 14).sort((a, b) => a[0] - b[0])[0]?.[1] ?? null;
+  }
   pick(x, y) {
-    const near = (this.spots || []).map((s) => [Math.hypot(s.x - x, s.y - y), s]).filter(([d]) => d < 14).sort((a, b) => a[0] - b[0])[0];
-    if (near) this.trail(near[1].run, near[1].point);
+    const spot = this.near(x, y, (s) => s.point);
+    if (spot) this.trail(spot.run, spot.point);
+  }
+  point(e) {  // the names of what is under the pointer
+    const box = this.canvas.getBoundingClientRect(), [x, y] = [e.clientX - box.left, e.clientY - box.top];
+    const found = (this.spots || []).filter((s) => Math.hypot(s.x - x, s.y - y) < 14).map((s) => s.name ?? s.point.name);
+    this.canvas.title = [...new Set(found)].slice(0, 6).join(", ");
   }
 
   // -------------------------------------------------------------------------------------------- time
