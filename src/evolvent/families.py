@@ -437,7 +437,10 @@ def check(assembly: Any, solver: str) -> None:
     more = f", nor {len(found) - MOST_NAMED} more" if len(found) > MOST_NAMED else ""
     others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
     whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
-    if whole:
+    own = dict.fromkeys(one for _, _, one in found)
+    if len(own) == 1 and found[0][2]:
+        advice = found[0][2]
+    elif whole:
         advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"
     else:
         advice = "".join(dict.fromkeys(one for _, _, one in found[:MOST_NAMED] if one))

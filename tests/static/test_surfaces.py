@@ -47,8 +47,8 @@ def test_a_propped_cantilever(prop: str, book: Book) -> None:
     found = system.equilibrium()["prop"]
     exact = LOAD / (8.0 * EI) / (1.0 / (3.0 * EI) + 1.0 / K)
     assert float(found.points.values[-1]) == 1.0
-    np.testing.assert_allclose(found.force.values[-1], [0.0, -exact, 0.0], atol=1e-4 * exact)
-    np.testing.assert_allclose(found.point_resultant.values[-1].sum(axis=0), -found.force.values[-1], atol=1e-12)
+    np.testing.assert_allclose(found.force.values[-1], [0.0, exact, 0.0], atol=1e-4 * exact)
+    np.testing.assert_allclose(found.point_resultant.values[-1].sum(axis=0), found.force.values[-1], atol=1e-12)
     np.testing.assert_allclose(found.place.values[-1, -1], [1.0, -exact / K, 0.0], atol=1e-6)
     book(
         "Contact", f"Cantilever propped at its tip by a {prop}", reference="3/8 q L, of a tip on a spring",
@@ -84,7 +84,7 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
     friction, pressed = found.point_friction.values[5:, 0], found.point_force.values[5:, 0]
     assert np.all(pressed > 0.1)
     np.testing.assert_allclose(friction[:, 2], mu * pressed, rtol=1e-3)
-    np.testing.assert_allclose(found.force.values[5:], -found.point_resultant.values[5:, 0], atol=0.02 * N)
+    np.testing.assert_allclose(found.force.values[5:], found.point_resultant.values[5:, 0], atol=0.02 * N)
 
 
 @pytest.mark.parametrize("solver", ["rk4", "generalized-alpha", "energy-momentum", "static", "modes"])
