@@ -486,6 +486,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
         index = int(assembly.model.flexible.body_contacts["first"][index])
     if family == "spools":  # rows of threads that call a motor's law
         family = "threads"
+    if family == "loads":  # of which a line load on a rod has several, named by the first
+        index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
         for k in range(assembly.model.flexible.rods.size):
             if index in bodies_of(assembly.model, "rods", k):

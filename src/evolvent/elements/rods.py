@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.sections import CrossSection, Material
 
 Array = np.ndarray
@@ -69,37 +70,39 @@ def element_stiffness(length: float, section: CrossSection, material: Material, 
     return 0.5 * (stiffness + stiffness.T)
 
 
-def element_inertia(length: float, section: CrossSection, material: Material) -> tuple[Lumped, Lumped]:
-    """Mass and rotary inertia of the section that an element gives to its first and its last node."""
+def element_inertia(
+    length: float, section: CrossSection, material: Material, own: SectionInertia = OWN_INERTIA
+) -> tuple[Lumped, Lumped]:
+    """Mass, and rotary inertia about the mass centre, that an element gives to its first and its last node."""
     shares = []
     for side in range(2):
         mass, inertia = 0.0, np.zeros((3, 3))
         for x, weight in zip(0.5 + 0.5 * _AT, 0.5 * _WEIGHT, strict=True):
-            s = section.at(x).properties(material.nu)
-            part = material.density * length * weight * (x if side else 1.0 - x)
-            mass += part * s.area
-            inertia += part * np.array([[s.Iy + s.Iz, 0.0, 0.0], [0.0, s.Iy, -s.Iyz], [0.0, -s.Iyz, s.Iz]])
+            m, about_y, about_z, product = own.values(section.at(x), material)
+            part = length * weight * (x if side else 1.0 - x)
+            mass += part * m
+            inertia += part * np.array([[about_y + about_z, 0, 0], [0, about_y, -product], [0, -product, about_z]])
         shares.append(Lumped(mass, inertia))
     return shares[0], shares[1]
 
 
-def strains(x: Array, R: Array, length: float) -> Array:
+def strains(x: Array, R: Array, length: Array | float) -> Array:
     """Strains Gamma and K of the elements between nodes, as of `kernels.rod.measure_element` without those of rest.
 
     Parameters
     ----------
     x, R : (..., n + 1, 3) float, m, and (..., n + 1, 3, 3) float, places and axes (columns) of the nodes
-    length : float, m, of an element
+    length : (n,) float, m, of the elements, or one of all
 
     Returns
     -------
     (..., n, 6) float; Gamma without unit, (1, 0, 0) without stress, K in 1/m
     """
-    A, B = R[..., :-1, :, :], R[..., 1:, :, :]
+    A, B, lengths = R[..., :-1, :, :], R[..., 1:, :, :], np.asarray(length)[..., None]
     T = np.swapaxes(A, -1, -2) @ B
     s = 0.5 * np.stack([T[..., 2, 1] - T[..., 1, 2], T[..., 0, 2] - T[..., 2, 0], T[..., 1, 0] - T[..., 0, 1]], axis=-1)
     c = 0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0)
-    v = 0.5 / length * np.einsum("...ji,...j->...i", A + B, np.diff(x, axis=-2))
+    v = 0.5 / lengths * np.einsum("...ji,...j->...i", A + B, np.diff(x, axis=-2))
     square = np.einsum("...i,...i->...", s, s)
     angle, near = np.arctan2(np.sqrt(square), c), square < 1e-6
     safe = np.where(near, 1.0, square)
@@ -107,7 +110,7 @@ def strains(x: Array, R: Array, length: float) -> Array:
     psi = np.where(near & (c > 0.0), -1.0 / 6.0 - 7.0 / 60.0 * (1.0 - c), (1.0 - phi) / safe)
     along = np.einsum("...i,...i->...", s, v)
     gamma = phi[..., None] * v + (psi * along)[..., None] * s
-    return np.concatenate([gamma, phi[..., None] * s / length], axis=-1)
+    return np.concatenate([gamma, phi[..., None] * s / lengths], axis=-1)
 
 
 def rotation(vector: Array) -> Array:

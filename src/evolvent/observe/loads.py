@@ -29,6 +29,9 @@ def observe_load(view: View, name: str) -> Observed:
     found, row = Observed(), view.model.loads[view.index(name)]
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, view.index(name))
+    part = view.part(name)
+    if getattr(part, "kind", "") == "line-load":
+        return _observe_rod_load(view, view.index(name), view.assembly.parts[part.beam])
     first, last = int(row["first"]), int(row["last"])
     values = view.model.parameters[first:last]
     is_panel = bool(row["kind"] == kernels.PANEL)
@@ -55,6 +58,28 @@ def observe_load(view: View, name: str) -> Observed:
     power = dot(vector, v)
     steady = row["law"] == 0 and not is_panel and not is_torque and values[kernels.FRAME] == 0.0
     _add_work(found, view, power, (*times, at), along=dot(vector, x) if steady else None)
+    return found
+
+
+def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
+    """Resultant of a line load on a rod, whose rows are the forces at its nodes."""
+    found, shares = Observed(), rod.centres()[0]
+    rows = view.model.loads[index : index + shares.size]
+    size = int(rows[0]["last"] - rows[0]["first"])
+    values = view.model.parameters[int(rows[0]["first"]) :][:size]
+    at = int(rows[0]["first"]) + kernels.PROFILE if size > kernels.PROFILE else -1
+    times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
+    after, before = strength(view, *times, at)
+    force, middle, power = np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3)), np.zeros(view.t.size)
+    for row, share in zip(rows, shares, strict=True):
+        vector = np.broadcast_to(view.model.parameters[int(row["first"]) :][:3], (view.t.size, 3))
+        x, v = view.marker(int(row["target"]))
+        if row["law"] != 0:
+            own = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
+            vector = share * own
+        force, middle, power = force + vector, middle + share / float(rod.length) * x, power + dot(vector, v)
+    _add_vector(found, after[:, None] * force, middle, "force")
+    _add_work(found, view, after * power, before * power)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -43,10 +44,9 @@ def observe_rod(view: View, name: str) -> Observed:
     found.scalar("tip_speed", norm(velocity[:, -1]), "m s-1", "speed of the tip in inertial space")
     elastic, bending = _observe_sections(view, index, part, x, R, found)
     _observe_sums(view, bodies, poses, elastic, bending, found)
-    length, count = float(part.length), int(part.elements)
-    found.coordinate("node", "node", np.arange(count + 1), "1", "node, 0 at the root")
-    found.coordinate("arc_node", "node", np.linspace(0.0, length, count + 1), "m", "length from the root to the node")
-    middles = (np.arange(count) + 0.5) * length / count
+    found.coordinate("node", "node", np.arange(part.elements + 1), "1", "node, 0 at the root")
+    found.coordinate("arc_node", "node", part.arc, "m", "length from the root to the node")
+    middles = 0.5 * (part.arc[1:] + part.arc[:-1])
     found.coordinate("arc", "element", middles, "m", "length from the root to the elements' middles")
     _draw(part, x, R, found)
     found.plots = ["tip_deflection"]
@@ -61,8 +61,7 @@ def _observe_shape(part: Any, name: str, x: Array, R: Array, found: Observed) ->
         start, axes = part.start(name)
         shape = (start - start[0]) @ axes[0]
     else:
-        arcs = np.linspace(0.0, float(part.length), len(x[0]))
-        shape = np.array([rods.advanced(np.array(part.curvature), s)[0] for s in arcs])
+        shape = np.array([rods.advanced(np.array(part.curvature), s)[0] for s in part.arc])
     deflection = np.einsum("tji,tnj->tni", R[:, 0], x - x[:, :1]) - shape
     found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
     q = quaternions(R.reshape(-1, 3, 3)).reshape(*R.shape[:2], 4)
@@ -81,14 +80,14 @@ def _observe_sections(view: View, index: int, part: Any, x: Array, R: Array, fou
     """Strains, forces and moments in the middles of the elements; returns the energy of all strains and of moments."""
     row = view.model.flexible.rods[index]
     elements = view.model.flexible.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
-    length = float(part.length) / int(part.elements)
-    E = rods.strains(x, R, length) - elements["rest"]
+    lengths = part.lengths
+    E = rods.strains(x, R, lengths) - elements["rest"]
     for k in np.flatnonzero(view.model.flexible.thermal_loads["rod"] == index):
         a = heating.amplitudes(view.model, int(k), view.t, view.load_factor)
         E = E - heating.free_rod_strains(view.model, view.model.flexible.thermal_loads[k], a)
     S = np.einsum("nij,tnj->tni", elements["stiffness"], E)
-    energy = 0.5 * length * np.einsum("tni,tni->ti", S, E)
-    pieces = [part.section.between(i / part.elements, (i + 1) / part.elements) for i in range(part.elements)]
+    energy = 0.5 * np.einsum("n,tni,tni->ti", lengths, S, E)
+    pieces = [part.section.between(*ends) for ends in itertools.pairwise(part.arc / part.length)]
     compliance = np.array([np.linalg.inv(rods.section_stiffness(piece, part.material)) for piece in pieces])
     local = np.einsum("nij,tnj->tni", compliance, S)
     where, own = "in the middle of each element", "in the section's axes"
@@ -132,13 +131,14 @@ def _observe_sums(
 
 def _draw(part: Any, x: Array, R: Array, found: Observed) -> None:
     """How a rod is drawn: as a beam is."""
-    length = float(part.length)
     T = np.swapaxes(R[:, :-1], -1, -2) @ R[:, 1:]
-    turn = np.arccos(np.clip(0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0), -1.0, 1.0)) * part.elements / length
-    mean = np.concatenate([turn[:, :1], 0.5 * (turn[:, 1:] + turn[:, :-1]), turn[:, -1:]], axis=1)
+    turn = np.arccos(np.clip(0.5 * (np.trace(T, axis1=-2, axis2=-1) - 1.0), -1.0, 1.0))
+    lengths = part.lengths
+    mean = (turn[:, 1:] + turn[:, :-1]) / (lengths[1:] + lengths[:-1])
+    mean = np.concatenate([turn[:, :1] / lengths[0], mean, turn[:, -1:] / lengths[-1]], axis=1)
     found.along("curvature", "node", mean, "m-1", "rotation of the sections per length at the nodes")
-    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": length}
-    bends = float(np.nanmax(mean, initial=0.0)) * length > _BENT
+    line: dict[str, Any] = {"points": "position", "slope": "slope", "length": float(part.length)}
+    bends = float(np.nanmax(mean, initial=0.0)) * float(part.length) > _BENT
     line["values"] = ["curvature", "axial_force"] if bends else ["axial_force", "curvature"]
     nodes = np.stack([x, R[..., 0], R[..., 1], R[..., 2]], axis=2)
     found.drawn = [{"line": line | _section_drawn(part.section, nodes, np.swapaxes(R[:, 0], 1, 2), found)}]

@@ -73,14 +73,14 @@ def _observe_rod(load: Any, rod: Any, strain: Array, a: Array, found: Observed) 
     found.along(
         "temperature_change",
         "section",
-        np.outer(a[:, 0], load.means(rod.elements)),
+        np.outer(a[:, 0], load.means(rod.arc / rod.length)),
         "K",
         f"change of temperature {where}",
     )
     found.along("free_strain", "section", strain[..., 0], "1", f"strain of the axis without stress {where}")
     found.along("free_curvature_y", "section", strain[..., 4], "m-1", f"curvature about y without stress {where}")
     found.along("free_curvature_z", "section", strain[..., 5], "m-1", f"curvature about z without stress {where}")
-    arc = (np.arange(rod.elements) + 0.5) * rod.length / rod.elements
+    arc = 0.5 * (rod.arc[1:] + rod.arc[:-1])
     found.coordinate("arc", "section", arc, "m", "length from the root to the elements' middles")
 
 

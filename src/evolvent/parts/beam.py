@@ -18,6 +18,7 @@ from evolvent.errors import InputError
 from evolvent.kernels import element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 from evolvent.references import Location
 
 CABLES = ("cable", "cable_stretch")
@@ -116,21 +117,12 @@ class Beam(Part):
     @property
     def lengths(self) -> np.ndarray:
         """Lengths of the elements, (n,), m, from the root."""
-        n = self.elements
-        if isinstance(self.grading, tuple):
-            ratios = np.array(self.grading)
-        else:
-            ratios = self.grading ** (np.arange(n) / max(n - 1, 1))
-        return self.length * ratios / ratios.sum()
+        return element_lengths(self.length, self.elements, self.grading)
 
     @property
     def arc(self) -> np.ndarray:
         """Length of the axis from the root to each node, (n + 1,), m."""
-        if self.grading == 1.0:
-            return np.linspace(0.0, self.length, self.elements + 1)
-        found = np.append(0.0, np.cumsum(self.lengths))
-        found[-1] = self.length
-        return found
+        return node_arc(self.length, self.elements, self.grading)
 
     @property
     def rests_at_start(self) -> bool:
@@ -139,11 +131,8 @@ class Beam(Part):
 
     def _check(self, name: str) -> None:
         """Refuse keys that contradict one another."""
-        n, cable = self.elements, self.vectors == 2
-        if isinstance(self.grading, tuple) and len(self.grading) != n:
-            raise InputError(
-                f"{name}.grading has {len(self.grading)} values; it must be one value, or {n}, one for each element"
-            )
+        cable = self.vectors == 2
+        check_grading(name, self.grading, self.elements)
         if any(self.curvature) and (cable or self.nodes is not None):
             why = "a cable is straight at rest" if cable else "leave one of them out, with `rest` 'start' for nodes"
             other = f"{name}.formulation is {self.formulation!r}" if cable else f"{name}.nodes as well"
@@ -155,11 +144,7 @@ class Beam(Part):
                 f"{name}.inertia.{given[0]} is given, but {name}.formulation is {self.formulation!r}; a cable has a "
                 f"mass per length alone"
             )
-        for xi in (0.0, 1.0):
-            try:
-                self.inertia.values(self.section.at(xi), self.material)
-            except InputError as error:
-                raise InputError(f"{name}.inertia.{error}") from None
+        check_inertia(name, self.inertia, self.section, self.material)
 
     def start(self, name: str = "beam") -> np.ndarray:
         """Coordinates at the start, (n + 1, vectors, 3)."""

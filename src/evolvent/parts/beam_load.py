@@ -94,6 +94,11 @@ class DistributedTorque(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the torque."""
+        if builder.names.get(self.beam, ("",))[0] == "rods":
+            raise InputError(
+                f"{name}.beam is {self.beam!r}, a rod, which this load does not support; take a Torque at a node "
+                f"such as '{self.beam}.tip', a LineLoad by a law, or a Beam"
+            )
         _either(name, "torque", self.torque, "", self.profile)
         axis = np.array(self.axis) / np.linalg.norm(self.axis)
         add_beam_load(
@@ -104,12 +109,12 @@ class DistributedTorque(Part):
 
 
 class LineLoad(Part):
-    """A force per stress-free length of a beam: of constant direction in inertial axes, or by a law.
+    """A force per stress-free length of a beam or rod: of constant direction in inertial axes, or by a law.
 
     Parameters
     ----------
     beam : str
-        The beam.
+        The beam or rod.
     force : (3,) float, N/m, optional
         Of a constant load, inertial axes.
     direction : (3,) float, optional
@@ -129,6 +134,11 @@ class LineLoad(Part):
         When it ends; never if left out.
     ramp : float, s
         Over which it grows smoothly; in statics it has grown.
+
+    Notes
+    -----
+    On a rod the load of half an element acts on its node, a sixth of the element from it: in linear statics a rod under
+    a constant load is exact at its nodes. A law is evaluated at these places, one for each node.
     """
 
     kind: Literal["line-load"] = "line-load"
@@ -144,10 +154,15 @@ class LineLoad(Part):
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write the load."""
-        times = (self.start, self.end, self.ramp)
+        """Write the load, on a rod as forces at its nodes."""
+        from evolvent.parts.rod_load import is_rod, write_line_load
+
+        times, on_rod = (self.start, self.end, self.ramp), is_rod(builder, self.beam)
         if self.law is not None:
             refuse_beside_law(name, self, ("force", "direction", "profile"))
+            if on_rod:
+                write_line_load(builder, name, self, np.ones(3))
+                return
             law: dict[str, Any] = write_law(builder, name, self.law, "force", self.parameters, self.constants)
             add_beam_load(builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, **law)
             return
@@ -159,6 +174,9 @@ class LineLoad(Part):
         axis = np.array(self.force if self.direction is None else self.direction)
         if self.direction is not None:
             axis /= np.linalg.norm(axis)
+        if on_rod:
+            write_line_load(builder, name, self, axis)
+            return
         add_beam_load(
             builder, name, kernels.LINE, builder.find(self.beam, "beams"), 1.0, times, self.profile, axis=axis
         )

@@ -23,8 +23,8 @@ class Point(Part):
     position, velocity : (3,) float, m and m/s
         At the start, inertial axes.
     at : place, optional
-        Place of a body or beam, such as "boom.tip" or "hub.left", or the end of a thread, "tether.tip", that the mass
-        is fixed to; position and velocity are those of that place.
+        Place of a body, beam or rod, such as "boom.tip" or "hub.left", or the end of a thread, "tether.tip", that the
+        mass is fixed to; position and velocity are those of that place.
     """
 
     kind: Literal["point"] = "point"

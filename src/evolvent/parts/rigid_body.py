@@ -18,7 +18,7 @@ from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.joint import Joint
 from evolvent.parts.shapes import AnyShape
-from evolvent.references import Location, is_name
+from evolvent.references import Location, is_name, split_reference
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 
@@ -51,7 +51,7 @@ class RigidBody(Part):
     points : mapping of names to (3,) float, m
         Points of the body, body axes; the point left of a body hub goes by the reference hub.left.
     at : place, optional
-        Node of a beam, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body starts with
+        Node of a beam or rod, such as "boom.tip" or "boom[5]", to which a free body is clamped. The body starts with
         the velocity and angular velocity of the node.
     position : (3,) float, m
         Of the centre of mass at the start, inertial axes; for a body with `at` the position of the node if left out.
@@ -174,7 +174,7 @@ class RigidBody(Part):
                 raise InputError(f"{name}.inertia is missing; a free body needs it, or a shape")
             velocity, w = np.array(self.velocity), np.array(self.angular_velocity)
             if node is not None:
-                turn = node_rate(builder, node)
+                turn = node_rate(builder, node) if node.family == "beams" else builder.poses[node.row].w
                 velocity, w = node.v + np.cross(turn, x - node.x), R.T @ turn
             q, v = builder.coordinates([*x, *q4], [*velocity, *w])
             pose = Pose(x, R, velocity, R @ w)
@@ -213,8 +213,11 @@ class RigidBody(Part):
         if self.at is None:
             return None
         found = builder.place(self.at, f"{name}.at")
-        if found.family != "beams":
-            raise InputError(f"{name}.at is {self.at!r}; it must be a node of a beam; for other places add a Joint")
+        part = split_reference(self.at)[0] if isinstance(self.at, str) else ""
+        if found.family != "beams" and builder.names.get(part, ("",))[0] != "rods":
+            raise InputError(
+                f"{name}.at is {self.at!r}; it must be a node of a beam or rod; for other places add a Joint"
+            )
         if self.motion != "free":
             raise InputError(f"{name}.motion is {self.motion!r}; a body with {name}.at must be 'free'")
         for key in ("velocity", "angular_velocity"):

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal
 
 import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder, Pose
-from evolvent.elements import rods
+from evolvent.elements import OWN_INERTIA, rods
+from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.beam import _across
+from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, node_arc
 
 #: Largest angle between the ends of an element at the start, degrees.
 LARGEST_TURN = 90.0
@@ -36,8 +39,14 @@ class Rod(Part):
     material : Material, or the name of a known one
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
+    inertia : SectionInertia, optional
+        Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
+        affected.
     elements : int
         Number of elements.
+    grading : float or list of float
+        Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
+        relative lengths of all elements, from the root.
     position : (3,) float, m
         Position of the root at the start, inertial axes.
     direction : (3,) float
@@ -66,15 +75,17 @@ class Rod(Part):
     -----
     The strains are those of the helix through both ends of an element; its energy is quadratic in them
     (`evolvent.kernels.rod`). The masses are lumped: half of the mass and rotary inertia of an element to each of its
-    nodes. The centres of mass of the first and last node lie a sixth of an element inside the rod, which makes the
-    lumped masses accurate to fourth order in bending. An element must not bend or twist by more than 120 degrees.
+    nodes, with the centre of mass a sixth of the element from the node, which makes the lumped masses of equal elements
+    accurate to fourth order in bending. An element must not bend or twist by more than 120 degrees.
     """
 
     kind: Literal["rod"] = "rod"
     length: units.Length
     section: AnySection
     material: MaterialOrName
+    inertia: SectionInertia | None = None
     elements: Annotated[int, units.Whole(least=1, most=100_000)]
+    grading: units.Gradings = 1.0
     position: units.Position = (0.0, 0.0, 0.0)
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
@@ -86,9 +97,19 @@ class Rod(Part):
     mass_damping: units.RateOrZero = 0.0
     stiffness_damping: units.DurationOrZero = 0.0
 
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths of the elements, (n,), m, from the root."""
+        return element_lengths(self.length, self.elements, self.grading)
+
+    @property
+    def arc(self) -> np.ndarray:
+        """Length of the axis from the root to each node, (n + 1,), m."""
+        return node_arc(self.length, self.elements, self.grading)
+
     def start(self, name: str = "rod") -> tuple[np.ndarray, np.ndarray]:
         """Places (n + 1, 3), m, and axes (n + 1, 3, 3), columns x, y and z, of the nodes at the start."""
-        n = self.elements
+        n, arc = self.elements, self.arc
         if self.nodes is not None:
             for key in ("position", "direction", "normal"):
                 if key in self.model_fields_set:
@@ -114,25 +135,39 @@ class Rod(Part):
         x, R = np.empty((n + 1, 3)), np.empty((n + 1, 3, 3))
         x[0], R[0] = self.position, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
         for i in range(n):
-            step, turn = rods.advanced(np.array(self.curvature), (i + 1) * self.length / n)
+            step, turn = rods.advanced(np.array(self.curvature), float(arc[i + 1]))
             x[i + 1], R[i + 1] = x[0] + R[0] @ step, R[0] @ turn
         return x, R
 
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths (n + 1,), m, of the nodes' shares of the rod, and how far their middles are from the nodes, m.
+
+        Notes
+        -----
+        An element gives half of its length to each node, with the middle a sixth of the element from it: a force per
+        length that acts there has the moments q h^2/12 of the consistent loads.
+        """
+        before, after = np.append(0.0, self.lengths), np.append(self.lengths, 0.0)
+        return 0.5 * (before + after), (after - before) / 6.0
+
     def arms(self) -> np.ndarray:
         """Nodes as seen from the centres of mass of their shares: (n + 1, 3), m, in the axes of the sections."""
-        found = np.zeros((self.elements + 1, 3))
-        found[0, 0], found[-1, 0] = -self.length / self.elements / 6.0, self.length / self.elements / 6.0
-        return found
+        own = OWN_INERTIA if self.inertia is None else self.inertia
+        return np.array([[-along, -own.offset[0], -own.offset[1]] for along in self.centres()[1]]) + 0.0
 
     def rest_strains(self, x: np.ndarray, R: np.ndarray) -> np.ndarray:
         """Strains (n, 6) of the shape without stress."""
         if self.rest == "start":
-            return rods.strains(x, R, self.length / self.elements)
+            return rods.strains(x, R, self.lengths)
         return np.tile([1.0, 0.0, 0.0, *self.curvature], (self.elements, 1))
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `rods` and `rod_elements`."""
-        n, h = self.elements, self.length / self.elements
+        n, h, ends = self.elements, self.lengths, self.arc / self.length
+        check_grading(name, self.grading, n)
+        if self.inertia is not None:
+            check_inertia(name, self.inertia, self.section, self.material)
+        own = OWN_INERTIA if self.inertia is None else self.inertia
         x, R = self.start(name)
         turns = np.degrees(h * np.linalg.norm(rods.strains(x, R, h)[:, 3:], axis=1))
         turns = np.maximum(turns, np.degrees(h * np.linalg.norm(self.curvature)))
@@ -143,19 +178,20 @@ class Rod(Part):
                 f"at most {LARGEST_TURN:g} deg is allowed, take {int(n * turns[k] / 45.0) + 1} elements or more"
             )
         arms, rest = self.arms(), self.rest_strains(x, R)
-        pieces = [self.section.between(i / n, (i + 1) / n) for i in range(n)]
+        pieces = [self.section.between(*places) for places in itertools.pairwise(ends)]
         same = all(piece is self.section for piece in pieces) and not np.any(np.ptp(rest, axis=0))
+        same = same and self.grading == 1.0
         stiffness, shares = [], []
-        for piece, strain in zip(pieces[: 1 if same else n], rest, strict=False):
-            stiffness.append(rods.element_stiffness(h, piece, self.material, strain))
-            shares.append(rods.element_inertia(h, piece, self.material))
+        for length, piece, strain in zip(h, pieces[: 1 if same else n], rest, strict=False):
+            stiffness.append(rods.element_stiffness(float(length), piece, self.material, strain))
+            shares.append(rods.element_inertia(float(length), piece, self.material, own))
         if same:
             stiffness, shares = n * stiffness, n * shares
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         for i in range(n):
             builder.add(
-                "rod_elements", a=first_body + i, b=first_body + i + 1, length=h, beta=self.stiffness_damping, heated=0,
-                arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i], rest=rest[i],
+                "rod_elements", a=first_body + i, b=first_body + i + 1, length=float(h[i]),
+                beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i], rest=rest[i],
             )  # fmt: skip
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping

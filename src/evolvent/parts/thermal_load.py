@@ -77,7 +77,7 @@ class ThermalLoad(Part):
                 places[key] = builder.parameters(write_profile(builder, f"{name}.{key}", profile))[0]
         constants = len(builder.values)
         if family == "rods":
-            builder.parameters(beam.material.thermal_expansion * self.means(beam.elements))
+            builder.parameters(beam.material.thermal_expansion * self.means(beam.arc / beam.length))
             fields = {"beam": -1, "rod": index, "constants": constants, **places}
             builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
             first = builder.rows["rods"][index]["first_element"]
@@ -94,10 +94,10 @@ class ThermalLoad(Part):
         fields = {"beam": index, "rod": -1, "constants": constants, **places}
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
 
-    def means(self, elements: int) -> np.ndarray:
-        """Means of the factor over the elements of a rod: (elements,)."""
+    def means(self, ends: np.ndarray) -> np.ndarray:
+        """Means of the factor over the elements of a rod between the places `ends`, from 0 to 1: (elements,)."""
         at, weights = np.polynomial.legendre.leggauss(4)
-        places = (np.arange(elements)[:, None] + 0.5 + 0.5 * at) / elements
+        places = ends[:-1, None] + np.diff(ends)[:, None] * (0.5 + 0.5 * at)
         return np.asarray(self.factor(places) @ (0.5 * weights))
 
     def _along(self, first: float, last: float) -> Callable[[float], float]:

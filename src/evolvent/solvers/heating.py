@@ -89,7 +89,7 @@ def _rod_energies(model: Model, load: Any, a: Array, y: Array) -> Heated:
     arms = np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
     x = np.stack([y[:, b["iq"] : b["iq"] + 3] for b in bodies], axis=1) + np.einsum("tnij,nj->tni", R, arms)
     lengths, free = elements["length"], free_rod_strains(model, load, a)
-    E = rods.strains(x, R, float(lengths[0])) - elements["rest"]
+    E = rods.strains(x, R, lengths) - elements["rest"]
     S, S_free = (np.einsum("n,nij,tnj->tni", lengths, elements["stiffness"], strain) for strain in (E, free))
     changes = 0.5 * (S_free * free - S_free * E - S * free)
     work = np.zeros(len(a))

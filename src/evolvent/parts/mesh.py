@@ -1,0 +1,45 @@
+"""Lengths of the elements of beams and rods, and checks of keys that both have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.elements.inertia import SectionInertia
+from evolvent.elements.sections import CrossSection, Material
+from evolvent.errors import InputError
+
+
+def element_lengths(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:
+    """Lengths of the elements, (elements,), m, from the root."""
+    if isinstance(grading, tuple):
+        ratios = np.array(grading)
+    else:
+        ratios = grading ** (np.arange(elements) / max(elements - 1, 1))
+    found: np.ndarray = length * ratios / ratios.sum()
+    return found
+
+
+def node_arc(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:
+    """Length of the axis from the root to each node, (elements + 1,), m."""
+    if grading == 1.0:
+        return np.linspace(0.0, length, elements + 1)
+    found = np.append(0.0, np.cumsum(element_lengths(length, elements, grading)))
+    found[-1] = length
+    return found
+
+
+def check_grading(name: str, grading: float | tuple[float, ...], elements: int) -> None:
+    """Refuse a list of another size than the number of elements."""
+    if isinstance(grading, tuple) and len(grading) != elements:
+        raise InputError(
+            f"{name}.grading has {len(grading)} values; it must be one value, or {elements}, one for each element"
+        )
+
+
+def check_inertia(name: str, inertia: SectionInertia, section: CrossSection, material: Material) -> None:
+    """Refuse an inertia that no mass has."""
+    for xi in (0.0, 1.0):
+        try:
+            inertia.values(section.at(xi), material)
+        except InputError as error:
+            raise InputError(f"{name}.inertia.{error}") from None
