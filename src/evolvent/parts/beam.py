@@ -14,7 +14,7 @@ from evolvent import elements, jit, units
 from evolvent.builder import Builder
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, CrossSection, MaterialOrName
-from evolvent.errors import InputError
+from evolvent.errors import InputError, counted
 from evolvent.kernels import element_calls
 from evolvent.kernels import flexible as kernels
 from evolvent.parts.base import Arrays, Part, unit
@@ -142,7 +142,8 @@ class Beam(Part):
         n, cable = self.elements, self.vectors == 2
         if isinstance(self.grading, tuple) and len(self.grading) != n:
             raise InputError(
-                f"{name}.grading has {len(self.grading)} values; it must be one value, or {n}, one for each element"
+                f"{name}.grading has {counted(len(self.grading), 'value')}; it must be one value, or {n}, "
+                f"one for each element"
             )
         if any(self.curvature) and (cable or self.nodes is not None):
             why = "a cable is straight at rest" if cable else "leave one of them out, with `rest` 'start' for nodes"
