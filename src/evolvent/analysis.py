@@ -12,6 +12,7 @@ from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
 from evolvent.kernels import coordinate, thread
+from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
 from evolvent.references import split_reference
@@ -68,6 +69,8 @@ def sample_times(until: Any, every: Any = None, *, values: int = 1) -> np.ndarra
     """
     end = seconds("until", until)
     step = end / SAMPLES if every is None else seconds("every", every)
+    if step > end * (1.0 + 1e-9):
+        raise InputError(f"every is {step:g} s, longer than the run, whose until is {end:g} s; take a shorter one")
     count = end / step
     if count * values > MOST_VALUES:
         raise InputError(f"every is {step:g} s; that makes {count:.3g} samples over {end:g} s, too many")
@@ -259,13 +262,12 @@ def warning_of(solution: Solution) -> str:
 def unloaded_tips(assembly: Assembly) -> str:
     """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
     threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
-    at_nodes = {
-        split_reference(part.at)[0]
-        for part in assembly.parts.values()
-        if isinstance(part, Force) and isinstance(part.at, str)
-    }
+    if any(isinstance(part, AccelerationField) for part in assembly.parts.values()):
+        return ""
+    places = [part.at for part in assembly.parts.values() if isinstance(part, Force) and isinstance(part.at, str)]
+    at_tips = {thread for thread, node in map(split_reference, places) if node in ("tip", 0)}
     for name, part in assembly.parts.items():
-        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_nodes:
+        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_tips:
             return (
                 f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
                 f"{threads[part.thread].tip_mass:g} kg; for a load on the tip mass add a Force "

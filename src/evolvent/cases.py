@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import functools
 import importlib
 import importlib.metadata
@@ -246,6 +247,9 @@ def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
     """A mapping whose keys are words, none of them twice."""
     keys: set[str] = set()
     for name, _ in node.value:
+        if name.tag == "tag:yaml.org,2002:merge":
+            problem = "the merge key '<<' is not supported; write the keys of the other mapping out"
+            raise yaml.constructor.ConstructorError(None, None, problem, name.start_mark)
         key = loader.construct_object(name, deep=True)
         problem = _key_problem(key) or (f"the key {key!r} stands twice" if key in keys else "")
         if problem:
@@ -262,6 +266,38 @@ def _key_problem(key: Any) -> str:
     return "" if isinstance(key, str) else f"the key {shown(key)} is not a word, such as 'body'"
 
 
+#: What the YAML library says, and what it means to the author of a case; {0} is the group that the pattern finds.
+_YAML_PROBLEMS = (
+    (r"found character '\\t' that cannot start", "a tab is not allowed here; indent with spaces"),
+    (r"found character '(.)' that cannot start", "a value cannot begin with {0}; put it in quotation marks"),
+    (r"undefined alias '(.*)'", "*{0} refers to &{0}, which is not defined above; put a text in quotation marks"),
+    (r"expected ',' or '([]}}])'", "a comma or the closing {0} is missing before this place"),
+    (r"mapping values are not allowed", "a ':' is not allowed here; check the indentation of this line, and put a "
+     "text that contains ': ' in quotation marks"),
+    (r"expected <block end>", "this line does not fit those above; indent keys of one mapping, and entries of one "
+     "list, equally"),
+    (r"unexpected end of stream", "a quotation mark is opened but not closed"),
+    (r"found another document", "a second document begins with '---'; a file holds one"),
+    (r"second occurrence", "this anchor, &..., is defined twice; give it another name"),
+    (r"unknown escape character '(.)'", "\\{0} is no escape sequence; write \\\\{0}, or use single quotation marks"),
+    (r"constructor for the tag '(?:tag:yaml.org,2002:)?!?(.*)'", "the tag !{0} is not supported; write a plain value"),
+    (r"decode base64", "the tag !!binary is not supported; write a plain value"),
+    (r"could not find expected ':'", "a ':' is missing after a key"),
+    (r"expected alphabetic or numeric character", "a name must follow & and *; put a text in quotation marks"),
+)  # fmt: skip
+
+
+def _yaml_problem(error: yaml.MarkedYAMLError) -> str:
+    """What is wrong with a YAML text, in words for the author of a case."""
+    problem = str(error.problem)
+    for pattern, text in _YAML_PROBLEMS:
+        found = re.search(pattern, problem)
+        if found:
+            return text.format(*found.groups())
+    own = isinstance(error, yaml.constructor.ConstructorError) and error.context is None
+    return problem if own else f"this is not YAML ({problem})"
+
+
 def parse_yaml(source: str, name: str) -> Any:
     """Content of a YAML text; `name` says where it comes from, for messages.
 
@@ -275,7 +311,11 @@ def parse_yaml(source: str, name: str) -> Any:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f", line {mark.line + 1}, column {mark.column + 1}" if mark is not None else ""
-        raise InputError(f"{name}{where}: {error.problem}") from None
+        raise InputError(f"{name}{where}: {_yaml_problem(error)}") from None
+    except yaml.reader.ReaderError as error:
+        raise InputError(
+            f"{name}: the character {chr(int(error.character))!r} at position {error.position} is not allowed"
+        ) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise InputError(f"{name}: this is not YAML ({' '.join(str(error).split())})") from None
 
@@ -466,6 +506,10 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
 def _kind(content: Mapping[str, Any]) -> type[Section]:
     """The model of a case's system."""
     if "system" not in content:
+        for key in content:
+            close = difflib.get_close_matches(key, ("system", "parts"), n=1)
+            if close:
+                raise InputError(f"unknown key {key!r}; did you mean {close[0]!r}?")
         raise InputError(
             f"the key 'system' is missing; known: {', '.join(systems())}; a case with the key 'parts' needs none"
         )

@@ -35,6 +35,12 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return "known: " + ", ".join(words)
 
 
+def counted(number: float, one: str, many: str = "") -> str:
+    """A number and what it counts, in the singular or plural: "1 value", "2 values"; `many` if no s is added."""
+    shown = f"{number:.3g}" if isinstance(number, float) else str(number)
+    return f"{shown} {one if shown == '1' else many or one + 's'}"
+
+
 def in_keys(message: str, keys: Mapping[str, str]) -> str:
     """A message to a Python caller, as one to the author of a case file: arguments become keys, None becomes auto.
 

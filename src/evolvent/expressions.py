@@ -109,6 +109,11 @@ def check_grammar(text: Any) -> str:
     return tidy
 
 
+def names(text: str) -> set[str]:
+    """Names in an expression that `check_grammar` has read: of variables, constants and functions."""
+    return {node.id for node in ast.walk(ast.parse(text, mode="eval")) if isinstance(node, ast.Name)}
+
+
 def compile_expression(
     text: Any, variables: Sequence[str], constants: Mapping[str, float] | None = None, *, name: str = "the expression"
 ) -> Program:

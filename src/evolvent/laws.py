@@ -7,11 +7,11 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
-from numba import config, njit
+from numba import config, njit, types
 from numba.core.errors import NumbaError
 
 from evolvent.codecache import CACHE_DIR
-from evolvent.errors import InputError
+from evolvent.errors import InputError, counted
 from evolvent.jit import LAWS, PLAIN, Kernel, pointer_of
 
 #: How a law of each kind is called, and what it returns.
@@ -51,12 +51,27 @@ def _law(kind: str, function: Callable) -> Any:
         # its indices are checked: beyond its parameters stand those of others, and then foreign memory
         compiled = _compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
+        returned = _returned(kind, function)
+        if returned:
+            raise InputError(f"{describe_law(function)} returns {returned}; it must return {RETURNS[kind]}") from error
         raise InputError(
             f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
         ) from error
     if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
         raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
     return compiled
+
+
+def _returned(kind: str, function: Callable) -> str:
+    """How many numbers a law returns that is compiled for its arguments alone; '' where their number is right."""
+    try:
+        found = njit(LAWS[kind].args)(function).nopython_signatures[0].return_type
+    except Exception:  # noqa: BLE001  (it cannot be compiled for another reason, which is reported)
+        return ""
+    number = len(found) if isinstance(found, types.BaseTuple) else 1 if isinstance(found, types.Number) else 0
+    if number == _COUNTS[kind]:
+        return ""
+    return counted(number, "number") if number else f"a value of type {found}"
 
 
 def describe_law(law: Any) -> str:
@@ -72,10 +87,24 @@ def _one_line(message: str) -> str:
     return " ".join(said[: 2 if said[0].endswith(":") else 1])
 
 
-def try_law(law: Any, *arguments: Any, described: str = "", parameters: Any = None) -> tuple[float, ...]:
+#: What a law of each kind returns, in words.
+RETURNS = {
+    "force": "three finite numbers, (fx, fy, fz)",
+    "spring": "one finite number, the tension or torque",
+    "drive": "three finite numbers, (angle, rate, acceleration)",
+    "event": "one finite number",
+    "element": "two finite numbers, (energy, power)",
+    "motor": "one finite number, the torque or force",
+}
+_COUNTS = {"force": 3, "spring": 1, "drive": 3, "event": 1, "element": 2, "motor": 1}
+
+
+def try_law(
+    law: Any, *arguments: Any, described: str = "", parameters: Any = None, kind: str = ""
+) -> tuple[float, ...]:
     """What a user's law returns, as a tuple of finite numbers; `described` names it in messages.
 
-    Its parameters are the last argument, or `parameters`.
+    Its parameters are the last argument, or `parameters`. With a `kind` of `RETURNS` their number is checked.
 
     Raises
     ------
@@ -92,9 +121,9 @@ def try_law(law: Any, *arguments: Any, described: str = "", parameters: Any = No
         raise InputError(
             f"{described} fails: {type(error).__name__}: {_what(law, arguments, error)}; {given} given"
         ) from error
-    if not all(math.isfinite(x) for x in values):
+    if not all(math.isfinite(x) for x in values) or (kind and len(values) != _COUNTS[kind]):
         shown = values if isinstance(result, tuple) else values[0]
-        raise InputError(f"{described} returns {shown}; it must return finite numbers")
+        raise InputError(f"{described} returns {shown}; it must return {RETURNS.get(kind, 'finite numbers')}")
     return values
 
 

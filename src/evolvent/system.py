@@ -293,7 +293,7 @@ class System:
         if self.title:
             content["title"] = self.title
         if np.any(self._gravity):
-            content["gravity"] = self._gravity.tolist()
+            content["gravity"] = _GRAVITY.write(tuple(self._gravity.tolist()))
         content["parts"] = {name: self._written(name) for name in self._parts}
         if found:
             content["simulate"] = found

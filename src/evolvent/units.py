@@ -8,12 +8,14 @@ import functools
 import math
 import numbers
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent import startup
+from evolvent.errors import counted
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
@@ -47,6 +49,8 @@ OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 #: Largest size of a value, in SI units, and the inverse of the least: far beyond any that can be meant, and near enough
 #: for products of several to be finite.
 LARGEST = 1e30
+#: Deviation of the length of a quaternion from 1 that is taken for rounding; it is then normalised.
+UNIT_LENGTH = 1e-6
 
 
 class UnitError(ValueError):
@@ -321,12 +325,14 @@ class Vector:
     size : int, how many values; 0 for any number
     direction : bool, whether the values must not all be zero
     empty : bool, whether there may be none
+    normalised : bool, whether the sum of the squares must be 1, to within `UNIT_LENGTH`
     """
 
     quantity: Quantity
     size: int = 3
     direction: bool = False
     empty: bool = False
+    normalised: bool = False
 
     @property
     def allowed(self) -> str:
@@ -336,7 +342,8 @@ class Vector:
         example = ", ".join(["1", "0", "0", "0"] if self.size == 4 else ["0", "0", "1"][: self.size or 2]) + (
             f" {self.quantity.unit}" if self.quantity.unit else ""
         )
-        return f"a list of {number}, such as [{example}]{unit}" + (", not all zero" if self.direction else "")
+        limit = ", of length 1" if self.normalised else ", not all zero" if self.direction else ""
+        return f"a list of {number}, such as [{example}]{unit}{limit}"
 
     def read(self, value: Any) -> tuple[float, ...]:
         """`value` as a tuple of floats; a `PydanticCustomError` says what is allowed."""
@@ -345,17 +352,29 @@ class Vector:
             if isinstance(value, str) or not hasattr(value, "__len__"):
                 raise UnitError("it is not a list")
             if len(value) != self.size if self.size else len(value) == 0 and not self.empty:
-                raise UnitError(f"it has {len(value)} values")
+                raise UnitError(f"it has {counted(len(value), 'value')}")
             found = tuple(self.quantity.read(v) for v in shared_unit(list(value)))
             if not self.direction or any(found):
+                if self.normalised:
+                    _check_length(found)
                 return found  # type: ignore[return-value]
+            if self.normalised:
+                raise UnitError("all are 0")
         except UnitError as error:
             reason = f"; {error}"
         except PydanticCustomError as error:
             reason = (error.context or {}).get("reason", "") or f"; one of its values is not {self.quantity.allowed}"
         raise PydanticCustomError(
-            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason}
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": reason + self._axis(value)}
         )
+
+    def _axis(self, value: Any) -> str:
+        """How a direction is written that is given by the name of an axis; '' for other values."""
+        found = re.fullmatch(r"([-+]?)([xyz])", value.strip().lower()) if isinstance(value, str) else None
+        if found is None or not self.direction or self.size != 3:
+            return ""
+        sign = -1 if found[1] == "-" else 1
+        return f"; did you mean {[sign * (letter == found[2]) for letter in 'xyz']}?"
 
     def write(self, value: Any) -> Any:
         """`value` as a case file holds it: its unit stands in the last entry."""
@@ -377,24 +396,34 @@ class Vector:
         return {"type": "array", "items": {"anyOf": one}, **sizes, "description": self.allowed}
 
 
+def _check_length(values: Sequence[Any]) -> None:
+    """Refuse a quaternion whose length differs from 1 by more than `UNIT_LENGTH`."""
+    length = math.hypot(*values)
+    if abs(length - 1.0) > UNIT_LENGTH:
+        raise UnitError(f"its length is {length:.6g}; normalised it is {[v / length for v in values]}")
+
+
 def shared_unit(values: list[Any]) -> list[Any]:
     """The entries of a list, all in the unit of the last one where that alone has one.
 
     Raises
     ------
     UnitError
-        If some entries before the last have units and others, not zero, have none.
+        If some entries have units and others, not zero, have none, unless the last entry alone has one.
     """
-    if not values or not isinstance(values[-1], str):
+    units = [unit_of(v) for v in values]
+    if not any(units):
         return values
-    match = _NUMBER.fullmatch(values[-1])
-    if match is None or not match[2]:
-        return values
-    plain = [isinstance(v, numbers.Real) or (isinstance(v, str) and _is_plain(v)) for v in values[:-1]]
-    if all(plain):
-        return [f"{v} {match[2]}" for v in values[:-1]] + values[-1:]
-    if any(p and _number_of(v) != 0.0 for p, v in zip(plain, values, strict=False)):
-        raise UnitError("some of its values have a unit and others have none; give one unit, in the last entry")
+    plain = [isinstance(v, numbers.Real) or (isinstance(v, str) and _is_plain(v)) for v in values]
+    if units[-1] and all(plain[:-1]):
+        return [f"{v} {units[-1]}" for v in values[:-1]] + values[-1:]
+    without = next((v for p, v in zip(plain, values, strict=True) if p and _number_of(v) != 0.0), None)
+    if without is not None:
+        with_unit = next(v for v, unit in zip(values, units, strict=True) if unit)
+        raise UnitError(
+            f"{with_unit!r} has a unit and {without!r} has none; give every value its unit, or one unit in the last "
+            f"entry alone"
+        )
     return values
 
 
@@ -439,7 +468,7 @@ class Tensor:
                 return self.quantity.read(value)
             row = Vector(quantity=self.quantity).read
             if len(value) != 3:
-                raise UnitError(f"it has {len(value)} values")
+                raise UnitError(f"it has {counted(len(value), 'value')}")
             if not any(hasattr(v, "__len__") and not isinstance(v, str) for v in value):
                 return row(value)
             return tuple(row(v) for v in self._rows(value))
@@ -572,7 +601,9 @@ Products = Annotated[Triple, Vector(quantity=_PRODUCT)]
 Curvatures = Annotated[Triple, Vector(quantity=Quantity(what="a curvature", unit="1/m", example="0.1 1/m"))]
 Times = Annotated[tuple[float, ...], Vector(quantity=Quantity(**_TIME), size=0)]
 Direction = Annotated[Triple, Vector(quantity=_PLAIN, direction=True)]
-Quaternion = Annotated[tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True)]
+Quaternion = Annotated[
+    tuple[float, float, float, float], Vector(quantity=_PLAIN, size=4, direction=True, normalised=True)
+]
 Numbers = Annotated[tuple[float, ...], Vector(quantity=_PLAIN, size=0)]
 StiffnessOrZero = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)]
 Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5")]

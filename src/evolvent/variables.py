@@ -13,7 +13,7 @@ from evolvent.references import FROM_TIP
 
 _NAME = re.compile(
     r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
-    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[xyzw]))?"
+    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[A-Za-z]))?"
 )
 #: Dimensions that mean the same in every group.
 SHARED = ("time", "axis", "quaternion")
@@ -117,7 +117,9 @@ def _component(found: xr.DataArray, name: str, axis: str) -> xr.DataArray:
     for dimension, letters in _AXES.items():
         if dimension in found.dims and axis in letters:
             return found.isel({dimension: letters.index(axis)})
-    raise InputError(f"{name!r}: the variable has no component {axis!r}")
+    known = [letter for dimension, letters in _AXES.items() if dimension in found.dims for letter in letters]
+    allowed = f"known: {', '.join(known)}" if known else "it has no components"
+    raise InputError(f"{name!r}: the variable has no component {axis!r}; {allowed}")
 
 
 def group_of(run: xr.DataTree | xr.Dataset, part: str, *, inherit: bool = False) -> xr.Dataset:

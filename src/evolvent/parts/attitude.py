@@ -9,13 +9,13 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError, counted, nearest
 from evolvent.kernels import attitude as kernels
 from evolvent.kernels import drive as drives
 from evolvent.kernels import rigid
 from evolvent.parts.base import BodyName, Part, Place, Reference, unit
 from evolvent.parts.checks import check_rotor
-from evolvent.parts.expression import Constants, Parameters, SpringLaw, write_law
+from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent.parts.law import Drive
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 
@@ -116,7 +116,9 @@ class ReactionWheel(Part):
         if self.rate_limit is not None and abs(self.rate) > self.rate_limit:
             raise InputError(f"{name}.rate is {self.rate!r} rad/s; {name}.rate_limit is {self.rate_limit!r} rad/s")
         law = {"law": 0, "first": 0, "last": 0}
-        if self.law is not None:
+        if self.law is None:
+            refuse_without_law(name, self)
+        else:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         q, v = builder.coordinates([0.0], [self.rate])
         index = builder.add(
@@ -159,7 +161,11 @@ class Thruster(Part):
         if self.thrust <= 0.0:
             raise InputError(f"{name}.thrust is {self.thrust!r} N; it must be above 0 N")
         place = builder.place(self.at, f"{name}.at")
-        if place.family != "bodies" or place.row == builder.names["ground"][1]:
+        if place.family == "bodies" and place.row == builder.names["ground"][1]:
+            raise InputError(
+                f"{name}.at is {self.at!r}, on the ground, which no load moves; give a place on a free or spinning body"
+            )
+        if place.family != "bodies":
             raise InputError(f"{name}.at is {self.at!r}; a thruster needs a place on a free or spinning body")
         if builder.rows["bodies"][place.row]["motion"] == rigid.DRIVEN:
             raise InputError(
@@ -230,7 +236,7 @@ class AttitudeController(Part):
             given = np.array(getattr(self, key), dtype=float)
             if given.shape not in ((), (3,)):
                 raise InputError(
-                    f"{name}.{key} has {given.size} values; it must be one, or three about the body's axes"
+                    f"{name}.{key} has {counted(given.size, 'value')}; it must be one, or three about the body's axes"
                 )
             gains.append(np.broadcast_to(given, 3))
         active = (gains[0] > 0.0) | (gains[1] > 0.0)

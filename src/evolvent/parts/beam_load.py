@@ -14,7 +14,7 @@ from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.flexible import NODE_VECTORS
 from evolvent.parts.base import BeamName, Part, Place
 from evolvent.parts.beam import node_of
-from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
 
 
@@ -50,13 +50,6 @@ def refuse_beside_law(name: str, load: Any, keys: tuple[str, ...]) -> None:
     given = next((key for key in keys if getattr(load, key) is not None), None)
     if given is not None:
         raise InputError(f"{name}.law and {name}.{given} are both given; leave one of them out")
-
-
-def refuse_without_law(name: str, load: Any) -> None:
-    """Refuse parameters or constants of a load that has no law."""
-    for key in ("parameters", "constants"):
-        if getattr(load, key):
-            raise InputError(f"{name}.{key} is given without {name}.law, to which it belongs")
 
 
 class DistributedTorque(Part):

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.errors import InputError, counted
 from evolvent.kernels import surfaces
 from evolvent.parts.base import Place, unit
 from evolvent.parts.contact import ContactLaw
@@ -112,7 +112,8 @@ def add_body_contacts(
         depth, radius = -start_gap(builder, a, b), a.radius if a.radius > 0.0 else b.radius
         if depth > allowed * radius:
             raise InputError(
-                f"{name!r} starts with its bodies {depth:.3g} m inside each other, {depth / radius:.3g} radii; move "
+                f"{name!r} starts with its bodies {depth:.3g} m inside each other, "
+                f"{counted(depth / radius, 'radius', 'radii')}; move "
                 f"them apart, or allow it by `initial_overlap`, now {allowed:g}"
             )
         builder.add(

@@ -7,16 +7,24 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, NamedTuple
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeVar
 
 from evolvent import laws, units
 from evolvent.builder import Builder
-from evolvent.errors import InputError, nearest
+from evolvent.errors import InputError, counted, nearest
 from evolvent.kernels import drive as kernels
-from evolvent.parts.expression import Constants, DriveLaw, Parameters, SpringLaw, TimeExpression, write_law
-from evolvent.parts.profile import TorqueProfile, write_profile
+from evolvent.parts.expression import (
+    Constants,
+    DriveLaw,
+    Parameters,
+    SpringLaw,
+    TimeExpression,
+    refuse_without_law,
+    write_law,
+)
+from evolvent.parts.profile import TorqueProfile, kind_hint, write_profile
 from evolvent.schema import Section
 
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
@@ -108,6 +116,14 @@ class RampDrive(DriveKind, Generic[A, R]):
         return DriveRow(kernels.RAMPS, *builder.parameters(flat))
 
 
+def _one_unit(values: Any) -> Any:
+    """The values of a table; a unit that stands in the last one alone is that of all."""
+    try:
+        return units.shared_unit(list(values)) if isinstance(values, (list, tuple, np.ndarray)) else values
+    except units.UnitError as error:
+        raise PydanticCustomError("table", "{why}", {"why": str(error)}) from None
+
+
 class TableDrive(DriveKind, Generic[A, R]):
     """Tabulated values; constant rate before the first and after the last.
 
@@ -120,8 +136,8 @@ class TableDrive(DriveKind, Generic[A, R]):
     """
 
     time: units.Times
-    rate: tuple[R, ...] | None = None
-    angle: tuple[A, ...] | None = None
+    rate: Annotated[tuple[R, ...], BeforeValidator(_one_unit)] | None = None
+    angle: Annotated[tuple[A, ...], BeforeValidator(_one_unit)] | None = None
     start: A = 0.0  # type: ignore[assignment]
 
     def write(self, builder: Builder, name: str) -> DriveRow:
@@ -134,7 +150,8 @@ class TableDrive(DriveKind, Generic[A, R]):
         t, values = np.array(self.time), np.array(given, dtype=float)
         if t.size < 2 or t.size != values.size:
             raise InputError(
-                f"{name}: the table has {t.size} times and {values.size} values; it needs two or more of each"
+                f"{name}: the table has {counted(t.size, 'time')} and {counted(values.size, 'value')}; "
+                f"it needs two or more of each"
             )
         if not np.all(np.diff(t) > 0.0):
             row = int(np.flatnonzero(np.diff(t) <= 0.0)[0]) + 1
@@ -202,7 +219,7 @@ def _law_row(builder: Builder, name: str, law: Any, **options: Any) -> DriveRow:
 
 
 def _tried(builder: Builder, row: DriveRow, law: Any, time: float, described: str = "") -> tuple[float, ...]:
-    return laws.try_law(law, time, np.array(builder.values[row.first : row.last]), described=described)
+    return laws.try_law(law, time, np.array(builder.values[row.first : row.last]), described=described, kind="drive")
 
 
 class FreeSpool(DriveKind):
@@ -244,7 +261,9 @@ class FreeSpool(DriveKind):
         at, law = -1, {"law": 0, "first": 0, "last": 0}
         if self.profile is not None:
             at, _ = builder.parameters(write_profile(builder, f"{name}.profile", self.profile))
-        if self.law is not None:
+        if self.law is None:
+            refuse_without_law(name, self)
+        else:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         return DriveRow(
             kernels.FREE, 0, 0, 0, q, v, self.inertia, self.torque, self.brake + self.friction, self.viscous, at,
@@ -283,6 +302,9 @@ class _OneDrive:
         """The drive itself."""
         if isinstance(value, DriveKind):
             return value
+        hint = kind_hint(value, self.kinds)
+        if hint:
+            raise PydanticCustomError("drive", "{hint}", {"hint": hint})
         if not isinstance(value, Mapping):
             raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
         given = [key for key in value if key != "constants"]

@@ -156,6 +156,27 @@ Constants = Annotated[dict[str, float], _Constants()]
 Parameters = Annotated[tuple[float, ...], _Parameters()]
 
 
+def refuse_unused(where: str, constants: Mapping[str, float] | None, key: str, texts: Sequence[str]) -> None:
+    """Refuse constants that none of the expressions uses.
+
+    Parameters
+    ----------
+    where, key : str, the keys of the constants and of the expressions, for messages
+    """
+    used = {name for text in texts for name in expressions.names(text)}
+    for name in constants or {}:
+        if name not in used:
+            shown = ", ".join(repr(text) for text in texts)
+            raise InputError(f"{where} has {name!r}, which {key}, {shown}, does not use; leave it out, or use it")
+
+
+def refuse_without_law(name: str, part: Any) -> None:
+    """Refuse parameters or constants of a part that has no law."""
+    for key in ("parameters", "constants"):
+        if getattr(part, key):
+            raise InputError(f"{name}.{key} is given without {name}.law, to which it belongs")
+
+
 def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequence[float] = (),
               constants: Mapping[str, float] | None = None, *, key: str = "law", variables: Sequence[str] = (),
               before: Sequence[float] = ()) -> dict[str, int]:  # fmt: skip
@@ -190,6 +211,7 @@ def write_law(builder: Builder, name: str, law: Any, kind: str, parameters: Sequ
     texts = law if kind == "force" else (law,)
     known = variables or VARIABLES[kind]
     programs = [expressions.compile_expression(text, known, constants, name=f"{name}.{key}") for text in texts]
+    refuse_unused(f"{name}.constants", constants, f"{name}.{key}", texts)
     builder.breaks.update(t for program in programs for t in program.corners if t > 0.0)
     code = [*before, *(number for program in programs for number in program.code)]
     shown = ", ".join(repr(program.text) for program in programs)

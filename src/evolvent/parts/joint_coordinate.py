@@ -14,13 +14,7 @@ from evolvent.kernels import coordinate
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Joint
 from evolvent.references import Location, split_reference
-from evolvent.schema import Section
-from evolvent.units import Measured
 
-#: Units of an angle and what belongs to it, and those of a travel.
-ANGLE_AND_TRAVEL = (
-    ("rad", "m"), ("rad/s", "m/s"), ("N m", "N"), ("N m/rad", "N/m"), ("N m s/rad", "N s/m"),
-)  # fmt: skip
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {coordinate.ANGLE: 1e-4, coordinate.TRAVEL: 1e-5}
 
@@ -167,30 +161,6 @@ def _owner(place: Any) -> Any:
     if isinstance(place, str):
         return split_reference(place)[0]
     return place[0] if isinstance(place[0], str) else "ground"
-
-
-def check_units(key: str, value: Any, kind: int) -> None:
-    """Refuse values, also inside sections and lists, that have units of a travel on an angle, or the other way round.
-
-    Parameters
-    ----------
-    key : str, that holds the value, for messages
-    kind : `coordinate.ANGLE` or `coordinate.TRAVEL`
-    """
-    if isinstance(value, Section):
-        for inner in type(value).model_fields:
-            check_units(f"{key}.{inner}", getattr(value, inner), kind)
-    elif isinstance(value, tuple):
-        for inner in value:
-            check_units(key, inner, kind)
-    elif isinstance(value, Measured):
-        at = next((k for k, pair in enumerate(ANGLE_AND_TRAVEL) if value.unit in pair), None)
-        if at is not None and value.unit != ANGLE_AND_TRAVEL[at][kind != coordinate.ANGLE]:
-            what, wanted = ("an angle", 0) if kind == coordinate.ANGLE else ("a travel", 1)
-            raise InputError(
-                f"{key} is {float(value):g} {value.unit}, but its coordinate is {what}; give it in "
-                f"{ANGLE_AND_TRAVEL[at][wanted]}"
-            )
 
 
 def find_coordinate(builder: Builder, key: str, name: str) -> int:

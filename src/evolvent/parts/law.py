@@ -11,6 +11,7 @@ from evolvent.parts.expression import (
     MotorLaw,
     Parameters,
     SpringLaw,
+    refuse_without_law,
     write_law,
 )
 
@@ -24,5 +25,6 @@ __all__ = [
     "Parameters",
     "PathDrive",
     "SpringLaw",
+    "refuse_without_law",
     "write_law",
 ]

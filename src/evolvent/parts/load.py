@@ -16,8 +16,8 @@ from evolvent.kernels import loads as kernels
 from evolvent.kernels.flexible import CABLE
 from evolvent.parts.base import Part, Place, ThreadName, unit
 from evolvent.parts.beam import node_of
-from evolvent.parts.beam_load import add_beam_load, refuse_beside_law, refuse_without_law
-from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
+from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
+from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 from evolvent.references import split_reference
 
@@ -142,6 +142,7 @@ class PanelRadiation(Part):
         target = builder.marker(self.at, f"{name}.at")
         if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
             raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
+        _refuse_ground(builder, name, self.at, target)
         end = _window(builder, name, self)
         light = self.pressure * self.area * unit(self.direction)
         values = [*light, 0.0, self.start, end, self.ramp, *unit(self.normal), self.specular, self.diffuse]
@@ -375,13 +376,17 @@ def _write_at_marker(builder: Builder, name: str, kind: int, load: Force | Torqu
     """Write a force or torque on a body or point."""
     target = builder.marker(load.at, f"{name}.at")
     on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
-    if on_body and builder.rows["markers"][target]["index"] == builder.names["ground"][1]:
-        raise InputError(
-            f"{name}.at is {load.at!r}, on the ground, which no load moves; give a body, a point or a node"
-        )
+    _refuse_ground(builder, name, load.at, target)
     if not on_body and (load.frame == "body" or kind == kernels.TORQUE):
         raise InputError(f"{name}.at is {load.at!r}; this load needs a body")
     _write_load(builder, name, kind, target, load, vector)
+
+
+def _refuse_ground(builder: Builder, name: str, at: Any, target: int) -> None:
+    """Refuse a load whose marker is on the ground."""
+    marker = builder.rows["markers"][target]
+    if marker["kind"] == springs.ON_BODY and marker["index"] == builder.names["ground"][1]:
+        raise InputError(f"{name}.at is {at!r}, on the ground, which no load moves; give a body, a point or a node")
 
 
 def _window(builder: Builder, name: str, load: Force | Torque | PanelRadiation) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import CrossSection, Material
-from evolvent.errors import InputError
+from evolvent.errors import InputError, counted
 
 
 def element_lengths(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:
@@ -32,7 +32,8 @@ def check_grading(name: str, grading: float | tuple[float, ...], elements: int) 
     """Refuse a list of another size than the number of elements."""
     if isinstance(grading, tuple) and len(grading) != elements:
         raise InputError(
-            f"{name}.grading has {len(grading)} values; it must be one value, or {elements}, one for each element"
+            f"{name}.grading has {counted(len(grading), 'value')}; it must be one value, or {elements}, one for each "
+            f"element"
         )
 
 

@@ -10,8 +10,9 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import coordinate
 from evolvent.parts.base import CoordinateName, Part
+from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.joint_coordinate import check_units, find_coordinate
+from evolvent.parts.joint_coordinate import find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import TorqueOrForceProfile, write_profile
 

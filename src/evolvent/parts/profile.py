@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Generic, TypeVar
@@ -12,9 +13,9 @@ from pydantic_core import PydanticCustomError
 
 from evolvent import expressions, units
 from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.errors import InputError, nearest
 from evolvent.kernels import profile as kernels
-from evolvent.parts.expression import Constants, TimeExpression
+from evolvent.parts.expression import Constants, TimeExpression, refuse_unused
 from evolvent.schema import Section
 
 V = TypeVar("V")
@@ -130,6 +131,17 @@ class Profile(Section, Generic[V]):
     constants: Constants | None = None
 
 
+def kind_hint(value: Any, kinds: Iterable[str]) -> str:
+    """How a kind is written of a profile or drive that is given as a word or under the key `kind`; '' for others."""
+    word = value.get("kind") if isinstance(value, Mapping) else value
+    if not isinstance(word, str):
+        return ""
+    close = difflib.get_close_matches(word.strip().lower(), list(kinds), n=1)
+    if not close:
+        return f"{word!r} is not a kind; {nearest(word, kinds)}"
+    return f"the kind is the key of a mapping; did you mean {{{close[0]}: ...}}?"
+
+
 KINDS = ("table", "ramp", "sine", "pulse", "constant", "expression")
 
 
@@ -137,6 +149,9 @@ def _as_keys(value: Any) -> Any:
     """A list as the table of a profile."""
     if isinstance(value, (list, tuple, np.ndarray)):
         return {"table": value}
+    hint = kind_hint(value, KINDS)
+    if hint:
+        raise PydanticCustomError("profile", "{hint}", {"hint": hint})
     if not isinstance(value, (Mapping, Profile)):
         allowed = f"rows [time, value], or a mapping with one of the keys {', '.join(KINDS)}"
         raise PydanticCustomError("profile", "it must be {allowed}", {"allowed": allowed})
@@ -172,6 +187,7 @@ def write_profile(builder: Builder, name: str, profile: Profile[Any]) -> list[fl
         program = expressions.compile_expression(
             profile.expression, ("t",), profile.constants, name=f"{name}.expression"
         )
+        refuse_unused(f"{name}.constants", profile.constants, f"{name}.expression", [program.text])
         _add_breaks(builder, program.corners)
         return [kernels.EXPRESSION, *program.code]
     if profile.constant is not None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import units
 from evolvent.builder import Builder
-from evolvent.errors import InputError
+from evolvent.errors import InputError, counted
 from evolvent.kernels.layers import UNKNOWN
 from evolvent.parts.base import BeamName, BodyName, unit
 from evolvent.parts.contact import Contact
@@ -93,7 +93,8 @@ class SelfContact(Contact):
             found = np.full(row["elements"], found)
         if found.shape != (row["elements"],):
             raise InputError(
-                f"{name}.thickness has {found.size} values; it must be one value, or {row['elements']} of them, one "
+                f"{name}.thickness has {counted(found.size, 'value')}; it must be one value, or "
+                f"{row['elements']} of them, one "
                 f"for each element of {owner!r}"
             )
         for c in range(row["elements"]):

@@ -11,7 +11,7 @@ from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.kernels import springs
 from evolvent.parts.base import Part, Place, unit
-from evolvent.parts.law import Constants, Parameters, SpringLaw, write_law
+from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 
 
 class Spring(Part):
@@ -69,7 +69,9 @@ class Spring(Part):
                 raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
             axis = unit(apart if self.axis is None else self.axis)
         law = {"law": 0, "first": 0, "last": 0}
-        if self.law is not None:
+        if self.law is None:
+            refuse_without_law(name, self)
+        else:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
         index = builder.add(
             "springs",

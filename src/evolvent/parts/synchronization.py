@@ -9,7 +9,8 @@ from evolvent import units
 from evolvent.builder import Builder
 from evolvent.errors import InputError
 from evolvent.parts.base import CoordinateNames, Part
-from evolvent.parts.joint_coordinate import check_units, find_coordinate
+from evolvent.parts.checks import check_units
+from evolvent.parts.joint_coordinate import find_coordinate
 
 
 class Synchronization(Part):

@@ -22,7 +22,7 @@ from evolvent.parts.checks import positive
 from evolvent.pointer import zeros_record
 from evolvent.solvers import balance as eb
 from evolvent.solvers import explicit as ex
-from evolvent.solvers.laws import law_failure, refusing_laws, try_laws, what_may_jump
+from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, try_laws, what_may_jump
 from evolvent.solvers.releases import reason_of_outrun
 from evolvent.solvers.sampled import balances
 from evolvent.solvers.solution import Solution
@@ -292,6 +292,8 @@ class _Run:
             code = self._loop(progress)
             if code < 0 or code == ex.LOG_FULL:
                 status, message = "failed", _reason(code, self.reached, self.work, self.plan)
+                if code in (ex.NOT_FINITE, ex.TOO_SMALL):
+                    message += broken_law(self.assembly, _moments(self.work, self.tableau))
             elif not self.is_balanced(ENERGY_LIMIT):
                 status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.work)
             elif code == ex.STOPPED:

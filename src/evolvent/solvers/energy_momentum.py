@@ -41,7 +41,7 @@ from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.energy_messages import reason, stalled
 from evolvent.solvers.implicit_messages import redundant
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, sizes
-from evolvent.solvers.laws import refusing_laws, try_laws
+from evolvent.solvers.laws import broken_law, refusing_laws, try_laws
 from evolvent.solvers.sampled import Sampled, empty
 from evolvent.solvers.solution import Solution
 
@@ -313,7 +313,8 @@ class Run(implicit.Run):
         """
         if code == energy_loop.REDUNDANT and self.work.loop.steps == 0:
             raise InputError(redundant(self.assembly, self.plan.matrix))
-        return reason(code, self.work, self.assembly, fixed=self.plan.step is not None)
+        found = reason(code, self.work, self.assembly, fixed=self.plan.step is not None)
+        return found + broken_law(self.assembly, self.moments())
 
     def stalled(self, steps: int, time: float, rest: float) -> str:
         """As of generalized-alpha, with the place that makes the steps so short."""

@@ -22,7 +22,7 @@ from evolvent.solvers import balance as eb
 from evolvent.solvers.drive import STEP_ALLOWED, sample_times
 from evolvent.solvers.implicit_messages import reason, stalled
 from evolvent.solvers.implicit_setup import check_start, energy_floor, matrix_of, options_of, sizes, workspace
-from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
+from evolvent.solvers.laws import broken_law, law_failure, refusing_laws, try_laws
 from evolvent.solvers.releases import Releases, reason_of_outrun, write_accounts
 from evolvent.solvers.sampled import Sampled
 from evolvent.solvers.solution import Solution, first_latch
@@ -220,7 +220,7 @@ class Run:
 
     def why(self, code: int) -> str:
         """Why the loop has ended with a status below zero."""
-        return reason(code, self.work, self.plan.step, self.assembly)
+        return reason(code, self.work, self.plan.step, self.assembly) + broken_law(self.assembly, self.moments())
 
     def stalled(self, steps: int, time: float, rest: float) -> str:
         """Why a run of ever smaller steps is ended: `steps` of them took `time` (s), the rest would take `rest`."""

@@ -103,6 +103,36 @@ def law_failure(assembly: Assembly, error: Exception, moments: Iterable[Moment] 
     return f"{when}{named} raises {type(error).__name__}: {error}"
 
 
+def broken_law(assembly: Assembly, moments: Iterable[Moment]) -> str:
+    """A half sentence on the first of the user's laws that does not return finite numbers at the moments; else ''."""
+    try:
+        for use, arguments, time in _calls(assembly, moments):
+            law, described = _law(assembly, use)
+            try:
+                laws.try_law(
+                    law, *arguments, described=described, parameters=_parameters(assembly, use), kind=_kind(use)
+                )
+            except InputError as found:
+                return f"; at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
+    except (ArithmeticError, ValueError, IndexError):  # a state from which the arguments cannot be found
+        pass
+    return ""
+
+
+def _kind(use: _Use) -> str:
+    """Kind of the law that a row calls, of `laws.RETURNS`."""
+    if _is_of_time(use):
+        return "drive"
+    return _KINDS[use.family]
+
+
+#: Kinds of the laws of families, but for drives.
+_KINDS = {
+    "springs": "spring", "spools": "spring", "wheels": "spring", "loads": "force", "beam_loads": "force",
+    "fields": "force", "events": "event", "custom_forces": "element", "motors": "motor",
+}  # fmt: skip
+
+
 def what_may_jump(assembly: Assembly) -> str:
     """A half sentence on the user's laws of a model as a possible reason for a failure; empty where there is none."""
     names = list(dict.fromkeys(owner(assembly, use.family, use.number) for use in _uses(assembly)))
@@ -272,7 +302,7 @@ def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...])
     parameters, room = _parameters(assembly, use), _room(use)
     try:
         law, described = _law(assembly, use)
-        laws.try_law(law, *arguments, parameters, *room, described=described, parameters=parameters)
+        laws.try_law(law, *arguments, parameters, *room, described=described, parameters=parameters, kind=_kind(use))
         if room and not np.all(np.isfinite(room[0])):
             raise InputError(f"{laws.describe_law(law)} writes {room[0].tolist()} to f; forces must be finite numbers")
     except InputError as error:

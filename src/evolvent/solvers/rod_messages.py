@@ -9,8 +9,9 @@ from evolvent.elements import rods
 from evolvent.families import bodies_of, owner
 from evolvent.kernels.rotations import rotation_from_quaternion
 
-#: Angle between the ends of an element, degrees, from which messages name it.
-LARGE = 60.0
+#: Angle between the ends of an element, degrees, from which messages name it: that of an element at the start, at most.
+#: Beyond 120 degrees strains are not defined; a step or a load factor that fails below this angle has other causes.
+LARGE = 90.0
 
 
 def bent_too_far(assembly: Assembly, y: np.ndarray) -> str:
