@@ -191,7 +191,8 @@ class Rod(Part):
         for i in range(n):
             builder.add(
                 "rod_elements", a=first_body + i, b=first_body + i + 1, length=float(h[i]),
-                beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1], stiffness=stiffness[i], rest=rest[i],
+                beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
+                stiffness=stiffness[i], rest=rest[i],
             )  # fmt: skip
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, length=self.length, alpha=self.mass_damping
