@@ -12,6 +12,8 @@ import evolvent
 from book import Book
 from evolvent import InputError, System, parts
 from evolvent.elements import Rectangle, SectionInertia
+from evolvent.families import owner
+from evolvent.solvers.energy_momentum import solve_energy
 from rods.building import ORIGIN, RUBBER, STRIP, cantilever
 
 Array = np.ndarray
@@ -237,3 +239,43 @@ def test_refusals() -> None:
     assert "no node 9" in refused(parts.RigidBody(mass=1.0, inertia=1.0, at="arm[9]"))
     moving = parts.RigidBody(mass=1.0, inertia=1.0, at="arm.tip", velocity=(1.0, 0.0, 0.0))
     assert "the body moves with the node" in refused(moving)
+
+
+def bent_by(load: Any, gravity: tuple[float, float, float] = ORIGIN) -> Array:
+    """Nodes of a curved, graded rod that bends by about its own length."""
+    system = System(gravity=gravity)
+    system.add(parts.Rod(**KEYS, grading=(1.0, 3.0, 2.0, 2.0), curvature=(0.3, 0.0, 0.5)), "rod")
+    system.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp"), "clamp")
+    if load is not None:
+        system.add(load, "load")
+    return np.asarray(system.equilibrium()["rod"].position.values[-1])
+
+
+def test_a_line_load_is_a_weight() -> None:
+    """A force per length m g, constant, by a profile and by a law, has the equilibrium of the weight."""
+    g = 40.0
+    weight = g * RUBBER.density * S.area
+    wanted = bent_by(None, gravity=(0.0, 0.0, -g))
+    assert wanted[-1, 2] < -0.2
+    push = (0.0, 0.0, -weight)
+    for keys in (
+        {"force": push},
+        {"direction": (0.0, 0.0, -2.0), "profile": {"constant": weight}},
+        {"law": ["0", "0", "-p"], "constants": {"p": weight}},
+    ):
+        assert bent_by(parts.LineLoad(beam="rod", **keys)) == pytest.approx(wanted, abs=1e-7)
+
+
+def test_line_loads_close_the_energy_balance() -> None:
+    """Energies less the work of the loads stay exactly what they are in the energy-momentum method, in large steps."""
+    system = System()
+    system.add(parts.Rod(**KEYS, grading=2.0, inertia=INERTIA, angular_velocity=(0.3, 0.0, 4.0)), "rod")
+    system.add(parts.LineLoad(beam="rod", force=(0.0, 30.0, 10.0), ramp=0.05, end=0.3), "load")
+    assembly = system.assemble()
+    assert all(owner(assembly, "loads", k) == "load" for k in range(5))
+    found = solve_energy(assembly, samples=np.linspace(0.0, 0.5, 51), step=1e-2, spectral_radius=1.0)
+    assert found.success, found.message
+    balance = found.kept.balance
+    off = balance.kinetic + balance.elastic - balance.loads
+    assert np.abs(off - off[0]).max() < 1e-8 * np.abs(balance.loads).max()
+    assert np.abs(balance.loads).max() > 1.0
