@@ -10,6 +10,7 @@ import evolvent
 from book import Book
 from evolvent import model as mdl
 from evolvent import parts
+from evolvent.parts.base import unit
 from evolvent.system import System
 from helpers import fitted_order, rotation, run
 
@@ -68,7 +69,7 @@ def test_free_body_keeps_energy_and_momentum(rng: np.random.Generator, method: s
                 inertia=tensor,
                 position=rng.normal(size=3),
                 velocity=rng.normal(size=3),
-                orientation=rng.normal(size=4),
+                orientation=unit(rng.normal(size=4)),
                 angular_velocity=rng.normal(size=3),
             )
         )
@@ -193,7 +194,7 @@ def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> No
 
 def test_rotation_of_a_driven_body(book: Book) -> None:
     """A driven body turns at its rate about its own axis, from its orientation."""
-    quaternion = (0.8, 0.2, -0.4, 0.3)
+    quaternion = tuple(unit((0.8, 0.2, -0.4, 0.3)).tolist())
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=0.7, axis=(0.0, 1.0, 0.0), orientation=quaternion))
     system.add(parts.Point(mass=1.0))

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from evolvent import InputError, System, parts
 from evolvent.builder import Assembly
 from evolvent.observe import observe
+from evolvent.parts.base import unit
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
@@ -102,7 +103,8 @@ def test_a_hinge_in_space_keeps_momentum_and_energy(motion: str, method: str) ->
     if motion == "free":
         common["angular_velocity"] = (-0.2, 0.3, 0.5)
         system.add(
-            parts.RigidBody(mass=2.0, position=(1.0, 0.0, 0.0), orientation=(0.8, 0.3, -0.4, 0.2), **common), "panel"
+            parts.RigidBody(mass=2.0, position=(1.0, 0.0, 0.0), orientation=unit((0.8, 0.3, -0.4, 0.2)), **common),
+            "panel",
         )
     else:
         system.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.1, 0.2, 1.0), rate=0.6), "panel")
@@ -180,7 +182,7 @@ def test_tangent_against_differences(a: str, b: str, rng: np.random.Generator) -
     system = System()
     bodies(system)
     body = parts.RigidBody(
-        mass=1.0, inertia=(0.2, 0.3, 0.4), orientation=(0.7, -0.2, 0.3, 0.4), angular_velocity=(0.4, 0.2, 0.6)
+        mass=1.0, inertia=(0.2, 0.3, 0.4), orientation=unit((0.7, -0.2, 0.3, 0.4)), angular_velocity=(0.4, 0.2, 0.6)
     )
     system.add(body, "other body")
     for latch in (0.2, None):

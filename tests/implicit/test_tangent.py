@@ -9,6 +9,7 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.builder import Assembly
+from evolvent.parts.base import unit
 from implicit.rigs import RUBBER, SQUARE, Equations, start_step
 
 Array = np.ndarray
@@ -20,7 +21,7 @@ def bodies(system: System) -> None:
     inertia = [[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]]
     system.add(
         parts.RigidBody(
-            mass=2.0, inertia=inertia, position=(0.3, -0.2, 0.1), orientation=(0.8, 0.3, -0.4, 0.2),
+            mass=2.0, inertia=inertia, position=(0.3, -0.2, 0.1), orientation=unit((0.8, 0.3, -0.4, 0.2)),
             velocity=(0.3, 0.2, -0.5), angular_velocity=(0.7, -0.4, 0.9),
         ),
         "free",
@@ -28,7 +29,7 @@ def bodies(system: System) -> None:
     system.add(
         parts.RigidBody(
             motion="spin", inertia=inertia, axis=(0.1, 0.3, 1.0), rate=1.3, position=(-0.5, 0.1, 0.2),
-            orientation=(0.9, 0.1, 0.2, -0.3),
+            orientation=unit((0.9, 0.1, 0.2, -0.3)),
         ),
         "spin",
     )  # fmt: skip

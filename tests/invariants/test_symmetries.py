@@ -7,6 +7,7 @@ import pytest
 
 from evolvent import parts
 from evolvent.builder import Assembly
+from evolvent.parts.base import unit
 from evolvent.system import System
 from helpers import L0, RHO, SPOOL, TIP, W0, J, L, R, heliogyro, rotation, run
 
@@ -72,7 +73,7 @@ def compose(
 )
 def test_rotated_case(rng: np.random.Generator, motion: str, segments: str) -> None:
     """The whole set-up turned at random, its gravity too: everything turns with it."""
-    quaternion = rng.normal(size=4)
+    quaternion = unit(rng.normal(size=4))
     Q = rotation(quaternion)
     method, options = ("rk4", {}) if segments == "springs" else ("dopri5", OPTIONS)
     plain, turned = (

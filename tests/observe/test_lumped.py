@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import evolvent
 from evolvent import System, parts
+from evolvent.parts.base import unit
 from observe.seeing import EXPLICIT, IMPLICIT, INNER, close, derivative, matrices, run, turned
 
 INERTIA = ((0.5, 0.03, -0.02), (0.03, 0.4, 0.05), (-0.02, 0.05, 0.3))
@@ -22,7 +23,7 @@ def test_a_free_body(method: str) -> None:
     system = System()
     body = parts.RigidBody(
         mass=3.0, inertia=INERTIA, position=(0.1, -0.2, 0.3), velocity=(0.5, 0.2, -0.1),
-        orientation=(0.2, -0.5, 0.6, 0.3), angular_velocity=(1.0, -2.0, 6.0),
+        orientation=unit((0.2, -0.5, 0.6, 0.3)), angular_velocity=(1.0, -2.0, 6.0),
     )  # fmt: skip
     system.add(body, "body")
     options = {"step": 2e-4} if method == IMPLICIT else {}

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from evolvent import InputError, System, parts, spring_law
 from evolvent.builder import Assembly
 from evolvent.elements import Material, Rectangle
+from evolvent.parts.base import unit
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.linear import StateSpace, linearize
 from evolvent.solvers.modes import modes
@@ -96,7 +97,7 @@ def test_an_oscillator_with_a_damper(book):
 
 def test_a_free_body_is_a_double_integrator():
     """Rates R J^-1 R^T tau/(i w) by a torque in inertial axes, velocity F/(m i w)."""
-    q = [0.8, 0.3, -0.4, 0.2]
+    q = unit((0.8, 0.3, -0.4, 0.2))
     R = rotation(q)
     J = np.diag([0.2, 0.3, 0.4])
     system = System()

@@ -11,6 +11,7 @@ from evolvent import model as mdl
 from evolvent.elements import General, Material, Rectangle
 from evolvent.flow.observations import sums_of
 from evolvent.kernels.rotations import rotation_from_quaternion
+from evolvent.parts.base import unit
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import modes
 from evolvent.solvers.places import places, rigid_motions
@@ -26,7 +27,7 @@ CLAMPED = ((1.87510407, 0.73409551), (4.69409113, 1.01846732), (7.85475744, 0.99
 def mixed() -> System:
     """A free body with an attitude, a body on an axis, a point, a cable and a beam, on springs."""
     system = System()
-    turned = np.array([0.8, 0.3, -0.4, 0.2])
+    turned = unit((0.8, 0.3, -0.4, 0.2))
     system.add(parts.RigidBody(mass=3.0, inertia=(0.2, 0.3, 0.4), position=(0.3, -0.2, 0.5), orientation=turned), "hub")
     system.add(parts.RigidBody(motion="spin", inertia=0.7, position=(0.0, 0.0, -1.0), axis=(0.0, 0.6, 0.8)), "wheel")
     system.add(parts.Point(mass=0.4, position=(-0.6, 0.7, 0.1)), "mass")

@@ -134,7 +134,7 @@ EVERY: dict[str, Part] = {
     "reaction wheel": parts.ReactionWheel(body="hub", inertia=0.05, rate="100 rpm", torque_limit=0.1, friction=1e-3),
     "thruster": parts.Thruster(at="hub.left", direction=(0.0, 1.0, 0.0), thrust="1 N"),
     "attitude controller": parts.AttitudeController(
-        body="hub", actuators=["one", "two"], proportional=2.0, derivative=(1.0, 2.0, 0.0), target=(1.0, 0.0, 0.0, 0.1)
+        body="hub", actuators=["one", "two"], proportional=2.0, derivative=(1.0, 2.0, 0.0), target=(0.8, 0.0, 0.0, 0.6)
     ),
     "thread": parts.Thread(
         reel="reel", length=5.0, line_density=7e-4, nodes=4, direction=(1.0, 0.1, 0.0), lets_go=True

@@ -136,9 +136,9 @@ def kind_hint(value: Any, kinds: Iterable[str]) -> str:
     word = value.get("kind") if isinstance(value, Mapping) else value
     if not isinstance(word, str):
         return ""
-    close = difflib.get_close_matches(word.strip().lower(), list(kinds), n=1)
+    close = difflib.get_close_matches(word.strip().lower(), list(kinds), n=1, cutoff=0.7)
     if not close:
-        return f"{word!r} is not a kind; {nearest(word, kinds)}"
+        return f"{word!r} is not a kind; {nearest(word, kinds)}" if isinstance(value, Mapping) else ""
     return f"the kind is the key of a mapping; did you mean {{{close[0]}: ...}}?"
 
 

@@ -293,7 +293,9 @@ class _Run:
             if code < 0 or code == ex.LOG_FULL:
                 status, message = "failed", _reason(code, self.reached, self.work, self.plan)
                 if code in (ex.NOT_FINITE, ex.TOO_SMALL):
-                    message += broken_law(self.assembly, _moments(self.work, self.tableau))
+                    moments = _moments(self.work, self.tableau)
+                    later = self.reached + 1e-6 * float(self.work.samples[-1])  # past a step that shrank to nothing
+                    message += broken_law(self.assembly, [*moments, (later, self.work.y, self.work.s)])
             elif not self.is_balanced(ENERGY_LIMIT):
                 status, message = "failed", _unbalanced(self.plan, self.worst, self.reached, self.work)
             elif code == ex.STOPPED:
