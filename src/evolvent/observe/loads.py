@@ -69,8 +69,9 @@ def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
     values = view.model.parameters[int(rows[0]["first"]) :][:size]
     at = int(rows[0]["first"]) + kernels.PROFILE if size > kernels.PROFILE else -1
     times = (float(values[kernels.START]), float(values[kernels.END]), float(values[kernels.RAMP]))
-    after, before = strength(view, *times, at)
-    force, middle, power = np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3)), np.zeros(view.t.size)
+    after, steady = strength(view, *times, at), rows[0]["law"] == 0
+    force, middle = np.zeros((view.t.size, 3)), np.zeros((view.t.size, 3))
+    power, along = np.zeros(view.t.size), np.zeros(view.t.size)
     for row, share in zip(rows, shares, strict=True):
         vector = np.broadcast_to(view.model.parameters[int(row["first"]) :][:3], (view.t.size, 3))
         x, v = view.marker(int(row["target"]))
@@ -78,8 +79,9 @@ def _observe_rod_load(view: View, index: int, rod: Any) -> Observed:
             own = law_values(view, int(row["law"]), int(row["law_first"]), int(row["law_last"]), x, v)
             vector = share * own
         force, middle, power = force + vector, middle + share / float(rod.length) * x, power + dot(vector, v)
+        along += dot(vector, x)
     _add_vector(found, after[:, None] * force, middle, "force")
-    _add_work(found, view, after * power, before * power)
+    _add_work(found, view, power, (*times, at), along=along if steady else None)
     return found
 
 
