@@ -52,11 +52,8 @@ def _law(kind: str, function: Callable) -> Any:
         compiled = _compile_law(LAWS[kind], function)
     except (NumbaError, TypeError) as error:
         returned = _returned(kind, function)
-        if returned:
-            raise InputError(f"{describe_law(function)} returns {returned}; it must return {RETURNS[kind]}") from error
-        raise InputError(
-            f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {_one_line(str(error))}"
-        ) from error
+        why = f"it returns {returned}; it must return {RETURNS[kind]}" if returned else _one_line(str(error))
+        raise InputError(f"{describe_law(function)} cannot be compiled as {FORMS[kind]}: {why}") from error
     if compiled.nopython_signatures[0].return_type != LAWS[kind].return_type:  # numba infers none
         raise InputError(f"{describe_law(function)} never returns a value; it must be {FORMS[kind]}")
     return compiled

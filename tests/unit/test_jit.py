@@ -224,7 +224,7 @@ def unknown_attribute(extension, rate, t, p):
 @pytest.mark.parametrize(
     ("kind", "law", "said"),
     [
-        ("force", two_components, "No conversion from UniTuple(float64 x 2) to UniTuple(float64 x 3)"),
+        ("force", two_components, "returns 2 numbers; it must return three finite numbers, (fx, fy, fz)"),
         ("drive", one_argument, "2 argument types given, but function takes 1"),
         ("event", unknown_name, "name 'level' is not defined"),
         ("spring", unknown_attribute, "Unknown attribute 'stiffness'"),
