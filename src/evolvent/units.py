@@ -50,7 +50,7 @@ OF_CONTACT = {"N/m^n": r"N/m(\^\d+(\.\d+)?)?", "s/m": "s/m|N s/m"}
 #: for products of several to be finite.
 LARGEST = 1e30
 #: Deviation of the length of a quaternion from 1 that is taken for rounding; it is then normalised.
-UNIT_LENGTH = 1e-6
+UNIT_LENGTH = 1e-3
 
 
 class UnitError(ValueError):
