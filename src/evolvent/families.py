@@ -235,7 +235,11 @@ FAMILIES = (
         "an attitude controller", "controllers", _MOTIONS, "leave it out, or take simulate", forces=_ACTUATORS,
         tangents=_ACTUATOR_TANGENTS,
     ),
-    Family("an event", "events", frozenset({EXPLICIT}), "take rk4, heun or dopri5"),
+    Family(
+        "an event that stops a run", "events", _EXPLICIT, "take rk4, heun or dopri5",
+        which=lambda found: found["stops"] != 0,
+    ),
+    Family("an event", "events", frozenset({EXPLICIT, IMPLICIT, ENERGY}), "take simulate", which=_is("stops", 0)),
     Family(
         "a beam", "beams", EVERY, which=_is("paper", 0), forces=_BEAM, tangents=(flexible.add_element_tangents,)
     ),

@@ -78,7 +78,8 @@ RECORDS: dict[str, np.dtype] = {
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
     # law of a force or torque; node: of a thread
     "loads": _record("kind target law first last law_first law_last node", ""),
-    "events": _record("law first last stops", ""),
+    # value, now: at the start and the end of a step of an implicit method; armed: see `kernels.user_events`
+    "events": _record("law first last stops", "", "value now armed"),
     # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
     "fields": _record("kind law first last", "K w scale", K=_33, w=_3),
     # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -121,10 +122,11 @@ RECORDS: dict[str, np.dtype] = {
     # for implicit methods. A side is a vector: of
     # coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a node (on 2, at iq, iv);
     # the third side is the direction of ALONG; path: how a drive moves the row; event, switch: the event that releases
-    # it and its switch, 1 once released, or -1; slack: factor of `info.compliance`
+    # it and its switch, 1 once released, or -1; slack: factor of `info.compliance`;
+    # latest: `until` as it was given, which an event may bring forward
     "joints": _record(
         "kind on index iq iv path drive law first last event switch",
-        "local along centre axis zero radius value stiffness damping until slack",
+        "local along centre axis zero radius value stiffness damping until latest slack",
         "u g gap rate",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
     ),

@@ -382,7 +382,7 @@ def _add_joint(t, k, row, model, work):
     """Force of joint k along the mean, and its constraint at the end; returns the power of a penalty's damper."""
     joints, la = model.flexible.joints, work.la[k]
     if not joint.holds(work.step.t + work.step.h, joints, k):
-        work.r[row] = la
+        work.la[k] = work.r[row] = 0.0
         return 0.0
     joint.joint_geometry(t, work.ym, k, model)
     if joints[k].kind == joint.GEAR:

@@ -81,7 +81,7 @@ class Joint(Part):
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional
-        Event that releases the joint, which must be a penalty. Supported by rk4, heun and dopri5.
+        Event that releases the joint. Explicit methods need a penalty, as of every joint.
 
     Notes
     -----
@@ -180,11 +180,6 @@ class Joint(Part):
         if self.released_by is None:
             return {"until": _until(self.until)}
         event = builder.find(self.released_by, "events")
-        if self.stiffness <= 0.0:
-            raise InputError(
-                f"{name}.released_by is {self.released_by!r}, but an event releases only a penalty; give "
-                f"{name}.stiffness above 0, or {name}.until in place of the event"
-            )
         return {"until": _until(self.until), "event": event}
 
     def _write_slide(
@@ -234,6 +229,7 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, *, direction: Side = 
         "drive": 0, "law": 0, "first": 0, "last": 0, "stiffness": 0.0, "damping": 0.0, "until": math.inf,
         "event": -1, "switch": -1, "slack": 0.0,
     }  # fmt: skip
+    whole |= fields
     return builder.add(
         "joints",
         kind=kind,
@@ -242,7 +238,8 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, *, direction: Side = 
         iq=[side.iq for side in found],
         iv=[side.iv for side in found],
         local=np.array([side.local for side in found]),
-        **{**whole, **fields},
+        latest=whole["until"],
+        **whole,
     )
 
 

@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.flow.implicit import keep_momentum, residual
 from evolvent.jit import REAL, indirect, inlined
-from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread
+from evolvent.kernels import attitude, body_contact, contact, coordinate, hinge, rigid, thread, user_events
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -77,6 +77,7 @@ def begin(model, matrix, work):
     if model.flexible.hinges.size > 0:
         coordinate.end_coordinate_step(0.0, 1.0, work.y, model.flexible.switches, model)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    user_events.start_events(t, work.y, model)
     next_start(model, work)
     if work.samples[0] <= t:
         keep_sample(0, 1.0, t, 0.0, model, work)
@@ -118,6 +119,9 @@ def advance(model, matrix, work, budget):
         part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
         if _has_free_spool(model):
             part = min(part, thread.until_release(h, work.y0, work.y, model.flexible.switches, model))
+        if model.events.size > 0:
+            least = max(4.0 * options.smallest, user_events.SURE * loop.step)
+            part = min(part, user_events.until_event(t_end, h, least, work.y, model))
         if part < 1.0 and h * part > options.smallest:
             restore_start(model, work)
             loop.event_step = h * part
@@ -129,6 +133,8 @@ def advance(model, matrix, work, budget):
         if gained:
             return GAINED
         latched = _latch(t1, model, work)
+        if model.events.size > 0 and user_events.fire_events(t1, model, work):
+            latched = True
         if adaptive:
             loop.step = next_step(h, error, iterations, lands, work)
         if stops and lands:

@@ -60,7 +60,7 @@ class Workspace(Struct):
     cylinders, bodies : (2, nc, 10) and (2, nb, 6) float, forces (see `evolvent.solvers.sampled`), of the start first
     samples : (nt,) float; stops : (ns,) float, times on which the loop lands and restarts
     ends, end_times : (nt, 2, ny) and (nt, 2) float, s, of the steps with the samples, where reactions are evaluated
-    log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
+    log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
     out_* : what is kept at the samples
     """
 

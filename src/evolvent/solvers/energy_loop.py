@@ -24,6 +24,7 @@ from evolvent.kernels import (
     joint,
     rigid,
     sparse_lu,
+    user_events,
 )
 from evolvent.kernels.flexible import is_finite
 from evolvent.kernels.sparse import SPARSE
@@ -89,7 +90,7 @@ class EnergyLoop(Struct):
         likewise of each contact between bodies
     wrenches : (nb, 6) float, of the step on the bodies
     samples, stops : float, s; out_* : what is kept at the samples
-    log_t, log_k : (nh,) float and int, s, times of latches, and their hinges
+    log_t, log_k : (nh + ne,) float and int, s, times of latches and events; their hinges, and -1 - k of event k
     """
 
     step: EnergyStep = struct(EnergyStep)
@@ -522,6 +523,7 @@ def begin(model, matrix, work):
         model.flexible.hinges[k].rate = 0.0
     fill_energies(model, work)
     hinge.end_hinge_step(model.flexible.switches, model.flexible.hinges)
+    user_events.start_events(work.loop.time, step.y0, model)
     for i in range(model.flexible.switches.size):
         work.out_s[0, i] = model.flexible.switches[i]
     for i in range(work.balance.size):
@@ -626,6 +628,9 @@ def advance(model, matrix, work, budget):
                 loop.length = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
             continue
         part = hinge.until_latch(model.flexible.switches, model.flexible.hinges)
+        if model.events.size > 0:
+            least = max(4.0 * options.smallest, user_events.SURE * loop.length)
+            part = min(part, user_events.until_event(loop.time + h, h, least, step.y1, model))
         if part < 1.0 and h * part > options.smallest:
             loop.event_step = h * part
             continue
@@ -643,6 +648,8 @@ def advance(model, matrix, work, budget):
         _next_start(model, work)
         loop.last = h
         latched = _latch(t1, model, work)
+        if model.events.size > 0 and user_events.fire_events(t1, model, work):
+            latched = True
         if adaptive:
             grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
             if iterations > PLAIN:

@@ -239,8 +239,8 @@ def workspace(of: Plan) -> energy_loop.EnergyLoop:
         out_y=np.zeros((times.size, assembly.y.size)),
         out_a=out.acceleration,
         out_la=out.la,
-        log_t=np.zeros(f.hinges.size),
-        log_k=np.zeros(f.hinges.size, dtype=np.int64),
+        log_t=np.zeros(f.hinges.size + model.events.size),
+        log_k=np.zeros(f.hinges.size + model.events.size, dtype=np.int64),
         out_s=np.zeros((times.size, assembly.s.size), dtype=np.int64),
         out_balance=np.zeros((times.size, fields)),
         out_cylinders=out.cylinders,
@@ -258,6 +258,7 @@ class Run(implicit.Run):
 
     def _loaded(self) -> Any:
         """The loop's workspace, when the functions that the run calls are loaded."""
+        self._hold_joints()
         jit.load(needed(self.model))
         self.has_layers = bool(np.any(self.model.flexible.cylinders["under"] >= 0))
         return workspace(self.plan)

@@ -209,9 +209,16 @@ class Run:
         """The loop's workspace, when the functions that the run calls are loaded."""
         of = self.plan
         self.model.flexible.switches[:] = of.assembly.s
+        self._hold_joints()
         self.releases = Releases(self.model) if self.model.threads.size else None
         jit.load((*needs.implicit_steps(self.model), *alpha_loop.functions(self.model)))
         return workspace(of.assembly, of.times, of.weight, of.options.copy())
+
+    def _hold_joints(self) -> None:
+        """Joints that events release hold again, as before a run."""
+        joints = self.model.flexible.joints
+        by_event = joints["event"] >= 0
+        joints["until"][by_event] = joints["latest"][by_event]
 
     @property
     def reached(self) -> float:
@@ -319,9 +326,10 @@ class Run:
         return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times and kinds of all events: of threads, and latches."""
+        """Times and kinds of all events: of threads, the user's, and latches."""
         count, releases = int(self.work.loop.latches), self.releases
-        latches = first_latch(self.model) + self.work.log_k[:count]
+        own, first = self.work.log_k[:count], 2 * self.model.threads.size  # of users' events
+        latches = np.where(own >= 0, first_latch(self.model) + own, first - 1 - own)
         times = np.append(np.array(releases.times if releases is not None else [], float), self.work.log_t[:count])
         kinds = np.append(np.array(releases.kinds if releases is not None else [], np.int64), latches)
         order = np.argsort(times, kind="stable")
