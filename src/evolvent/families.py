@@ -442,7 +442,7 @@ def check(assembly: Any, solver: str) -> None:
     others = (EXPLICIT, ENERGY, IMPLICIT) if solver in (EXPLICIT, ENERGY, IMPLICIT) else ()
     whole = [SOLVERS[other] for other in others if other != solver and not any(_unsupported(assembly, other))]
     own = dict.fromkeys(one for _, _, one in found)
-    if len(own) == 1 and found[0][2]:
+    if len(own) == 1 and found[0][2] and len(whole) != 1:
         advice = found[0][2]
     elif whole:
         advice = f"; {' and '.join(whole)} {'support' if len(whole) > 1 else 'supports'} all of them"

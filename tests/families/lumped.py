@@ -528,16 +528,15 @@ def falls_below(t, y, parameters):  # type: ignore[no-untyped-def]
 @of("an event")
 def releasing_event() -> Case:
     """A mass on a spring is released from a penalty beside it where it passes a place, and swings on more slowly."""
-    k, m, stiffness, place = 8.0, 2.0, 10.0, 0.2
+    k, m, stiffness, when = 8.0, 2.0, 10.0, 0.2
     w, slow = math.sqrt((k + stiffness) / m), math.sqrt(k / m)
-    when = math.asin(place * w) / w
-    speed = math.cos(w * when)
+    place, speed = math.sin(w * when) / w, math.cos(w * when)
 
     def system() -> System:
         found = System()
         found.add(parts.Point(mass=m, velocity=(1.0, 0.0, 0.0)), "mass")
         found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
-        found.add(parts.Event(law="x - 0.2", variables={"x": "mass.position.x"}), "passing")
+        found.add(parts.Event(law=f"x - {place!r}", variables={"x": "mass.position.x"}), "passing")
         found.add(parts.Joint(a=ORIGIN, b="mass", stiffness=stiffness, released_by="passing"), "held")
         return found
 

@@ -13,6 +13,7 @@ import evolvent
 from book import Book
 from evolvent import InputError, System, parts
 from evolvent.observe import observe
+from evolvent.parts.base import unit
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
@@ -79,7 +80,7 @@ def test_a_travel_between_tumbling_bodies_keeps_energy_and_momentum(step: float 
     """Under energy-momentum at any step, to what Newton's method leaves; the stop lets it rebound."""
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.25, 0.2), angular_velocity=(0.3, -0.8, 1.4)), "hub")
-    turned = {"orientation": (0.8, 0.3, -0.4, 0.2), "angular_velocity": (-0.2, 0.9, 0.5)}
+    turned = {"orientation": unit((0.8, 0.3, -0.4, 0.2)), "angular_velocity": (-0.2, 0.9, 0.5)}
     system.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.2, 0.4), position=(1.0, 0.0, 0.0), **turned), "slider")
     given = {"stiffness": 5.0, "rest": 0.7, "low": -0.2, "high": 1.1, "stop": 80.0, "travel": 1.0}
     slide = parts.TranslationalSpring(a="hub", b=("slider", (0.1, 0.2, -0.1)), axis=(1.0, 0.2, -0.1), **given)

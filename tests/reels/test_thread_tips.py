@@ -132,7 +132,7 @@ def test_refusals() -> None:
     spring = parts.Spring(a="tether.tip", b=(3.0, 0.0, 0.0), stiffness=1.0)
     refused("p.a is 'tether.tip', but nothing of 'tether' is out", spring, out=0.0)
     refused("p.a is 'tether.tip'; it needs tether.segments 'springs'", spring, segments="inextensible")
-    refused("p.at is 'tether.tip'; it must be a node of a beam; for other places add a Joint",
+    refused("p.at is 'tether.tip'; it must be a node of a beam or rod; for other places add a Joint",
             parts.RigidBody(mass=1.0, inertia=1.0, at="tether.tip"))  # fmt: skip
     refused("'tether' is a Thread, not a body, point or beam; its end is 'tether.tip'",
             parts.Spring(a="tether[1]", b=(3.0, 0.0, 0.0), stiffness=1.0))  # fmt: skip

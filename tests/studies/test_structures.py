@@ -87,7 +87,7 @@ def test_a_misspelt_key_is_refused_with_the_nearest(study, key, sentence):
         ("spring.force.mx", "keep holds 'spring.force.mx'; after the variable, did you mean 'max'?"),
         ("spring", "keep holds 'spring'; 'spring' is a part; give one of its variables: "),
         ("energy_defct.max", "keep holds 'energy_defct.max'; no variable is called 'energy_defct'; did you mean"),
-        ("tip-mass.position.q.last", "keep holds 'tip-mass.position.q.last'; no variable is called 'tip-mass.pos"),
+        ("tip-mass.position.q.last", "keep holds 'tip-mass.position.q.last'; 'tip-mass.position.q': the variable has"),
         ("step_s", "keep holds 'step_s', which no run has; did you mean 'steps'?"),
     ],
 )  # fmt: skip

@@ -142,12 +142,6 @@ def test_zeros_need_no_unit() -> None:
     assert parts.Point(mass=1.0, position=(1, 2, "3 cm")).position == (0.01, 0.02, 0.03)
 
 
-def test_samples_lie_within_the_run() -> None:
-    with pytest.raises(InputError, match="every is 2 s, longer than the run, whose until is 1 s; take a shorter one"):
-        analysis.sample_times(1.0, "2 s")
-    np.testing.assert_array_equal(analysis.sample_times(1.0, 1.0), [0.0, 1.0])
-
-
 def test_singular_and_plural() -> None:
     assert [counted(1, "value"), counted(2, "value"), counted(0.9999999, "radius", "radii")] == [
         "1 value", "2 values", "1 radius"

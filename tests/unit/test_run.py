@@ -325,7 +325,7 @@ def test_a_pay_out_too_fast_for_a_steady_lag_is_reported():
         ({"body.inertia": [1, 2]}, ["body.inertia is"]),
         ({"body.inertia": [1, 2, 9]}, ["body.inertia is (1.0, 2.0, 9.0)", "exceeds the sum of the others"]),
         ({"spool.rate": None, "spool.table": [[0, 1], [0, 2]]}, ["spool: row 2 of the table is at 0.0 s"]),
-        ({"spool.rate": None, "spool.table": [[0, 1]]}, ["spool: the table has 1 times", "two or more"]),
+        ({"spool.rate": None, "spool.table": [[0, 1]]}, ["spool: the table has 1 time and 1 value", "two or more"]),
         (
             {"spool.changes": [{"time": 5, "rate": 1, "ramp": 5}, {"time": 8, "rate": 1}]},
             ["spool.changes: the step at 8.0 s starts before the last one has ended"],
