@@ -158,8 +158,6 @@ def test_a_parameter_that_was_not_given_is_refused(system, words, method):
     ],
 )
 def test_a_law_that_raises_in_a_run_ends_it_and_keeps_what_was_computed(system, end, when, words, method):
-    if "late" in words and method == "generalized-alpha":
-        pytest.skip("generalized-alpha knows no events")
     if "until" in words:  # which is tried at the end as well
         with pytest.raises(InputError, match=f"'blade' at t = 0.1 s: .*{words}"):
             ran(system(), method, end)

@@ -18,11 +18,9 @@ from evolvent.parts.base import Part, Place, ThreadName, unit
 from evolvent.parts.beam import node_of
 from evolvent.parts.beam_load import add_beam_load, refuse_beside_law
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
+from evolvent.parts.load_window import FRAMES, Frame, window
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 from evolvent.references import split_reference
-
-FRAMES = {"inertial": 0.0, "body": 1.0}
-Frame = Literal["inertial", "body"]
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:
@@ -143,7 +141,7 @@ class PanelRadiation(Part):
         if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
             raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
         _refuse_ground(builder, name, self.at, target)
-        end = _window(builder, name, self)
+        end = window(builder, name, self)
         light = self.pressure * self.area * unit(self.direction)
         values = [*light, 0.0, self.start, end, self.ramp, *unit(self.normal), self.specular, self.diffuse]
         _add(builder, name, kernels.PANEL, target, **_parameters(builder, values))
@@ -389,20 +387,10 @@ def _refuse_ground(builder: Builder, name: str, at: Any, target: int) -> None:
         raise InputError(f"{name}.at is {at!r}, on the ground, which no load moves; give a body, a point or a node")
 
 
-def _window(builder: Builder, name: str, load: Force | Torque | PanelRadiation) -> float:
-    """Time at which a load ends, s; its times become breaks."""
-    end = math.inf if load.end is None else load.end
-    if not end > load.start:
-        raise InputError(f"{name}.end is {end!r}; it must be after start {load.start!r}")
-    times = (load.start, load.start + load.ramp if load.ramp else 0.0, end)
-    builder.breaks.update(t for t in times if math.isfinite(t) and t > 0.0)
-    return end
-
-
 def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force | Torque, vector: Sequence[float],
                 **fields: int) -> None:  # fmt: skip
     """Append a force or torque to the family `loads`."""
-    end = _window(builder, name, load)
+    end = window(builder, name, load)
     values = [*vector, FRAMES[load.frame], load.start, end, load.ramp]
     if load.profile is not None:
         values += write_profile(builder, f"{name}.profile", load.profile)

@@ -10,7 +10,7 @@ from evolvent.builder import Builder
 from evolvent.kernels import loads as kernels
 from evolvent.kernels import springs
 from evolvent.parts.expression import write_law
-from evolvent.parts.load import FRAMES, _window
+from evolvent.parts.load_window import FRAMES, window
 from evolvent.parts.profile import write_profile
 
 
@@ -34,7 +34,7 @@ def write_line_load(builder: Builder, name: str, load: Any, vector: np.ndarray) 
     """
     rod = builder.specs[load.beam]
     row = builder.rows["rods"][builder.names[load.beam][1]]
-    end, rest, law = _window(builder, name, load), [], {}
+    end, rest, law = window(builder, name, load), [], {}
     if load.profile is not None:
         rest = write_profile(builder, f"{name}.profile", load.profile)
     if load.law is not None:
