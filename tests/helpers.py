@@ -217,16 +217,19 @@ def steady_lag(rate: float = W0, offset: float = L0, speed: float = V) -> float:
     return math.asin(2.0 * speed / (offset * rate))
 
 
-def tangent_error(assembly: Assembly, y: Array, rng: np.random.Generator) -> float:
-    """Largest difference of the implicit tangent, without multipliers, from central differences of the residual.
+def tangent_columns(
+    assembly: Assembly, y: Array, rng: np.random.Generator, *, mass: float = 10.0, rate: float = 3.0, size: float = 1e-6
+) -> tuple[Array, Array]:
+    """The implicit tangent without multipliers, and central differences of the residual by steps of `size`: (nv, nv).
 
-    It is a share of the tangent's largest entry; the assembly's switches hold. Accelerations are random.
+    The assembly's switches hold. Accelerations are random. `mass` and `rate` are the changes of accelerations and
+    velocities by the increments.
     """
     model = assembly.model
     model.flexible.switches[:] = assembly.s
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     a, la, powers = rng.standard_normal(n_v), np.zeros(0), np.zeros(N_POWERS)
-    matrix, r, mass, rate = matrix_of(model), np.zeros(n_v), 10.0, 3.0
+    matrix, r = matrix_of(model), np.zeros(n_v)
     load_implicit(model)
 
     def residual(d: Array) -> Array:
@@ -239,6 +242,11 @@ def tangent_error(assembly: Assembly, y: Array, rng: np.random.Generator) -> flo
     residual(np.zeros(n_v))
     equations.tangent(0.0, y, la, mass, rate, 1.0, model, matrix)
     assert matrix.counts[OUTSIDE] == 0
-    found = sparse_of(matrix).toarray()
-    columns = [(residual(1e-6 * e) - residual(-1e-6 * e)) / 2e-6 for e in np.eye(n_v)]
-    return float(np.abs(np.stack(columns, axis=1) - found).max() / np.abs(found).max())
+    columns = [(residual(size * e) - residual(-size * e)) / (2.0 * size) for e in np.eye(n_v)]
+    return sparse_of(matrix).toarray(), np.stack(columns, axis=1)
+
+
+def tangent_error(assembly: Assembly, y: Array, rng: np.random.Generator) -> float:
+    """Largest difference of the implicit tangent from central differences, a share of the tangent's largest entry."""
+    found, differences = tangent_columns(assembly, y, rng)
+    return float(np.abs(differences - found).max() / np.abs(found).max())

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from attitude.building import J, bus
 from book import Book
 from evolvent import System, elements, parts
 from evolvent.solvers import Solution, solve
@@ -17,8 +18,6 @@ from implicit.rigs import Equations, coordinates
 
 Array = np.ndarray
 SOLVERS = {"generalized-alpha": solve_implicit, "energy-momentum": solve_energy}
-J = (2.0, 3.0, 4.0)
-AXES = [(1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1)]
 BOTH = pytest.mark.parametrize("method", SOLVERS)
 
 
@@ -39,25 +38,10 @@ def off(found: Solution, reference: Solution) -> float:
     return float(np.abs(found.y - reference.y)[:, :n].max())
 
 
-def bus(wheels: dict[str, Any] | None = None, control: dict[str, Any] | None = None, **body: Any) -> System:
-    """A body with four wheels in a pyramid."""
-    system = System()
-    system.add(parts.RigidBody(mass=10.0, inertia=J, **body), "bus")
-    names = [
-        system.add(
-            parts.ReactionWheel(body="bus", axis=axis, inertia=0.05, **{"rate": 10.0 * k} | (wheels or {})), f"w{k}"
-        )
-        for k, axis in enumerate(AXES)
-    ]
-    if control is not None:
-        system.add(parts.AttitudeController(body="bus", actuators=names, **control), "control")
-    return system
-
-
 def thrusters(**control: Any) -> System:
     """Twelve thrusters in pairs of couples about all axes, under a controller, and an engine."""
     system, names = System(), []
-    system.add(parts.RigidBody(mass=10.0, inertia=J, angular_velocity=(0.1, 0.2, 0.0)), "bus")
+    system.add(parts.RigidBody(mass=10.0, inertia=tuple(J), angular_velocity=(0.1, 0.2, 0.0)), "bus")
     for i in range(3):
         for side in (1.0, -1.0):
             for sense in (1.0, -1.0):
