@@ -23,6 +23,7 @@ from evolvent import __version__, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
+from evolvent.papers.claims_command import claims
 from evolvent.papers.command import figure
 from evolvent.studies.command import once, sweep
 from evolvent.studio.command import studio
@@ -477,6 +478,7 @@ commands.add_command(modes)
 commands.add_command(equilibrium)
 commands.add_command(sweep)
 commands.add_command(figure)
+commands.add_command(claims)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)

@@ -59,6 +59,22 @@ class Map:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
+class Note:
+    """Text in a panel, as of a schematic.
+
+    Attributes
+    ----------
+    at : (2,) float, middle of the text
+    text : str
+    points_to : (2,) float, where an arrow from the text ends; None for no arrow
+    """
+
+    at: tuple[float, float]
+    text: str
+    points_to: tuple[float, float] | None = None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Panel:
     """One pair of axes; axis labels carry their units.
 
@@ -69,6 +85,8 @@ class Panel:
     y_zero : bool, whether the y axis starts at zero where no value is below it
     x_names, y_names : mapping, place on the axis -> name, for an axis of things rather than numbers
     map : Map, drawn below the lines; None for none
+    notes : text over the lines
+    axes : bool, False hides axes and grid, as of a schematic
     """
 
     x_label: str
@@ -82,6 +100,8 @@ class Panel:
     x_names: Mapping[float, str] | None = None
     y_names: Mapping[float, str] | None = None
     map: Map | None = None
+    notes: Sequence[Note] = ()
+    axes: bool = True
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.errors import InputError
-from evolvent.figures import Figure, Line, Map, Panel
+from evolvent.figures import Figure, Line, Map, Note, Panel
 from evolvent.results import make_folder, writing
 
 #: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
@@ -115,6 +115,8 @@ def _panel(axis: Any, panel: Panel) -> None:
             markersize=3.0,
             linewidth=line.width,
         )
+    for note in panel.notes:
+        _note(axis, note)
     axis.set_xlabel(panel.x_label)
     axis.set_ylabel(panel.y_label)
     if panel.x_names is not None:
@@ -133,10 +135,22 @@ def _panel(axis: Any, panel: Panel) -> None:
         values = values[np.isfinite(values)]
         if values.size and values.min() >= 0.0 and values.max() > 0.0:
             axis.set_ylim(0.0, 1.05 * values.max())
+    if not panel.axes:
+        axis.set_axis_off()
     labelled = sum(bool(line.label) for line in panel.lines)
     if labelled:
         outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 6 else {"loc": "best"}
         axis.legend(**outside)
+
+
+def _note(axis: Any, note: Note) -> None:
+    """Write a note, with its arrow."""
+    middle = {"ha": "center", "va": "center"}
+    if note.points_to is None:
+        axis.text(*note.at, note.text, **middle)
+    else:
+        arrow = {"arrowstyle": "->", "linewidth": 0.8}
+        axis.annotate(note.text, xy=note.points_to, xytext=note.at, arrowprops=arrow, **middle)
 
 
 def _map(axis: Any, drawn: Map) -> None:

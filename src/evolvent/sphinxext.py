@@ -1,7 +1,7 @@
 """Sphinx extension ``evolvent.sphinxext``: pages made from the code itself, for this package and others that add to it.
 
-Directives of MyST pages: ``{keys}`` (of cases and parts), ``{parts}``, ``{case-file}``, ``{built-in}``, ``{commands}``
-and ``{families}``.
+Directives of MyST pages: ``{keys}`` (of cases and parts), ``{parts}``, ``{case-file}``, ``{built-in}``, ``{commands}``,
+``{families}`` and ``{ledger}``.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases, cli, families, studies, units
 from evolvent.errors import InputError, nearest
+from evolvent.papers import ledger
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.expression import Law
@@ -275,6 +276,16 @@ def _cell(text: str) -> str:
     return text.replace("|", "\\|").replace("_", "\\_").replace("*", "\\*").replace("<", "\\<")
 
 
+class Ledger(SphinxDirective):
+    """``{ledger} thread``: the claims of a paper with verdict, the paper's number, ours and the command, and counts."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Write the table."""
+        return self.parse_text_to_nodes(ledger.markdown(self.arguments[0]))
+
+
 def setup(app: Any) -> dict[str, Any]:
     """Register the directives."""
     app.add_directive("commands", Commands)
@@ -283,4 +294,5 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_directive("case-file", CaseFile)
     app.add_directive("families", Families)
     app.add_directive("parts", Parts)
+    app.add_directive("ledger", Ledger)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

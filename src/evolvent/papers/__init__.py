@@ -1,6 +1,7 @@
-"""Tables and figures of the papers behind the systems, computed again: what `evolvent figure` makes.
+"""The papers behind the systems: their tables and figures (`evolvent figure`) and their claims (`evolvent claims`).
 
-`ENTRIES` names them. A function that makes one takes `Options` and returns a `Made`.
+`ENTRIES` names the tables and figures; a function that makes one takes `Options` and returns a `Made`. The claims of a
+paper are the `CLAIMS` of its module (`CLAIMS_OF`), each a `evolvent.papers.ledger.Claim`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,16 @@ from evolvent.errors import InputError, nearest
 if TYPE_CHECKING:
     from evolvent.figures import Figure
 
+TENENBAUM = "Tenenbaum (2014)"
 YI = "Yi, Yuan, Dong & Li (2017)"
+BELYAKOV = "Belyakov (2002)"
+
+#: Name of a paper in `evolvent claims` -> (paper, module of `evolvent.papers` with its `CLAIMS`).
+CLAIMS_OF = {
+    "thread": (TENENBAUM, "thread_claims"),
+    "rib": (YI, "rib_claims"),
+    "stand": (BELYAKOV, "stand_claims"),
+}
 
 
 def silent(sentence: str) -> None:
@@ -77,7 +87,11 @@ class Entry:
         return made
 
 
-ENTRIES: dict[str, Entry] = {
+#: Tables and figures of the paper on the reeled thread.
+THREAD: dict[str, Entry] = {}
+
+#: Tables and figures of the paper on the wrapped rib.
+RIB: dict[str, Entry] = {
     "rib-table-1": Entry(
         kind="table",
         paper=YI,
@@ -93,6 +107,11 @@ ENTRIES: dict[str, Entry] = {
         function="rib.figure_10",
     ),
 }
+
+#: Tables and figures of the paper on the inertia stand.
+STAND: dict[str, Entry] = {}
+
+ENTRIES: dict[str, Entry] = {**THREAD, **RIB, **STAND}
 
 
 def entry(name: str) -> Entry:
