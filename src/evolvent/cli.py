@@ -21,6 +21,7 @@ import click
 
 from evolvent import __version__, startup
 from evolvent.analysis_command import equilibrium, modes
+from evolvent.calibration.command import calibrate
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.papers.claims_command import claims
@@ -479,6 +480,7 @@ commands.add_command(equilibrium)
 commands.add_command(sweep)
 commands.add_command(figure)
 commands.add_command(claims)
+commands.add_command(calibrate)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)

@@ -59,6 +59,8 @@ class SystemDefinition:
         for name in ("until", "every", "method", "step", "tolerance", "absolute_tolerance", "spectral_radius")
     }
     run_batch: Callable[[Sequence[Any]], Sequence[Any]] | None = None
+    #: Formulas beside the system's own that `evolvent calibrate` fits to the same data: label -> keys that they change.
+    reference_formulas: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     #: Whether `build` and `settings` let the system be stepped from outside (`evolvent.Stepper`).
     steps: ClassVar[bool] = True
 
@@ -233,6 +235,14 @@ class SystemDefinition:
 
         Where there are some, outputs are not drawn over the keys; variables over time are drawn all the same.
         """
+        return {}
+
+    def measurements(self, path: str, case: Any, observed: Sequence[str]) -> Any:
+        """Measured data of a file in a form of the system's own (`evolvent.calibration.data.Measurements`), else None."""
+        return None
+
+    def closed_form(self, case: Any, time: np.ndarray) -> dict[str, tuple[np.ndarray, str]]:
+        """Variables of a run by the system's closed form at times (s): name -> (values, unit); empty without one."""
         return {}
 
     def check_follows(self, before: Any, after: Any) -> None:

@@ -58,7 +58,7 @@ def _page(run: Any, date: datetime.datetime) -> str:
     sections = [
         ("results", "Results", _results(run, module)),
         ("animation", "Animation", _animation(run)),
-        ("figures", "Figures", "".join(_figure(f) for f in figures)),
+        ("figures", "Figures", "".join(figure_html(f) for f in figures)),
         ("balances", "Balances", _balances(run)),
         ("case", "Case", _case(run)),
         ("provenance", "Provenance", _provenance(run, date)),
@@ -66,26 +66,32 @@ def _page(run: Any, date: datetime.datetime) -> str:
     held = [(key, name, content) for key, name, content in sections if content]
     links = " ".join(f'<a href="#{key}">{name}</a>' for key, name, _ in held)
     body = "".join(f'<section id="{key}"><h2>{name}</h2>{content}</section>\n' for key, name, content in held)
+    return plain_page(title, f"{_head(run, title)}{_notes(run)}<nav>{links}</nav>\n{body}")
+
+
+def plain_page(title: str, body: str) -> str:
+    """A page with the report's style around `body`."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_text(title)}</title><style>{_STYLE.read_text(encoding='utf-8')}</style></head>\n<body><main>\n"
-        f"{_head(run, title)}{_notes(run)}<nav>{links}</nav>\n{body}</main></body></html>\n"
+        f"<title>{escaped(title)}</title><style>{_STYLE.read_text(encoding='utf-8')}</style></head>\n<body><main>\n"
+        f"{body}</main></body></html>\n"
     )
 
 
 # ------------------------------------------------------------------------------------------------ parts
 
 
-def _text(value: object) -> str:
+def escaped(value: object) -> str:
+    """Text for a page."""
     return html.escape(str(value))
 
 
-def _table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: int = 1) -> str:
+def table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: int = 1) -> str:
     """A table; the first `words` columns hold words, the others numbers."""
-    top = "".join(f"<th{'' if k < words else ' class=n'}>{_text(c)}</th>" for k, c in enumerate(head))
+    top = "".join(f"<th{'' if k < words else ' class=n'}>{escaped(c)}</th>" for k, c in enumerate(head))
     body = "".join(
-        "<tr>" + "".join(f"<td{'' if k < words else ' class=n'}>{_text(c)}</td>" for k, c in enumerate(row)) + "</tr>\n"
+        "<tr>" + "".join(f"<td{'' if k < words else ' class=n'}>{escaped(c)}</td>" for k, c in enumerate(row)) + "</tr>\n"
         for row in rows
     )
     return f"<table>{f'<thead><tr>{top}</tr></thead>' if head else ''}<tbody>{body}</tbody></table>"
@@ -104,13 +110,13 @@ def _head(run: Any, title: str) -> str:
     good = attrs["status"] in WELL
     end = float(run.time.values[-1])
     facts = [
-        f'<span class="status {"good" if good else "bad"}">{_text(attrs["status"])}</span>',
+        f'<span class="status {"good" if good else "bad"}">{escaped(attrs["status"])}</span>',
         f"{counted(run.sizes['time'], 'sample')} to {end:.6g} s",
-        _text(attrs["solver"]),
-        _text(_day(attrs["date"]) if "date" in attrs else "date not recorded"),
+        escaped(attrs["solver"]),
+        escaped(_day(attrs["date"]) if "date" in attrs else "date not recorded"),
     ]
     listed = " &middot; ".join(facts)
-    return f'<header><p class="kind">Report of a simulation</p><h1>{_text(title)}</h1><p>{listed}</p></header>\n'
+    return f'<header><p class="kind">Report of a simulation</p><h1>{escaped(title)}</h1><p>{listed}</p></header>\n'
 
 
 def _day(date: str) -> str:
@@ -128,39 +134,40 @@ def _notes(run: Any) -> str:
         what = {"failed": "This run failed", "interrupted": "This run was interrupted"}[attrs["status"]]
         message = attrs["message"].removeprefix(attrs["status"]).strip(" :")
         parts.append(
-            f'<section class="failure"><h2>{what}</h2><p>{_text(message)}</p><p>What follows covers the run up to '
+            f'<section class="failure"><h2>{what}</h2><p>{escaped(message)}</p><p>What follows covers the run up to '
             f"{float(run.time.values[-1]):.6g} s and is no result of the whole case.</p></section>\n"
         )
     elif attrs["status"] != "success":
-        parts.append(f'<section class="note"><p>{_text(attrs["message"])}</p></section>\n')
+        parts.append(f'<section class="note"><p>{escaped(attrs["message"])}</p></section>\n')
     if attrs.get("warning"):
-        parts.append(f'<section class="warning"><h2>Warning</h2><p>{_text(attrs["warning"])}</p></section>\n')
+        parts.append(f'<section class="warning"><h2>Warning</h2><p>{escaped(attrs["warning"])}</p></section>\n')
     if attrs.get("latches"):
-        parts.append(f'<section class="note"><p>Latches: {_text(attrs["latches"])}.</p></section>\n')
+        parts.append(f'<section class="note"><p>Latches: {escaped(attrs["latches"])}.</p></section>\n')
     laws = json.loads(attrs["laws"])
     if laws:
         named = ", ".join(f"{key}: {law}" for key, law in laws.items())
-        said = f"Laws of the user took part that the case cannot hold: {_text(named)}."
+        said = f"Laws of the user took part that the case cannot hold: {escaped(named)}."
         parts.append(f'<section class="note"><p>{said}</p></section>\n')
     return "".join(parts)
 
 
 def _results(run: Any, module: Any) -> str:
     rows = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
-    return _table(rows, words=2).replace("<table>", '<table class="results">')
+    return table(rows, words=2).replace("<table>", '<table class="results">')
 
 
 def _image(content: bytes, kind: str, caption: str) -> str:
     source = f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
-    return f'<img src="{source}" alt="{_text(caption)}">'
+    return f'<img src="{source}" alt="{escaped(caption)}">'
 
 
-def _figure(figure: Figure) -> str:
+def figure_html(figure: Figure) -> str:
+    """A figure with its title."""
     content, kind = plots.picture(figure, "svg", title=False), "svg+xml"
     if len(content) > _LARGEST_SVG:
         points = plots.picture(figure, "png", dpi=150, title=False)
         content, kind = (points, "png") if len(points) < len(content) else (content, kind)
-    return f"<figure><h3>{_text(figure.title)}</h3>{_image(content, kind, figure.title)}</figure>"
+    return f"<figure><h3>{escaped(figure.title)}</h3>{_image(content, kind, figure.title)}</figure>"
 
 
 def _animation(run: Any) -> str:
@@ -173,7 +180,7 @@ def _animation(run: Any) -> str:
     page = animation.page(motion, playing=False)[0].decode()
     # a frame may run its script, and nothing else: no network, no access to this page
     inside = html.escape(page, quote=True)
-    title = _text(motion.title)
+    title = escaped(motion.title)
     moving = f'<iframe sandbox="allow-scripts" allow="fullscreen" title="{title}" srcdoc="{inside}"></iframe>'
     stills = []
     plain = dataclasses.replace(motion, title="")
@@ -205,11 +212,11 @@ def _balances(run: Any) -> str:
             kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))
     parts = []
     if defects:
-        parts.append(_table(defects, ("account", "largest defect", "at", "at the end")))
+        parts.append(table(defects, ("account", "largest defect", "at", "at the end")))
     for unit, rows in kept.items():
         shown = unit.replace("m2", "m²").replace("s-1", "s⁻¹")
         head = (f"{_ACCOUNTS[unit].lower()}, {shown}", "at the start", "least", "largest", "at the end")
-        parts.append(f"<h3>{_ACCOUNTS[unit]}</h3>" + _table(rows, head))
+        parts.append(f"<h3>{_ACCOUNTS[unit]}</h3>" + table(rows, head))
     return "".join(parts)
 
 
@@ -233,7 +240,7 @@ def _account(run: Any, name: str) -> list[tuple[str, ...]]:
 
 def _case(run: Any) -> str:
     said = "Kept in a file, this case can be run again: <code>evolvent run case.yaml</code>."
-    return f"<p>{said}</p><pre>{_text(run.attrs['case'])}</pre>"
+    return f"<p>{said}</p><pre>{escaped(run.attrs['case'])}</pre>"
 
 
 def _count(value: float) -> str:
@@ -253,4 +260,4 @@ def _provenance(run: Any, date: datetime.datetime) -> str:
         ("report written on", _day(date.isoformat())),
         ("report written with", made_with()),
     ]
-    return _table(rows, words=2).replace("<table>", '<table class="results">')
+    return table(rows, words=2).replace("<table>", '<table class="results">')

@@ -40,6 +40,7 @@ class WireBooms(SystemDefinition):
         "method": "solver.method", "step": "solver.step", "wire-*.": "wire.", "reel-*.drive": "groups",
         "RigidBody.": "body.",
     }  # fmt: skip
+    reference_formulas = {"eq. (18), roots on the axis": {"body.root": 1e-6}}
     build = staticmethod(build)
     figures = staticmethod(show.figures)
     numbers = staticmethod(show.numbers)

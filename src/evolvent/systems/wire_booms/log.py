@@ -23,7 +23,7 @@ COLUMNS = (
 RPM = 2.0 * math.pi / 60.0
 #: Rise of the rate from one row to the next above which the craft was spun up between them, rpm.
 SPIN_UP = 0.5
-#: Largest share of steps of a log that may be unusable.
+#: Variables that a log holds.
 _OBSERVED = ("spin_rate",)
 
 

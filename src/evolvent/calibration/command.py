@@ -1,0 +1,68 @@
+"""The command `evolvent calibrate`."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from evolvent.studies.command import INTERRUPTED, once
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+@click.argument("data", metavar="DATA")
+@click.option("--fit", multiple=True, required=True, metavar="KEY[,KEY]", help="Keys that are fitted; a list's entries all.")
+@click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
+@click.option("--std", metavar="X[,X]", help="Standard deviation of each observed variable, in its unit.")
+@click.option("--closed-form", is_flag=True, help="Fit the system's closed form in place of its runs.")
+@click.option(
+    "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder.  [default: CASE-calibration]"
+)
+@click.option("--quiet", is_flag=True, help="Print no progress.")
+def calibrate(
+    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, closed_form: bool,
+    output: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Fit parameters of a case to measured DATA by least squares.
+
+    DATA is a history (a column of times), a table of runs (columns named by keys of the case), or a log that the system
+    reads. The folder keeps report.html, calibration.json, the case with the fitted values, a figure, and every
+    evaluation: the same command goes on where it was stopped.
+    """
+    import os
+    import pathlib
+
+    from evolvent import results
+    from evolvent.calibration import fit as fitting
+    from evolvent.calibration import report
+    from evolvent.errors import InputError
+    from evolvent.studies import conduct
+
+    name = os.path.splitext(os.path.basename(case))[0]
+    folder = pathlib.Path(output or f"{name}-calibration")
+    results.claim_folder(str(folder))
+    try:
+        deviations = None if std is None else [float(x) for x in std.split(",")]
+    except ValueError:
+        raise InputError(f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2") from None
+    watched = sys.stderr.isatty() and not quiet
+
+    def progress(count: int, rms: float) -> None:
+        if watched:
+            click.echo(f"\revolvent: {count} evaluations, root mean square {rms:.4g}   ", err=True, nl=False)
+
+    with conduct.compilation(lambda sentence: None if quiet else click.echo(f"evolvent: {sentence}", err=True)):
+        try:
+            found = fitting.calibrate(
+                case, data, fit=fit, observe=observe, closed_form=closed_form, deviations=deviations, folder=folder,
+                progress=progress,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            click.echo(f"\nevolvent: stopped; every evaluation is kept in {folder}, the same command goes on", err=True)
+            raise click.exceptions.Exit(INTERRUPTED) from None
+    if watched:
+        click.echo("", err=True)
+    click.echo(report.text(found))
+    paths = report.write(found, folder)
+    click.echo(f"results: {', '.join(paths)} in {folder}")

@@ -1,0 +1,147 @@
+"""Measured data: values of observed variables, and where in the runs of a case they were measured.
+
+Three kinds of files are read. A **history** has a column of times and one for each observed variable: one run is
+compared with it at these times. A **table of runs** has columns named by keys of the case and one for each observed
+variable: each row is a run of its own with these keys. A **log** is in a form that a system reads itself
+(`SystemDefinition.measurements`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent import cases, schema, signals, units
+from evolvent.errors import InputError, nearest
+
+Array = np.ndarray
+_TIMES = ("time", "t")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Series:
+    """Measured values of one variable.
+
+    Attributes
+    ----------
+    name : str, full name of the variable, or with the reduction of a table of runs
+    unit : str, of the values
+    values : (n,) float
+    labels : tuple of str, what each value is, for tables
+    times : function of the case's content to the times of a run that the values belong to, (n,) s; None in a table of
+        runs, whose row k is the run k
+    """
+
+    name: str
+    unit: str
+    values: Array
+    labels: tuple[str, ...]
+    times: Callable[[Mapping[str, Any]], Array] | None = None
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Measurements:
+    """Measured data.
+
+    Attributes
+    ----------
+    source : str, the file
+    overrides : mapping, keys of the case that the data set in every run
+    series : tuple of Series
+    rows : tuple of mappings, keys that each run of a table sets; one empty mapping for one run
+    notes : tuple of str, what the data cannot tell
+    """
+
+    source: str
+    overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    series: tuple[Series, ...]
+    rows: tuple[Mapping[str, Any], ...] = ({},)
+    notes: tuple[str, ...] = ()
+
+
+def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
+    """The measured values of variables of a case.
+
+    Parameters
+    ----------
+    path : str
+    case : name, file or content of a case
+    observed : names of variables, each "NAME" or "NAME=COLUMN"
+
+    Raises
+    ------
+    InputError
+        For columns and units that do not fit.
+    """
+    content = cases.content_of(case)
+    pairs = [(name.strip(), column.strip() or name.strip()) for name, _, column in (o.partition("=") for o in observed)]
+    found = cases.system(content["system"]).measurements(path, content, [name for name, _ in pairs])
+    if isinstance(found, Measurements):
+        return found
+    table = signals.read(path)
+    lowered = [name.lower() for name in table.names]
+    clock = next((lowered.index(name) for name in _TIMES if name in lowered), None)
+    for _, column in pairs:
+        if column not in table.names:
+            known = [name for k, name in enumerate(table.names) if k != clock]
+            raise InputError(f"{path!r} has no column {column!r}; {nearest(column, known)}; or write --observe NAME=COLUMN")
+    if clock is not None:
+        return _history(path, table, clock, pairs)
+    return _runs(path, table, content, pairs)
+
+
+def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]) -> Measurements:
+    unit = table.units[clock] or "s"
+    try:
+        time = table.data[:, clock] * units.parse(f"1 {unit}", "s")
+    except units.UnitError:
+        raise InputError(f"the column {table.names[clock]!r} of {path!r} has the unit {unit!r}; a time is in s") from None
+    series = []
+    for name, column in pairs:
+        values = table.column(column)
+        good = np.isfinite(values) & np.isfinite(time)
+        if good.sum() < 2:
+            raise InputError(f"the column {column!r} of {path!r} has {good.sum()} values; it needs two or more")
+        at = time[good]
+        series.append(
+            Series(
+                name=name, unit=table.units[table.index(column)], values=values[good],
+                labels=tuple(f"{t:.6g} s" for t in at), times=lambda content, at=at: at,
+            )  # fmt: skip
+        )
+    return Measurements(source=path, series=tuple(series))
+
+
+def _runs(path: str, table: Any, content: Mapping[str, Any], pairs: Sequence[tuple[str, str]]) -> Measurements:
+    kind = cases.system(content["system"]).Case
+    observed = {column for _, column in pairs}
+    keys = [name for name in table.names if name not in observed]
+    if not keys:
+        raise InputError(
+            f"{path!r} has neither a column 'time' nor columns named by keys of the case; one of them must say what each "
+            f"row belongs to"
+        )
+    for key in keys:
+        schema.locate(kind, key, content)
+    rows = []
+    for values in table.data:
+        given = {}
+        for key in keys:
+            place = table.index(key)
+            number, unit = float(values[place]), table.units[place]
+            if not np.isfinite(number):
+                raise InputError(f"the column {key!r} of {path!r} lacks a value; every row sets every key")
+            given[key] = f"{number!r} {unit}" if unit else number
+        rows.append(given)
+    labels = tuple(", ".join(f"{key} {value}" for key, value in row.items()) for row in rows)
+    series = tuple(
+        Series(name=name, unit=table.units[table.index(column)], values=table.column(column), labels=labels)
+        for name, column in pairs
+    )
+    for one, (_, column) in zip(series, pairs, strict=True):
+        if not np.all(np.isfinite(one.values)):
+            raise InputError(f"the column {column!r} of {path!r} lacks a value; every row has one")
+    return Measurements(source=path, series=series, rows=tuple(rows))

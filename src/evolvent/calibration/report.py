@@ -1,0 +1,140 @@
+"""What is shown of a calibration: text, figure, files and report page."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.calibration.fit import Calibration
+from evolvent.figures import Figure, Line, Panel
+from evolvent.units import unit_text
+
+#: Correlations that are named in the text.
+STRONG = 0.95
+
+
+def rows(found: Calibration) -> list[tuple[str, str, str, str]]:
+    """Key, fitted value, standard error and value at the start of every parameter."""
+    table = []
+    for p, value, error in zip(found.parameters, found.values, found.errors, strict=True):
+        unit = f" {unit_text(p.unit)}" if p.unit else ""
+        digits = max(2, int(np.ceil(np.log10(abs(value) / error))) + 2) if error > 0.0 and value != 0.0 else 6
+        table.append((p.key, f"{value:.{min(digits, 12)}g}{unit}", f"{error:.2g}{unit}", f"{p.start:.6g}{unit}"))
+    return table
+
+
+def text(found: Calibration) -> str:
+    """The result as lines for the screen."""
+    table = [("parameter", "fitted", "standard error", "start"), *rows(found)]
+    widths = [max(len(row[k]) for row in table) for k in range(4)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+    lines += ["", *summary(found)]
+    return "\n".join(lines)
+
+
+def summary(found: Calibration) -> list[str]:
+    """Sentences on the residuals, other formulas and correlations."""
+    unit = found.series[0].unit
+    n, p = found.residuals.size, len(found.parameters)
+    worst = int(np.argmax(np.abs(found.residuals)))
+    labels = [label for one in found.series for label in one.labels]
+    lines = [
+        f"residuals: root mean square {found.rms:.3g} {unit}, largest {abs(found.residuals[worst]):.3g} {unit} "
+        f"({labels[worst]}); {n} values, {p} parameters, fitted by {found.model}"
+    ]
+    for label, other in found.references.items():
+        lines.append(
+            f"{label}: root mean square {other.rms:.3g} {unit}, {other.rms / found.rms:.3g} times as large, fitted to the "
+            f"same data"
+        )
+    names = [one.key for one in found.parameters]
+    for i in range(p):
+        for j in range(i):
+            c = found.correlation[i, j]
+            if abs(c) > STRONG:
+                lines.append(f"correlation of {names[j]} and {names[i]}: {c:.3f}")
+    lines += [f"evaluations: {found.evaluations} new, {found.reused} kept from before"]
+    return lines + [f"note: {note}" for note in found.notes]
+
+
+def figure(found: Calibration) -> Figure:
+    """Measured and modelled values, and residuals, one panel each for every observed variable."""
+    panels = []
+    for one, modelled in zip(found.series, found.modelled, strict=True):
+        k = np.arange(1, one.values.size + 1)
+        unit = f" [{one.unit}]" if one.unit else ""
+        lines = [
+            Line(x=k, y=one.values, label="measured", color="black", style="", marker="o"),
+            Line(x=k, y=modelled, label="model", color=0, style="", marker="x"),
+        ]
+        left = [Line(x=k, y=modelled - one.values, label="model", color=0, style="", marker="x")]
+        for c, (label, other) in enumerate(found.references.items(), start=1):
+            left.append(
+                Line(x=k, y=other.modelled[found.series.index(one)] - one.values, label=label, color=c, style="", marker="+")
+            )
+        left.append(Line(x=np.array([k[0], k[-1]]), y=np.zeros(2), color="grey", width=0.8))
+        panels.append(Panel(x_label="measured value, in the order of the data", y_label=f"{one.name}{unit}", lines=lines))
+        panels.append(
+            Panel(x_label="measured value, in the order of the data", y_label=f"model less measured{unit}", lines=left)
+        )
+    return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, size=(8.0, 7.0))
+
+
+def write(found: Calibration, folder: pathlib.Path) -> list[str]:
+    """Write files of a calibration; returns their names."""
+    from evolvent import plots, results
+
+    content: dict[str, Any] = {
+        "source": found.source,
+        "model": found.model,
+        "parameters": [
+            {"key": p.key, "value": float(v), "standard_error": float(e), "start": p.start, "unit": p.unit}
+            for p, v, e in zip(found.parameters, found.values, found.errors, strict=True)
+        ],
+        "correlation": found.correlation.tolist(),
+        "rms": found.rms,
+        "references": {label: other.rms for label, other in found.references.items()},
+        "series": [
+            {"name": s.name, "unit": s.unit, "labels": list(s.labels), "measured": s.values.tolist(), "modelled": m.tolist()}
+            for s, m in zip(found.series, found.modelled, strict=True)
+        ],
+    }
+    texts = {
+        "calibration.json": json.dumps(content, indent=1),
+        "case.yaml": cases.to_yaml(cases.load(dict(found.case))),
+        "report.html": page(found),
+    }
+    for name, body in texts.items():
+        with results.writing(str(folder / name)) as temporary:
+            pathlib.Path(temporary).write_text(body, encoding="utf-8")
+    plots.save(figure(found), str(folder / "calibration.png"))
+    return ["report.html", "calibration.png", "calibration.json", "case.yaml"]
+
+
+def page(found: Calibration) -> str:
+    """The report as one HTML page that needs nothing else."""
+    from evolvent.exports import report as parts
+
+    names = [p.key for p in found.parameters]
+    correlations = [
+        (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
+    ]
+    values = [
+        (label, f"{measured:.6g}", f"{model:.6g}", f"{model - measured:.3g}")
+        for one, modelled in zip(found.series, found.modelled, strict=True)
+        for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
+    ]
+    sections = {
+        "Parameters": parts.table(rows(found), ("key", "fitted", "standard error", "start")),
+        "Residuals": "".join(f"<p>{parts.escaped(line)}</p>" for line in summary(found)) + parts.figure_html(figure(found)),
+        "Correlation": parts.table(correlations, ("", *names)),
+        "Values": parts.table(values, ("", "measured", "model", "difference")),
+        "Case with the fitted values": f"<pre>{parts.escaped(cases.to_yaml(cases.load(dict(found.case))))}</pre>",
+    }
+    title = f"Calibration: {found.case['system'].replace('-', ' ')}"
+    body = "".join(f"<section><h2>{name}</h2>{content}</section>\n" for name, content in sections.items())
+    return parts.plain_page(title, f"<h1>{parts.escaped(title)}</h1>\n{body}")
