@@ -12,16 +12,21 @@ from evolvent.studies.command import INTERRUPTED, once
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
 @click.argument("data", metavar="DATA")
-@click.option("--fit", multiple=True, required=True, metavar="KEY[,KEY]", help="Keys that are fitted; a list's entries all.")
+@click.option(
+    "--fit", multiple=True, required=True, metavar="KEY[,KEY]", help="Keys that are fitted; a list's entries all."
+)
 @click.option("--observe", multiple=True, required=True, metavar="VARIABLE[=COLUMN]", help="What was measured.")
 @click.option("--std", metavar="X[,X]", help="Standard deviation of each observed variable, in its unit.")
-@click.option("--closed-form", is_flag=True, help="Fit the system's closed form in place of its runs.")
+@click.option(
+    "--model", default="auto", show_default=True, metavar="auto|runs|closed-form",
+    help="What is fitted; auto takes the system's closed form where it has one.",
+)  # fmt: skip
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="DIR", help="Folder.  [default: CASE-calibration]"
 )
 @click.option("--quiet", is_flag=True, help="Print no progress.")
 def calibrate(
-    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, closed_form: bool,
+    case: str, data: str, fit: tuple[str, ...], observe: tuple[str, ...], std: str | None, model: str,
     output: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Fit parameters of a case to measured DATA by least squares.
@@ -55,7 +60,7 @@ def calibrate(
     with conduct.compilation(lambda sentence: None if quiet else click.echo(f"evolvent: {sentence}", err=True)):
         try:
             found = fitting.calibrate(
-                case, data, fit=fit, observe=observe, closed_form=closed_form, deviations=deviations, folder=folder,
+                case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,
                 progress=progress,
             )  # fmt: skip
         except KeyboardInterrupt:

@@ -87,7 +87,9 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     for _, column in pairs:
         if column not in table.names:
             known = [name for k, name in enumerate(table.names) if k != clock]
-            raise InputError(f"{path!r} has no column {column!r}; {nearest(column, known)}; or write --observe NAME=COLUMN")
+            raise InputError(
+                f"{path!r} has no column {column!r}; {nearest(column, known)}; or write --observe NAME=COLUMN"
+            )
     if clock is not None:
         return _history(path, table, clock, pairs)
     return _runs(path, table, content, pairs)
@@ -98,7 +100,9 @@ def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]
     try:
         time = table.data[:, clock] * units.parse(f"1 {unit}", "s")
     except units.UnitError:
-        raise InputError(f"the column {table.names[clock]!r} of {path!r} has the unit {unit!r}; a time is in s") from None
+        raise InputError(
+            f"the column {table.names[clock]!r} of {path!r} has the unit {unit!r}; a time is in s"
+        ) from None
     series = []
     for name, column in pairs:
         values = table.column(column)
@@ -108,8 +112,11 @@ def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]
         at = time[good]
         series.append(
             Series(
-                name=name, unit=table.units[table.index(column)], values=values[good],
-                labels=tuple(f"{t:.6g} s" for t in at), times=lambda content, at=at: at,
+                name=name,
+                unit=table.units[table.index(column)],
+                values=values[good],
+                labels=tuple(f"{t:.6g} s" for t in at),
+                times=lambda content, at=at: at,
             )  # fmt: skip
         )
     return Measurements(source=path, series=tuple(series))

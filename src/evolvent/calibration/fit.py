@@ -24,6 +24,8 @@ Array = np.ndarray
 STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
 #: Smallest singular value of the scaled derivatives, beside the largest, below which parameters are told apart by noise.
 LEAST_SINGULAR = 1e-7
+#: What may be fitted.
+MODELS = ("auto", "runs", "closed-form")
 #: Parameters that may be fitted at most, and evaluations.
 MOST, MOST_EVALUATIONS = 40, 2000
 
@@ -90,7 +92,7 @@ class Calibration:
 
 
 def calibrate(
-    case: Any, source: str, *, fit: Sequence[str], observe: Sequence[str], closed_form: bool = False,
+    case: Any, source: str, *, fit: Sequence[str], observe: Sequence[str], model: str = "auto",
     deviations: Sequence[float] | None = None, folder: str | os.PathLike[str] | None = None,
     progress: Callable[[int, float], None] | None = None, references: bool = True,
     fixed: Mapping[str, Any] | None = None,
@@ -103,7 +105,7 @@ def calibrate(
     source : str, file of the data (see `evolvent.calibration.data`)
     fit : keys of the case; a key that holds a list stands for all its entries
     observe : variables that were measured, "NAME" or "NAME=COLUMN"; in a table of runs with a reduction ("NAME.last")
-    closed_form : bool, whether the system's closed form stands for its runs
+    model : {"auto", "runs", "closed-form"}, what is fitted; "auto" takes the system's closed form where it has one
     deviations : standard deviation of the values of each variable, in their units; needed where several are observed
     folder : folder that keeps every evaluation, so that the same call goes on where it was stopped
     progress : called with the number of evaluations and the root mean square reached
@@ -123,30 +125,31 @@ def calibrate(
     content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
     parameters = _parameters(content, fit)
     weights = _weights(measured.series, deviations)
-    model = _Model(content, measured, parameters, weights, closed_form, folder, progress)
+    closed_form = _is_closed_form(model, content)
+    run = _Model(content, measured, parameters, weights, closed_form, folder, progress)
     start = np.array([p.start / p.scale for p in parameters])
     low, high = (np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("least", "most"))
-    if model.count <= len(parameters):
+    if run.count <= len(parameters):
         raise InputError(
-            f"--fit names {len(parameters)} parameters, but {source!r} holds {model.count} values of them; more values "
+            f"--fit names {len(parameters)} parameters, but {source!r} holds {run.count} values of them; more values "
             f"than parameters are needed"
         )
-    model.residuals(start, first=True)
+    run.residuals(start, first=True)
     step = STEP_OF_FORMULAS if closed_form else STEP_OF_RUNS
     found = least_squares(
-        model.residuals, start, jac=lambda x: model.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
+        run.residuals, start, jac=lambda x: run.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
         xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
     )  # fmt: skip
     if found.status <= 0:
         raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
     errors, correlation = _uncertainty(found.jac, found.fun, parameters, given=deviations is not None)
-    best = model.overrides(found.x)
-    modelled = model.values(found.x)
+    best = run.overrides(found.x)
+    modelled = run.values(found.x)
     residuals = np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)])
     return Calibration(
         parameters=parameters, values=found.x * np.array([p.scale for p in parameters]), errors=errors,
         correlation=correlation, series=measured.series, modelled=modelled, references=_references(content, best, source, fit, observe) if references else {},
-        residuals=residuals, evaluations=model.evaluations, reused=model.reused, message=found.message,
+        residuals=residuals, evaluations=run.evaluations, reused=run.reused, message=found.message,
         notes=measured.notes, case=cases.content_of(content, best), source=source,
         model="closed form" if closed_form else "runs",
     )  # fmt: skip
@@ -179,6 +182,18 @@ def _parameters(content: Mapping[str, Any], fit: Sequence[str]) -> tuple[Paramet
     return tuple(found)
 
 
+def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:
+    """Whether the system's closed form is fitted."""
+    if model not in MODELS:
+        raise InputError(f"--model is {model!r}; {nearest(model, MODELS)}")
+    if model == "runs":
+        return False
+    has_one = bool(cases.system(content["system"]).closed_form(cases.load(dict(content)), np.zeros(1)))
+    if model == "closed-form" and not has_one:
+        raise InputError(f"--model is 'closed-form', but the system {content['system']!r} has none; take 'runs'")
+    return has_one
+
+
 def _at(values: Any, key: str) -> Any:
     for name in key.split("."):
         values = values[int(name)] if isinstance(values, (list, tuple)) else values[name]
@@ -189,12 +204,17 @@ def _parameter(kind: Any, content: Mapping[str, Any], key: str, value: Any) -> P
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise InputError(f"--fit names {key!r}, which is {schema.shown(value)}; only numbers are fitted")
     place = schema.locate(kind, key, content)
-    quantity = next((m for _, marks in place.types for m in marks if isinstance(m, units.Quantity)), None)
+    marks = [getattr(mark, "quantity", mark) for _, own in place.types for mark in own]
+    quantity = next((mark for mark in marks if isinstance(mark, units.Quantity)), None)
     if quantity is None:
         raise InputError(f"--fit names {key!r}, which is no quantity; only numbers with a unit are fitted")
     scale = abs(float(value)) or 1.0
-    lows = [b for b in (quantity.least, None if quantity.above is None else quantity.above + 1e-9 * scale) if b is not None]
-    highs = [b for b in (quantity.most, None if quantity.below is None else quantity.below - 1e-9 * scale) if b is not None]
+    lows = [
+        b for b in (quantity.least, None if quantity.above is None else quantity.above + 1e-9 * scale) if b is not None
+    ]
+    highs = [
+        b for b in (quantity.most, None if quantity.below is None else quantity.below - 1e-9 * scale) if b is not None
+    ]
     return Parameter(
         key=key, unit=quantity.unit, start=float(value), least=max(lows, default=-math.inf),
         most=min(highs, default=math.inf), scale=scale,
@@ -211,7 +231,9 @@ def _weights(series: Sequence[data.Series], deviations: Sequence[float] | None) 
     if len(deviations) != len(series):
         raise InputError(f"--std has {len(deviations)} values for {len(series)} observed variables; give one for each")
     if not all(math.isfinite(d) and d > 0.0 for d in deviations):
-        raise InputError(f"--std is {', '.join(f'{d:g}' for d in deviations)}; every standard deviation must be above 0")
+        raise InputError(
+            f"--std is {', '.join(f'{d:g}' for d in deviations)}; every standard deviation must be above 0"
+        )
     return [1.0 / d for d in deviations]
 
 
@@ -226,8 +248,6 @@ class _Model:
         self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
         self.module = cases.system(content["system"])
         self.closed_form, self.progress = closed_form, progress
-        if closed_form and not self.module.closed_form(cases.load(dict(content)), np.zeros(1)):
-            raise InputError(f"--closed-form is given, but the system {content['system']} has none; leave it out")
         self.count = sum(s.values.size for s in measured.series)
         self.evaluations = self.reused = 0
         self._known: dict[str, list[list[float]]] = {}
@@ -404,7 +424,7 @@ def _references(
     module, found = cases.system(content["system"]), {}
     for label, changes in module.reference_formulas.items():
         other = calibrate(
-            cases.content_of(content, {**best, **changes}), source, fit=fit, observe=observe, closed_form=True,
+            cases.content_of(content, {**best, **changes}), source, fit=fit, observe=observe, model="closed-form",
             references=False, fixed=changes,
         )  # fmt: skip
         found[label] = Reference(modelled=other.modelled, rms=other.rms)

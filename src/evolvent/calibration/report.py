@@ -74,10 +74,19 @@ def figure(found: Calibration) -> Figure:
         left = [Line(x=k, y=modelled - one.values, label="model", color=0, style="", marker="x")]
         for c, (label, other) in enumerate(found.references.items(), start=1):
             left.append(
-                Line(x=k, y=other.modelled[found.series.index(one)] - one.values, label=label, color=c, style="", marker="+")
+                Line(
+                    x=k,
+                    y=other.modelled[found.series.index(one)] - one.values,
+                    label=label,
+                    color=c,
+                    style="",
+                    marker="+",
+                )
             )
         left.append(Line(x=np.array([k[0], k[-1]]), y=np.zeros(2), color="grey", width=0.8))
-        panels.append(Panel(x_label="measured value, in the order of the data", y_label=f"{one.name}{unit}", lines=lines))
+        panels.append(
+            Panel(x_label="measured value, in the order of the data", y_label=f"{one.name}{unit}", lines=lines)
+        )
         panels.append(
             Panel(x_label="measured value, in the order of the data", y_label=f"model less measured{unit}", lines=left)
         )
@@ -99,7 +108,13 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
         "rms": found.rms,
         "references": {label: other.rms for label, other in found.references.items()},
         "series": [
-            {"name": s.name, "unit": s.unit, "labels": list(s.labels), "measured": s.values.tolist(), "modelled": m.tolist()}
+            {
+                "name": s.name,
+                "unit": s.unit,
+                "labels": list(s.labels),
+                "measured": s.values.tolist(),
+                "modelled": m.tolist(),
+            }
             for s, m in zip(found.series, found.modelled, strict=True)
         ],
     }
@@ -130,7 +145,8 @@ def page(found: Calibration) -> str:
     ]
     sections = {
         "Parameters": parts.table(rows(found), ("key", "fitted", "standard error", "start")),
-        "Residuals": "".join(f"<p>{parts.escaped(line)}</p>" for line in summary(found)) + parts.figure_html(figure(found)),
+        "Residuals": "".join(f"<p>{parts.escaped(line)}</p>" for line in summary(found))
+        + parts.figure_html(figure(found)),
         "Correlation": parts.table(correlations, ("", *names)),
         "Values": parts.table(values, ("", "measured", "model", "difference")),
         "Case with the fitted values": f"<pre>{parts.escaped(cases.to_yaml(cases.load(dict(found.case))))}</pre>",

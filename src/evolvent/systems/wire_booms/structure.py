@@ -148,7 +148,11 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
             rate = (after - before) / (end - start - case.timing.ramp) / radius
             steps += [(start, case.timing.ramp, rate), (end - case.timing.ramp, case.timing.ramp, 0.0)]
         drive = parts.RampDrive(angle=case.starts[0][pair] / radius, steps=tuple(steps))
-        axes = {"payout_axis": (x, y, 0.0), "spool_axis": (-y, x, 0.0), "centre": (body.root * x, body.root * y, -radius)}
+        axes = {
+            "payout_axis": (x, y, 0.0),
+            "spool_axis": (-y, x, 0.0),
+            "centre": (body.root * x, body.root * y, -radius),
+        }
         system.add(parts.Reel(body="spacecraft", radius=radius, drive=drive, **axes), f"reel-{boom}")
         thread = parts.Thread(
             reel=f"reel-{boom}", length=wire.length, line_density=wire.line_density, tip_mass=wire.tip_mass,
