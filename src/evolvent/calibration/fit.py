@@ -22,8 +22,9 @@ Array = np.ndarray
 #: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it, and
 #: of closed forms.
 STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
-#: Smallest singular value of the scaled derivatives, beside the largest, below which parameters are told apart by noise.
-LEAST_SINGULAR = 1e-7
+#: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters: of
+#: runs, whose central differences are sure to some 1e-6, and of closed forms.
+LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
 #: What may be fitted.
 MODELS = ("auto", "runs", "closed-form")
 #: Parameters that may be fitted at most, and evaluations.
@@ -142,13 +143,15 @@ def calibrate(
     )  # fmt: skip
     if found.status <= 0:
         raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
-    errors, correlation = _uncertainty(found.jac, found.fun, parameters, given=deviations is not None)
+    least = LEAST_OF_FORMULAS if closed_form else LEAST_OF_RUNS
+    errors, correlation = _uncertainty(found.jac, found.fun, parameters, least, given=deviations is not None)
     best = run.overrides(found.x)
     modelled = run.values(found.x)
+    others = _references(content, best, source, fit, observe) if references else {}
     residuals = np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)])
     return Calibration(
         parameters=parameters, values=found.x * np.array([p.scale for p in parameters]), errors=errors,
-        correlation=correlation, series=measured.series, modelled=modelled, references=_references(content, best, source, fit, observe) if references else {},
+        correlation=correlation, series=measured.series, modelled=modelled, references=others,
         residuals=residuals, evaluations=run.evaluations, reused=run.reused, message=found.message,
         notes=measured.notes, case=cases.content_of(content, best), source=source,
         model="closed form" if closed_form else "runs",
@@ -225,7 +228,7 @@ def _weights(series: Sequence[data.Series], deviations: Sequence[float] | None) 
     if deviations is None:
         if len(series) > 1:
             raise InputError(
-                "several variables are observed; give the standard deviation of each by --std, so that they can be weighed"
+                "several variables are observed; give the standard deviation of each by --std, so that they can be weighted"
             )
         return [1.0]
     if len(deviations) != len(series):
@@ -399,16 +402,16 @@ def _values(run: Any, one: data.Series, content: Any) -> Array:
 # ------------------------------------------------------------------------------------------------ uncertainty
 
 
-def _uncertainty(J: Array, r: Array, parameters: Any, *, given: bool) -> tuple[Array, Array]:
+def _uncertainty(J: Array, r: Array, parameters: Any, least: float, *, given: bool) -> tuple[Array, Array]:
     """Standard errors (SI) and correlations: inverse of J^T J, times the variance of the residuals unless it is given."""
     norms = np.linalg.norm(J, axis=0)
     idle = [p.key for p, n in zip(parameters, norms, strict=True) if n == 0.0]
     if idle:
         raise InputError(f"the data do not depend on {', '.join(idle)}; leave it out of --fit")
     _, s, vt = np.linalg.svd(J / norms, full_matrices=False)
-    if s[-1] < LEAST_SINGULAR * s[0]:
+    if s[-1] < least * s[0]:
         mixed = [p.key for p, share in zip(parameters, vt[-1], strict=True) if abs(share) > 0.1]
-        raise InputError(f"the data do not tell {', '.join(mixed)} apart; leave one of them out of --fit")
+        raise InputError(f"the data cannot separate {', '.join(mixed)}; leave one of them out of --fit")
     covariance = (vt.T / s**2) @ vt / np.outer(norms, norms)
     if not given:
         covariance = covariance * float(r @ r) / (r.size - len(parameters))

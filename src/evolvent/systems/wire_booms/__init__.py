@@ -26,9 +26,18 @@ import numpy as np
 from evolvent.definition import SystemDefinition
 from evolvent.systems.wire_booms import log, show
 from evolvent.systems.wire_booms.case import Case
-from evolvent.systems.wire_booms.structure import build, inertia, lengths_at, straight_rate, timeline
+from evolvent.systems.wire_booms.structure import (
+    build,
+    deployed,
+    inertia,
+    lengths_at,
+    pendulum_rates,
+    straight_rate,
+    timeline,
+)
 
 if TYPE_CHECKING:
+    from evolvent.modal import ModalResults
     from evolvent.solvers.solution import Solution
 
 
@@ -48,8 +57,11 @@ class WireBooms(SystemDefinition):
 
     def settings(self, case: Any) -> dict[str, Any]:
         """How a case is run."""
-        step = {"step": case.solver.step} if case.solver.method != "dopri5" and case.solver.step else {}
-        return {"until": timeline(case).end, "every": 0.5 * case.timing.pause, "method": case.solver.method} | step
+        solver = case.solver
+        found = {"until": timeline(case).end, "every": 0.5 * case.timing.pause, "method": solver.method}
+        if solver.method != "dopri5" and solver.step is not None:
+            return found | {"step": solver.step}
+        return found if solver.method == "rk4" else found | {"tolerance": solver.tolerance}
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Spin rate of the run and of straight wires, and lengths of the booms."""
@@ -58,11 +70,26 @@ class WireBooms(SystemDefinition):
 
         rate = observe_body(View(solution), "spacecraft").variables["rate"].values[:, 2]
         found = closed_form(case, solution.t)
+        in_plane, out_of_plane = pendulum_rates(case, found["boom_length"], rate)
+        of_booms = "angular frequency of the booms of each pair as rigid pendulums from a hub at rest"
         return {
             "spin_rate": (("time",), rate, "rad s-1", "spin rate of the spacecraft"),
             "spin_rate_straight": (("time",), found["spin_rate"], "rad s-1", "spin rate with straight radial wires"),
             "boom_length": (("time", "pair"), found["boom_length"], "m", "length of the booms of each pair"),
+            "pendulum_in_plane": (("time", "pair"), in_plane, "rad s-1", f"{of_booms}, in the plane of spin"),
+            "pendulum_out_of_plane": (
+                ("time", "pair"),
+                out_of_plane,
+                "rad s-1",
+                f"{of_booms}, out of the plane of spin",
+            ),
         }
+
+    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+        """The slowest modes of the spacecraft with the booms at their final lengths, about its steady spin."""
+        system, spin = deployed(case)
+        found: ModalResults = system.modes(count=count or 14, rotating=(0.0, 0.0, spin))
+        return found
 
     def closed_form(self, case: Any, time: np.ndarray) -> dict[str, tuple[np.ndarray, str]]:
         """Variables of a run by the formula of straight wires: name -> (values, units)."""
@@ -76,4 +103,4 @@ def closed_form(case: Case, time: np.ndarray) -> dict[str, np.ndarray]:
 
 
 SYSTEM = WireBooms()
-__all__ = ["SYSTEM", "Case", "WireBooms", "build", "closed_form", "inertia"]
+__all__ = ["SYSTEM", "Case", "WireBooms", "build", "closed_form", "deployed", "inertia", "pendulum_rates"]

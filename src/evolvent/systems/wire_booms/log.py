@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import datetime
+import itertools
 import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +23,8 @@ COLUMNS = (
     "pair", "start_utc", "end_utc", "stroke_before_m", "stroke_after_m", "rate_before_rpm", "rate_after_rpm",
 )  # fmt: skip
 RPM = 2.0 * math.pi / 60.0
+#: Duration of a step whose times cannot be used: its length over this speed, m/s.
+SPEED = 6e-3
 #: Rise of the rate from one row to the next above which the craft was spun up between them, rpm.
 SPIN_UP = 0.5
 #: Variables that a log holds.
@@ -28,7 +32,7 @@ _OBSERVED = ("spin_rate",)
 
 
 class Row(NamedTuple):
-    """One step of a log."""
+    """One step of a log; a rate that it lacks is not a number."""
 
     pair: str
     duration: float
@@ -48,8 +52,8 @@ def is_log(path: str) -> bool:
     return {"pair", "stroke_after_m", "rate_after_rpm"} <= {name.strip() for name in head}
 
 
-def read(path: str) -> list[Row]:
-    """The steps of a log.
+def read(path: str) -> tuple[list[Row], list[str]]:
+    """The steps of a log, and notes on rows whose times cannot be used.
 
     Raises
     ------
@@ -63,35 +67,47 @@ def read(path: str) -> list[Row]:
             raise InputError(f"{path!r} has no column {name!r}; a log of wire booms has {', '.join(COLUMNS)}")
     if not rows:
         raise InputError(f"{path!r} holds no step; it must hold one row for each")
-    return [_row(path, k, row) for k, row in enumerate(rows, start=1)]
+    notes: list[str] = []
+    return [_row(path, k, row, notes) for k, row in enumerate(rows, start=1)], notes
 
 
-def _row(path: str, k: int, row: dict[str, str]) -> Row:
-    if row["pair"] not in PAIRS:
+def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
+    pair = "-".join(re.findall(r"\d", row["pair"]))
+    if pair not in PAIRS:
         raise InputError(f"row {k} of {path!r} has the pair {row['pair']!r}; it must be one of {', '.join(PAIRS)}")
-    numbers = []
-    for name in ("stroke_before_m", "stroke_after_m", "rate_before_rpm", "rate_after_rpm"):
-        try:
-            number = float(row[name])
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise InputError(f"row {k} of {path!r} has {name} {row[name]!r}; it must be a number")
-        numbers.append(number)
+    before, after = (_number(path, k, row, name) for name in ("stroke_before_m", "stroke_after_m"))
+    first, last = (_number(path, k, row, name, missing=True) for name in ("rate_before_rpm", "rate_after_rpm"))
+    if min(before, after) < 0.0:
+        raise InputError(f"row {k} of {path!r} has a stroke of {min(before, after):g} m; it must be 0 m or more")
     try:
         start, end = (datetime.datetime.fromisoformat(row[name].rstrip("Z")) for name in ("start_utc", "end_utc"))
     except ValueError:
         raise InputError(f"row {k} of {path!r} has a time that is not of the form 2012-09-13T19:44:10") from None
-    if end <= start:
-        raise InputError(f"row {k} of {path!r} ends at {row['end_utc']}, not after its start, {row['start_utc']}")
-    before, after, first, last = numbers
-    return Row(row["pair"], (end - start).total_seconds(), before, after, first, last)
+    duration = (end - start).total_seconds()
+    if duration <= 0.0:
+        duration = abs(after - before) / SPEED or 1.0
+        notes.append(
+            f"Row {k} of the log ends at {row['end_utc']}, not after its start; its duration is taken as {duration:.0f} s."
+        )
+    return Row(pair, duration, before, after, first, last)
+
+
+def _number(path: str, k: int, row: dict[str, str], name: str, *, missing: bool = False) -> float:
+    if missing and not row[name]:
+        return math.nan
+    try:
+        number = float(row[name])
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"row {k} of {path!r} has {name} {row[name]!r}; it must be a number")
+    return number
 
 
 def grouped(rows: Sequence[Row]) -> list[list[Row]]:
     """Rows between spin-ups: the rate before a row is above that after the row before."""
     groups = [[rows[0]]]
-    for previous, row in zip(rows, rows[1:], strict=False):
+    for previous, row in itertools.pairwise(rows):
         if row.rate_before > previous.rate_after + SPIN_UP:
             groups.append([])
         groups[-1].append(row)
@@ -111,15 +127,23 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
         return None
     if tuple(observed) != _OBSERVED:
         raise InputError(f"--observe is {', '.join(observed)!r}; a log of wire booms holds spin_rate alone")
-    groups = grouped(read(path))
-    overrides = {
+    rows, notes = read(path)
+    groups = grouped(rows)
+    starts = [group[0].rate_before for group in groups]
+    if not all(map(math.isfinite, starts)):
+        raise InputError(f"the first row of {path!r} has no rate_before_rpm; the first step of a group needs one")
+    overrides: dict[str, Any] = {
         "groups": [[[r.pair, r.before, r.after, r.duration] for r in group] for group in groups],
-        "rates": [group[0].rate_before * RPM for group in groups],
+        "rates": [rate * RPM for rate in starts],
         "start_lengths": [group[0].before for group in groups],
     }
-    names = [f"step {k + 1}" for k in range(sum(map(len, groups)))]
+    longest = max(max(row.before, row.after) for row in rows)
+    if longest > cases.load(cases.content_of(case)).wire.length:
+        overrides["wire.length"] = longest
+        notes.append(f"wire.length is set to the longest stroke of the log, {longest:g} m.")
+    names = [f"step {k + 1}" for k in range(len(rows))]
     firsts = np.cumsum([0, *map(len, groups[:-1])])
-    values = [group[0].rate_before for group in groups] + [row.rate_after for group in groups for row in group]
+    values = np.array([*starts, *(row.rate_after for group in groups for row in group)])
     labels = [f"before {names[k]}" for k in firsts] + [f"after {name}" for name in names]
 
     def times(content: Any) -> np.ndarray:
@@ -127,15 +151,16 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
         return np.concatenate([line.before[firsts], line.after])
 
     order = np.argsort(times(cases.content_of(case, overrides)))
+    order = order[np.isfinite(values[order])]
     series = Series(
-        name="spin_rate", unit="rpm", values=np.array(values)[order], labels=tuple(labels[k] for k in order),
-        times=lambda content: np.sort(times(content)),
+        name="spin_rate", unit="rpm", values=values[order], labels=tuple(labels[k] for k in order),
+        times=lambda content: times(content)[order],
     )  # fmt: skip
-    return Measurements(source=path, overrides=overrides, series=(series,), notes=_NOTES)
+    return Measurements(source=path, overrides=overrides, series=(series,), notes=(*notes, *_NOTES))
 
 
 _NOTES = (
-    "The log holds spin rates before and after steps. It says nothing of the lag of the wires, of their tension, of their "
-    "bending, or of the rate within a step.",
+    "The log holds spin rates before and after steps. It says nothing of the lag of the wires, of their tension, of "
+    "their bending, or of the rate within a step.",
     "Spin rates give masses in proportion to the moment of inertia of the spacecraft, body.inertia, which is not fitted.",
 )

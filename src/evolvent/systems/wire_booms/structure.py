@@ -100,8 +100,13 @@ def lengths_at(case: Case, time: Array) -> Array:
         own = [move for move in timeline(case).moves if move[0] == pair]
         found[:, p] = case.starts[0][pair]
         for _, start, end, before, after in own:
-            found[:, p] += (after - before) * share(time, start, end, case.timing.ramp)
+            found[:, p] += (after - before) * share(time, start, end, ramp_of(case, end - start))
     return found
+
+
+def ramp_of(case: Case, duration: float) -> float:
+    """Duration of the smooth start and end of a step, s."""
+    return min(case.timing.ramp, duration / 3.0)
 
 
 def share(time: Array, start: float, end: float, ramp: float) -> Array:
@@ -145,8 +150,9 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         own = [move for move in line.moves if move[0] == pair]
         steps = []
         for _, start, end, before, after in own:
-            rate = (after - before) / (end - start - case.timing.ramp) / radius
-            steps += [(start, case.timing.ramp, rate), (end - case.timing.ramp, case.timing.ramp, 0.0)]
+            ramp = ramp_of(case, end - start)
+            rate = (after - before) / (end - start - ramp) / radius
+            steps += [(start, ramp, rate), (end - ramp, ramp, 0.0)]
         drive = parts.RampDrive(angle=case.starts[0][pair] / radius, steps=tuple(steps))
         axes = {
             "payout_axis": (x, y, 0.0),
@@ -165,3 +171,61 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         thrusters = parts.Torque(at="spacecraft", axis=(0.0, 0.0, 1.0), profile={"pulse": pulse})
         system.add(thrusters, f"thrusters-{k}")
     return system
+
+
+def pendulum_rates(case: Case, lengths: Array, rate: Array) -> tuple[Array, Array]:
+    r"""Angular frequencies of booms that swing as rigid pendulums from a hub at rest, in the plane of spin and out of it.
+
+    w^2 = W^2 R S/I and W^2 (1 + R S/I), with S and I the first and second moments of mass of a boom about its root
+    (W. Johnson, Helicopter Theory, 1980, lag and flap frequencies of a hinged blade). Without the wire's mass R S/I is
+    the distance of the root over the length, R/l.
+
+    Parameters
+    ----------
+    lengths : (..., 2) float, m; rate : (...) float, rad/s, spin rate
+
+    Returns
+    -------
+    in_plane, out_of_plane : (..., 2) float, rad/s; not a number where a boom is not out
+    """
+    wire = case.wire
+    first = wire.line_density * lengths**2 / 2.0 + wire.tip_mass * lengths
+    second = wire.line_density * lengths**3 / 3.0 + wire.tip_mass * lengths**2
+    ratio = case.body.root * np.divide(first, second, out=np.full(lengths.shape, np.nan), where=second > 0.0)
+    spin = np.asarray(rate)[..., None]
+    return np.asarray(spin * np.sqrt(ratio)), np.asarray(spin * np.sqrt(1.0 + ratio))
+
+
+#: Elements of a wire, cross-section (m2) and its second moment (m4) in `deployed`: it hardly bends.
+ELEMENTS, AREA, SECOND_MOMENT = 12, 1e-6, 1e-16
+
+
+def deployed(case: Case) -> tuple[System, float]:
+    """The spacecraft with the booms at their final lengths, as cables on hinges, and its spin rate, rad/s."""
+    from evolvent import parts
+    from evolvent.elements.sections import General, Material
+    from evolvent.system import System
+
+    end = np.array([timeline(case).end])
+    lengths, spin = lengths_at(case, end)[0], float(straight_rate(case, end)[0])
+    wire, root = case.wire, case.body.root
+    of_boom = dict(zip(PAIRS, lengths, strict=True))
+    roots = {f"root {boom}": (root * x, root * y, 0.0) for boom, (x, y) in DIRECTIONS.items()}
+    body, turn = case.body, (0.0, 0.0, spin)
+    system = System(title=case.title)
+    spacecraft = parts.RigidBody(mass=body.mass, inertia=body.inertia, angular_velocity=turn, points=roots)
+    system.add(spacecraft, "spacecraft")
+    section = General(area=AREA, Iy=SECOND_MOMENT, Iz=SECOND_MOMENT, J=2.0 * SECOND_MOMENT)
+    modulus = wire.stiffness * wire.length / wire.nodes / AREA
+    material = Material(young_modulus=modulus, poisson_ratio=0.0, density=wire.line_density / AREA)
+    for boom, (x, y) in DIRECTIONS.items():
+        length = next(of_boom[pair] for pair in PAIRS if boom in pair.split("-"))
+        cable = parts.Beam(
+            length=length, section=section, material=material, elements=ELEMENTS, formulation="cable_stretch",
+            position=(root * x, root * y, 0.0), direction=(x, y, 0.0), velocity=(-spin * root * y, spin * root * x, 0.0),
+            angular_velocity=turn,
+        )  # fmt: skip
+        system.add(cable, f"wire-{boom}")
+        system.add(parts.Joint(a=f"spacecraft.root {boom}", b=f"wire-{boom}.root"), f"hinge-{boom}")
+        system.add(parts.Point(mass=wire.tip_mass, at=f"wire-{boom}.tip"), f"sphere-{boom}")
+    return system, spin
