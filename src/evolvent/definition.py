@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from evolvent.builder import Assembly
     from evolvent.figures import Figure, Number
+    from evolvent.measurements import Measurements
     from evolvent.modal import ModalResults
     from evolvent.motion import Motion
     from evolvent.solvers.solution import Solution
@@ -237,8 +238,8 @@ class SystemDefinition:
         """
         return {}
 
-    def measurements(self, path: str, case: Any, observed: Sequence[str]) -> Any:
-        """Measured data of a file in a form of the system's own (`evolvent.calibration.data.Measurements`), else None."""
+    def measurements(self, path: str, case: Any, observed: Sequence[str]) -> Measurements | None:
+        """Measured data of a file in the system's own form; None of any other file."""
         return None
 
     def closed_form(self, case: Any, time: np.ndarray) -> dict[str, tuple[np.ndarray, str]]:

@@ -8,58 +8,18 @@ variable: each row is a run of its own with these keys. A **log** is in a form t
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+import functools
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent import cases, schema, signals, units
 from evolvent.errors import InputError, nearest
+from evolvent.measurements import Measurements, Series
 
 Array = np.ndarray
 _TIMES = ("time", "t")
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Series:
-    """Measured values of one variable.
-
-    Attributes
-    ----------
-    name : str, full name of the variable, or with the reduction of a table of runs
-    unit : str, of the values
-    values : (n,) float
-    labels : tuple of str, what each value is, for tables
-    times : function of the case's content to the times of a run that the values belong to, (n,) s; None in a table of
-        runs, whose row k is the run k
-    """
-
-    name: str
-    unit: str
-    values: Array
-    labels: tuple[str, ...]
-    times: Callable[[Mapping[str, Any]], Array] | None = None
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Measurements:
-    """Measured data.
-
-    Attributes
-    ----------
-    source : str, the file
-    overrides : mapping, keys of the case that the data set in every run
-    series : tuple of Series
-    rows : tuple of mappings, keys that each run of a table sets; one empty mapping for one run
-    notes : tuple of str, what the data cannot tell
-    """
-
-    source: str
-    overrides: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    series: tuple[Series, ...]
-    rows: tuple[Mapping[str, Any], ...] = ({},)
-    notes: tuple[str, ...] = ()
 
 
 def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
@@ -116,10 +76,15 @@ def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]
                 unit=table.units[table.index(column)],
                 values=values[good],
                 labels=tuple(f"{t:.6g} s" for t in at),
-                times=lambda content, at=at: at,
-            )  # fmt: skip
+                times=functools.partial(_fixed, at),
+            )
         )
     return Measurements(source=path, series=tuple(series))
+
+
+def _fixed(times: Array, content: Mapping[str, Any]) -> Array:
+    """Times that do not depend on the case."""
+    return times
 
 
 def _runs(path: str, table: Any, content: Mapping[str, Any], pairs: Sequence[tuple[str, str]]) -> Measurements:
@@ -128,8 +93,8 @@ def _runs(path: str, table: Any, content: Mapping[str, Any], pairs: Sequence[tup
     keys = [name for name in table.names if name not in observed]
     if not keys:
         raise InputError(
-            f"{path!r} has neither a column 'time' nor columns named by keys of the case; one of them must say what each "
-            f"row belongs to"
+            f"{path!r} has neither a column 'time' nor columns named by keys of the case; one of them must say what "
+            f"each row belongs to"
         )
     for key in keys:
         schema.locate(kind, key, content)

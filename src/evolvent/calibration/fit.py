@@ -17,13 +17,14 @@ import numpy as np
 from evolvent import cases, schema, units, variables
 from evolvent.calibration import data
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.measurements import Measurements, Series
 
 Array = np.ndarray
-#: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it, and
-#: of closed forms.
+#: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it,
+#: and of closed forms.
 STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
-#: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters: of
-#: runs, whose central differences are sure to some 1e-6, and of closed forms.
+#: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:
+#: of runs, whose central differences have an error of some 1e-6, and of closed forms.
 LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
 #: What may be fitted.
 MODELS = ("auto", "runs", "closed-form")
@@ -60,7 +61,7 @@ class Calibration:
     parameters : tuple of Parameter
     values, errors : (p,) float, SI, and their standard errors
     correlation : (p, p) float
-    series : tuple of `data.Series`, as measured
+    series : tuple of `Series`, as measured
     modelled : of each series the model's values in its unit
     references : mapping, label -> Reference, formulas that the system has beside its model
     residuals : (n,) float, modelled less measured of all series, in their units
@@ -74,7 +75,7 @@ class Calibration:
     values: Array
     errors: Array
     correlation: Array
-    series: tuple[data.Series, ...]
+    series: tuple[Series, ...]
     modelled: tuple[Array, ...]
     references: Mapping[str, Reference]
     residuals: Array
@@ -224,11 +225,11 @@ def _parameter(kind: Any, content: Mapping[str, Any], key: str, value: Any) -> P
     )  # fmt: skip
 
 
-def _weights(series: Sequence[data.Series], deviations: Sequence[float] | None) -> list[float]:
+def _weights(series: Sequence[Series], deviations: Sequence[float] | None) -> list[float]:
     if deviations is None:
         if len(series) > 1:
             raise InputError(
-                "several variables are observed; give the standard deviation of each by --std, so that they can be weighted"
+                "several variables are observed; give the standard deviation of each by --std, which weights them"
             )
         return [1.0]
     if len(deviations) != len(series):
@@ -246,7 +247,7 @@ def _weights(series: Sequence[data.Series], deviations: Sequence[float] | None) 
 class _Model:
     """Residuals of a case as functions of scaled parameters; keeps what was computed."""
 
-    def __init__(self, content: Any, measured: data.Measurements, parameters: Any, weights: list[float],
+    def __init__(self, content: Any, measured: Measurements, parameters: Any, weights: list[float],
                  closed_form: bool, folder: Any, progress: Any) -> None:  # fmt: skip
         self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
         self.module = cases.system(content["system"])
@@ -262,8 +263,9 @@ class _Model:
         """Read the evaluations that a folder keeps; of another case, data or version there are none."""
         from evolvent.studies.store import sources
 
+        measured = [(s.name, s.unit, s.values.tolist()) for s in self.measured.series]
         asked = json.dumps(
-            [self.content, self.closed_form, sources(), [(s.name, s.unit, s.values.tolist()) for s in self.measured.series]],
+            [self.content, self.closed_form, sources(), measured],
             sort_keys=True, default=str,
         )  # fmt: skip
         digest = hashlib.sha256(asked.encode()).hexdigest()[:16]
@@ -361,7 +363,7 @@ class _Model:
         return np.stack(columns, axis=1)
 
 
-def _factor(unit: str, one: data.Series) -> float:
+def _factor(unit: str, one: Series) -> float:
     """From a unit of the results to that of the data; the same if the data state none."""
     if not one.unit:
         return 1.0
@@ -372,7 +374,7 @@ def _factor(unit: str, one: data.Series) -> float:
         raise InputError(f"the data of {one.name!r} are in {one.unit}, the variable in {unit}; {error}") from None
 
 
-def _values(run: Any, one: data.Series, content: Any) -> Array:
+def _values(run: Any, one: Series, content: Any) -> Array:
     """Values of a series in a run, in its unit."""
     from evolvent.studies import record
 
@@ -390,7 +392,7 @@ def _values(run: Any, one: data.Series, content: Any) -> Array:
     time, at = run.time.values, one.times(content)
     if at[0] < time[0] - 1e-9 or at[-1] > time[-1] * (1.0 + 1e-9):
         raise InputError(
-            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the run cover "
+            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the run "
             f"the data"
         )
     from scipy.interpolate import CubicSpline
@@ -403,7 +405,7 @@ def _values(run: Any, one: data.Series, content: Any) -> Array:
 
 
 def _uncertainty(J: Array, r: Array, parameters: Any, least: float, *, given: bool) -> tuple[Array, Array]:
-    """Standard errors (SI) and correlations: inverse of J^T J, times the variance of the residuals unless it is given."""
+    """Standard errors (SI) and correlations: inverse of J^T J, times the variance of the residuals if none is given."""
     norms = np.linalg.norm(J, axis=0)
     idle = [p.key for p, n in zip(parameters, norms, strict=True) if n == 0.0]
     if idle:

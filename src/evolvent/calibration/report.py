@@ -48,8 +48,8 @@ def summary(found: Calibration) -> list[str]:
     ]
     for label, other in found.references.items():
         lines.append(
-            f"{label}: root mean square {other.rms:.3g} {unit}, {other.rms / found.rms:.3g} times as large, fitted to the "
-            f"same data"
+            f"{label}: root mean square {other.rms:.3g} {unit}, {other.rms / found.rms:.3g} times as large, fitted to "
+            f"the same data"
         )
     names = [one.key for one in found.parameters]
     for i in range(p):

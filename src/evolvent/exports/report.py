@@ -91,7 +91,9 @@ def table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), *, words: int
     """A table; the first `words` columns hold words, the others numbers."""
     top = "".join(f"<th{'' if k < words else ' class=n'}>{escaped(c)}</th>" for k, c in enumerate(head))
     body = "".join(
-        "<tr>" + "".join(f"<td{'' if k < words else ' class=n'}>{escaped(c)}</td>" for k, c in enumerate(row)) + "</tr>\n"
+        "<tr>"
+        + "".join(f"<td{'' if k < words else ' class=n'}>{escaped(c)}</td>" for k, c in enumerate(row))
+        + "</tr>\n"
         for row in rows
     )
     return f"<table>{f'<thead><tr>{top}</tr></thead>' if head else ''}<tbody>{body}</tbody></table>"

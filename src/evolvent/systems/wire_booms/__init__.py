@@ -1,15 +1,15 @@
 r"""Wire booms: a spinning spacecraft pays out four wires with spheres at their ends, pair after pair.
 
-The spacecraft is a free body with four reels, booms 1 and 2 along +X and -X, 3 and 4 along +Y and -Y. A wire is a thread
-(`evolvent.systems.heliogyro`, eqs. 1 to 17) with a sphere at its end; wound wire moves with the body. The steps of a log
-follow one another after a pause. Between groups of steps thrusters spin the craft up by a smooth torque.
+The spacecraft is a free body with four reels, booms 1 and 2 along +X and -X, 3 and 4 along +Y and -Y. A wire is a
+thread (`evolvent.systems.heliogyro`, eqs. 1 to 17) with a sphere at its end; wound wire moves with the body. The steps
+of a log follow one another after a pause. Between groups of steps thrusters spin the craft up by a smooth torque.
 
 Straight radial wires keep the angular momentum of a group::
 
     H_g = W [J + sum_booms (m (R + l)^2 + rho ((R + l)^3 - R^3)/3 + rho (L - l) R^2)]
 
-with the spin rate W, the spacecraft's moment of inertia J, the distance R of the roots from the spin axis, the length l of
-a boom, the sphere's mass m, and the density rho and length L of a wire. It is eq. (18) of Tenenbaum (2014) with the
+with the spin rate W, the spacecraft's moment of inertia J, the distance R of the roots from the spin axis, the length l
+of a boom, the sphere's mass m, and the density rho and length L of a wire. It is eq. (18) of Tenenbaum (2014) with the
 distance of the roots, which that equation leaves out. `spin_rate_straight` is this formula beside the run.
 
 A log of spin rates gives H_g, m/J and rho/J alone: J is a number that must come from elsewhere. The built-in case holds
@@ -19,7 +19,7 @@ licence, UC Regents). Its mass and moment of inertia are round numbers, not publ
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -45,11 +45,11 @@ class WireBooms(SystemDefinition):
     """The system `wire-booms`."""
 
     Case = Case
-    keys = {
+    keys: ClassVar = {
         "method": "solver.method", "step": "solver.step", "wire-*.": "wire.", "reel-*.drive": "groups",
         "RigidBody.": "body.",
     }  # fmt: skip
-    reference_formulas = {"eq. (18), roots on the axis": {"body.root": 1e-6}}
+    reference_formulas: ClassVar = {"eq. (18), roots on the axis": {"body.root": 1e-6}}
     build = staticmethod(build)
     figures = staticmethod(show.figures)
     numbers = staticmethod(show.numbers)

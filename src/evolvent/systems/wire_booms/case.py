@@ -82,11 +82,13 @@ class Case(Section):
     def starts(self) -> list[dict[str, float]]:
         """Lengths of the booms of every pair at the start of every group, m.
 
-        `start_lengths` is that of the pair of the group's first step. What it exceeds the log by, the other pair does too.
+        `start_lengths` is that of the pair of the group's first step. The other pair
+        is longer than in the log by the same length.
         """
-        found, reached = [], {}
+        found: list[dict[str, float]] = []
+        reached: dict[str, float] = {}
         for start, group in zip(self.start_lengths, self.groups, strict=True):
-            logged = {row[0]: row[1] for row in reversed(group)}
+            logged: dict[str, float] = {row[0]: row[1] for row in reversed(group)}
             excess = start - group[0][1]
             own = {pair: logged.get(pair, reached.get(pair, 0.0)) + excess for pair in PAIRS}
             found.append(own)

@@ -8,16 +8,14 @@ import itertools
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.errors import InputError
+from evolvent.measurements import Measurements, Series
 from evolvent.systems.wire_booms.case import PAIRS
 from evolvent.systems.wire_booms.structure import timeline
-
-if TYPE_CHECKING:
-    from evolvent.calibration.data import Measurements
 
 COLUMNS = (
     "pair", "start_utc", "end_utc", "stroke_before_m", "stroke_after_m", "rate_before_rpm", "rate_after_rpm",
@@ -87,7 +85,8 @@ def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
     if duration <= 0.0:
         duration = abs(after - before) / SPEED or 1.0
         notes.append(
-            f"Row {k} of the log ends at {row['end_utc']}, not after its start; its duration is taken as {duration:.0f} s."
+            f"Row {k} of the log ends at {row['end_utc']}, not after its start; its duration is taken as "
+            f"{duration:.0f} s."
         )
     return Row(pair, duration, before, after, first, last)
 
@@ -121,7 +120,6 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
     before a step repeats that after the step before.
     """
     from evolvent import cases
-    from evolvent.calibration.data import Measurements, Series
 
     if not is_log(path):
         return None
@@ -162,5 +160,6 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
 _NOTES = (
     "The log holds spin rates before and after steps. It says nothing of the lag of the wires, of their tension, of "
     "their bending, or of the rate within a step.",
-    "Spin rates give masses in proportion to the moment of inertia of the spacecraft, body.inertia, which is not fitted.",
+    "Spin rates give masses in proportion to the moment of inertia of the spacecraft, body.inertia, which is not "
+    "fitted.",
 )

@@ -174,7 +174,7 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
 
 
 def pendulum_rates(case: Case, lengths: Array, rate: Array) -> tuple[Array, Array]:
-    r"""Angular frequencies of booms that swing as rigid pendulums from a hub at rest, in the plane of spin and out of it.
+    r"""Angular frequencies of booms that swing as rigid pendulums, the hub fixed: in the plane of spin, and out.
 
     w^2 = W^2 R S/I and W^2 (1 + R S/I), with S and I the first and second moments of mass of a boom about its root
     (W. Johnson, Helicopter Theory, 1980, lag and flap frequencies of a hinged blade). Without the wire's mass R S/I is
@@ -222,8 +222,8 @@ def deployed(case: Case) -> tuple[System, float]:
         length = next(of_boom[pair] for pair in PAIRS if boom in pair.split("-"))
         cable = parts.Beam(
             length=length, section=section, material=material, elements=ELEMENTS, formulation="cable_stretch",
-            position=(root * x, root * y, 0.0), direction=(x, y, 0.0), velocity=(-spin * root * y, spin * root * x, 0.0),
-            angular_velocity=turn,
+            position=(root * x, root * y, 0.0), direction=(x, y, 0.0),
+            velocity=(-spin * root * y, spin * root * x, 0.0), angular_velocity=turn,
         )  # fmt: skip
         system.add(cable, f"wire-{boom}")
         system.add(parts.Joint(a=f"spacecraft.root {boom}", b=f"wire-{boom}.root"), f"hinge-{boom}")
