@@ -46,6 +46,7 @@ class SystemDefinition:
     seed_key : str, key that a study gives each case its own seed by; '' for none
     start_key : str, key of a case that takes the run from whose end it starts; '' for none
     laws : names of the laws in Python that `build` takes
+    data_files : mapping, name of a file with measured data that the system brings along -> its path
     keys : mapping, argument of `System.simulate` -> key of the case that gives it, for messages
     run_batch : function of a list of cases to their runs, for sweeps; None where cases run one by one
     """
@@ -55,6 +56,7 @@ class SystemDefinition:
     seed_key: ClassVar[str] = ""
     start_key: ClassVar[str] = ""
     laws: ClassVar[tuple[str, ...]] = ()
+    data_files: ClassVar[Mapping[str, str]] = {}
     keys: ClassVar[Mapping[str, str]] = {
         name: f"simulate.{name}"
         for name in ("until", "every", "method", "step", "tolerance", "absolute_tolerance", "spectral_radius")

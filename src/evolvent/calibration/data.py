@@ -9,6 +9,7 @@ variable: each row is a run of its own with these keys. A **log** is in a form t
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -27,7 +28,7 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
 
     Parameters
     ----------
-    path : str
+    path : str, a file, or the name of one of the system's own `data_files`
     case : name, file or content of a case
     observed : names of variables, each "NAME" or "NAME=COLUMN"
 
@@ -38,7 +39,10 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     """
     content = cases.content_of(case)
     pairs = [(name.strip(), column.strip() or name.strip()) for name, _, column in (o.partition("=") for o in observed)]
-    found = cases.system(content["system"]).measurements(path, content, [name for name, _ in pairs])
+    system = cases.system(content["system"])
+    if not os.path.exists(path):
+        path = system.data_files.get(path, path)
+    found = system.measurements(path, content, [name for name, _ in pairs])
     if isinstance(found, Measurements):
         return found
     table = signals.read(path)

@@ -19,6 +19,7 @@ licence, UC Regents). Its mass and moment of inertia are round numbers, not publ
 
 from __future__ import annotations
 
+import pathlib
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -49,6 +50,7 @@ class WireBooms(SystemDefinition):
         "method": "solver.method", "step": "solver.step", "wire-*.": "wire.", "reel-*.drive": "groups",
         "RigidBody.": "body.",
     }  # fmt: skip
+    data_files: ClassVar = {"rbsp-a.csv": str(pathlib.Path(__file__).with_name("rbsp-a.csv"))}
     reference_formulas: ClassVar = {"eq. (18), roots on the axis": {"body.root": 1e-6}}
     build = staticmethod(build)
     figures = staticmethod(show.figures)
