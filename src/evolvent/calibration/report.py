@@ -57,6 +57,9 @@ def summary(found: Calibration) -> list[str]:
             c = found.correlation[i, j]
             if abs(c) > STRONG:
                 lines.append(f"correlation of {names[j]} and {names[i]}: {c:.3f}")
+    for key, value, error in zip(names, found.values, found.errors, strict=True):
+        if error > abs(value):
+            lines.append(f"the data do not determine {key}: its standard error exceeds its value")
     lines += [f"evaluations: {found.evaluations} new, {found.reused} kept from before"]
     return lines + [f"note: {note}" for note in found.notes]
 
@@ -64,32 +67,23 @@ def summary(found: Calibration) -> list[str]:
 def figure(found: Calibration) -> Figure:
     """Measured and modelled values, and residuals, one panel each for every observed variable."""
     panels = []
-    for one, modelled in zip(found.series, found.modelled, strict=True):
-        k = np.arange(1, one.values.size + 1)
+    for k, (one, modelled) in enumerate(zip(found.series, found.modelled, strict=True)):
         unit = f" [{one.unit}]" if one.unit else ""
-        lines = [
-            Line(x=k, y=one.values, label="measured", color="black", style="", marker="o"),
-            Line(x=k, y=modelled, label="model", color=0, style="", marker="x"),
+        if one.times is None:
+            x, x_label = np.arange(1.0, one.values.size + 1.0), "run, in the order of the data"
+        else:
+            x, x_label = np.asarray(one.times(found.case)), "time of the run [s]"
+        points: Any = {"x": x, "style": ""}
+        values = [
+            Line(y=one.values, label="measured", color=0, marker="o", **points),
+            Line(y=modelled, label="model", color=1, marker="x", **points),
         ]
-        left = [Line(x=k, y=modelled - one.values, label="model", color=0, style="", marker="x")]
-        for c, (label, other) in enumerate(found.references.items(), start=1):
-            left.append(
-                Line(
-                    x=k,
-                    y=other.modelled[found.series.index(one)] - one.values,
-                    label=label,
-                    color=c,
-                    style="",
-                    marker="+",
-                )
-            )
-        left.append(Line(x=np.array([k[0], k[-1]]), y=np.zeros(2), color="grey", width=0.8))
-        panels.append(
-            Panel(x_label="measured value, in the order of the data", y_label=f"{one.name}{unit}", lines=lines)
-        )
-        panels.append(
-            Panel(x_label="measured value, in the order of the data", y_label=f"model less measured{unit}", lines=left)
-        )
+        residuals = [Line(y=modelled - one.values, label="model", color=1, marker="x", **points)]
+        for c, (label, other) in enumerate(found.references.items(), start=2):
+            residuals.append(Line(y=other.modelled[k] - one.values, label=label, color=c, marker="+", **points))
+        residuals.append(Line(x=x[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
+        panels.append(Panel(x_label=x_label, y_label=f"{one.name}{unit}", lines=values))
+        panels.append(Panel(x_label=x_label, y_label=f"model less measured{unit}", lines=residuals))
     return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, size=(8.0, 7.0))
 
 
