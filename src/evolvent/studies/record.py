@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import variables
+from evolvent import results, variables
 from evolvent.errors import EvolventError, InputError, nearest
 
 #: What may be kept of a variable over time, ``NAME.last`` and so on.
@@ -69,6 +69,7 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
+    run = results.regular(run)  # the same times in every case
     numbers = _numbers(run)
     if not keep:
         root = run.to_dataset() if isinstance(run, xr.DataTree) else run
