@@ -115,6 +115,13 @@ class RunAccessor:
             raise InputError("the run holds nothing to draw, which makes no animation")
         return animation.write(found.labelled(unfinished(self._run)), path)
 
+    def regular(self) -> xr.DataTree:
+        """The run at its regular samples alone: without those that were kept where the motion is fast."""
+        from evolvent import results
+
+        found: xr.DataTree = results.regular(self._run)
+        return found
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run as NetCDF."""
         from evolvent import results

@@ -119,10 +119,8 @@ class SystemDefinition:
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, root, _, _ = solve(None)
-            found = analysis.observed(solution, names, system=case.system, root=root)
-            return found.assign(
-                {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
-            )
+            marks = {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
+            return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))

@@ -1,7 +1,7 @@
 """Samples of a run: the regular ones, and finer ones that are kept where the motion is fast.
 
 A run is evaluated at finer times between its samples. Of these the samples are kept that straight lines between the
-others miss: in order of the miss, until every speed is followed to within `SHARE` of its range.
+others miss: in order of the miss, until every velocity is followed to within `SHARE` of the largest range of a speed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = np.ndarray
 MARK = "fine_sample"
 #: Equal parts of an interval between samples at whose ends a run is evaluated, and the most values of the state there.
 PARTS, MOST_VALUES = 10, 20_000_000
-#: Miss of a speed at which a sample is kept, of the largest range of any speed over the run.
+#: Miss of a velocity at which a sample is kept, of the largest range of any speed over the run.
 SHARE = 0.01
 #: The same, of the median miss of an interval: what moves as fast everywhere has no event.
 OF_MEDIAN = 3.0
@@ -75,9 +75,9 @@ class Times(NamedTuple):
         found = self.regular[: solution.t.size].copy()
         found[-1] = True  # where it ended
         if self.fine and solution.t.size > 2 and not found.all():
-            speeds = tracked_speeds(solution)
-            if speeds.shape[1]:
-                add_fine(solution.t, speeds, found)
+            velocities = tracked_velocities(solution)
+            if velocities.shape[1]:
+                add_fine(solution.t, velocities, found)
         return found
 
     def chosen(self, solution: Solution) -> tuple[Solution, Array]:
@@ -110,58 +110,65 @@ def _apart(regular: Array, candidates: Array, is_derived: Array) -> tuple[Array,
     return candidates[~double], is_derived[~double]
 
 
-def tracked_speeds(solution: Solution) -> Array:
-    """Speeds of the nodes of threads and beams, of points and of bodies that move: (nt, k), of their largest range.
+def tracked_velocities(solution: Solution) -> Array:
+    """Velocities of the nodes of threads and beams, of points and of bodies that move: (nt, k, 3), of their range.
 
-    Rates of rotation are in the last columns, of their own largest range.
+    The range is the largest of any speed over the run. The last ones are the angular velocities of bodies, in their own
+    axes, of their own largest range.
     """
     view, model = View.of(solution), solution.assembly.model
     speeds: list[Array] = []
     if model.threads.size:
-        speeds.append(np.linalg.norm(solution.observations.velocity, axis=2))
-    speeds += [_size(view.coordinates(int(point["iv"]))) for point in model.points]
-    speeds += [np.linalg.norm(view.nodes(k)[1][:, :, 0], axis=2) for k in range(model.flexible.beams.size)]
+        speeds.append(solution.observations.velocity)
+    speeds += [view.coordinates(int(point["iv"]))[:, None] for point in model.points]
+    speeds += [view.nodes(k)[1][:, :, 0] for k in range(model.flexible.beams.size)]
     free = [body for body in model.bodies if body["motion"] == rigid.FREE]
-    speeds += [_size(view.coordinates(int(body["iv"]))) for body in free]
-    rates = [_size(view.coordinates(int(body["iv"]) + 3)) for body in free]
-    rates += [np.abs(view.y[:, int(b["iv"])])[:, None] for b in model.bodies if b["motion"] == rigid.SPIN]
+    speeds += [view.coordinates(int(body["iv"]))[:, None] for body in free]
+    rates = [view.coordinates(int(body["iv"]) + 3)[:, None] for body in free]
+    for body in model.bodies:
+        if body["motion"] == rigid.SPIN:
+            rates.append(view.coordinates(int(body["iv"]), 1)[:, None] * body["axis"])
     groups = [np.concatenate(group, axis=1) for group in (speeds, rates) if group]
-    return np.concatenate([np.zeros((solution.t.size, 0)), *map(_of_range, groups)], axis=1)
+    return np.concatenate([np.zeros((solution.t.size, 0, 3)), *map(_of_range, groups)], axis=1)
+
+
+def _of_range(vectors: Array) -> Array:
+    """Vectors (nt, k, 3) over the largest range of any one's size; without those that are not finite."""
+    vectors = vectors[:, np.all(np.isfinite(vectors), axis=(0, 2))]
+    if not vectors.size:
+        return vectors
+    sizes = _size(vectors)
+    scale = max(float(np.ptp(sizes, axis=0).max()), LEAST_RANGE * float(sizes.max()))
+    return np.asarray(vectors / scale if scale > 0.0 else vectors)
 
 
 def _size(vectors: Array) -> Array:
-    """Sizes of vectors (nt, 3), as one column."""
-    return np.linalg.norm(vectors, axis=1)[:, None]
+    """Sizes of vectors (..., 3)."""
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", vectors, vectors)))
 
 
-def _of_range(values: Array) -> Array:
-    """Values (nt, k) over the largest range of any column; without columns that are not finite."""
-    values = values[:, np.all(np.isfinite(values), axis=0)]
-    if not values.size:
-        return values
-    scale = max(float(np.ptp(values, axis=0).max()), LEAST_RANGE * float(values.max()))
-    return np.asarray(values / scale if scale > 0.0 else values)
+def add_fine(t: Array, vectors: Array, kept: Array) -> None:
+    """Add samples to those that are `kept` until straight lines between these follow all vectors to within `SHARE`.
 
-
-def add_fine(t: Array, values: Array, kept: Array) -> None:
-    """Add samples to those that are `kept` until straight lines between these follow all values to within `SHARE`.
-
-    The largest misses come first; at most as many are added as are kept before.
+    What counts is the smaller of the miss of the vector, which a steady turn has as well, and that of its size, which a
+    passage through zero has as well. The largest come first; at most as many are added as are kept before.
 
     Parameters
     ----------
     t : (nt,) float, s
-    values : (nt, k) float
+    vectors : (nt, k, 3) float
     kept : (nt,) bool, which is changed
     """
+    sizes = _size(vectors)
 
     def largest(first: int, last: int) -> tuple[float, int, int, int]:
         """Largest miss between two samples, negative, where it is, and the two."""
         if last - first < 2:
             return 0.0, first, first, last
-        share = (t[first + 1 : last] - t[first]) / (t[last] - t[first])
-        straight = values[first] + share[:, None] * (values[last] - values[first])
-        miss = np.abs(values[first + 1 : last] - straight).max(axis=1)
+        share, inner = (t[first + 1 : last] - t[first]) / (t[last] - t[first]), slice(first + 1, last)
+        of_size = np.abs(sizes[inner] - sizes[first] - share[:, None] * (sizes[last] - sizes[first]))
+        straight = vectors[first] + share[:, None, None] * (vectors[last] - vectors[first])
+        miss = np.minimum(of_size, _size(vectors[inner] - straight)).max(axis=1)
         at = int(np.argmax(miss))
         return -float(miss[at]), first + 1 + at, first, last
 

@@ -49,7 +49,8 @@ def test_finer_times_are_fewer_for_a_large_state():
 
 def kept_of(t, values, regular):
     kept = np.isin(np.arange(t.size), regular)
-    fine_samples.add_fine(t, values, kept)
+    vectors = values if values.shape[1] == 3 else np.pad(values, ((0, 0), (0, 2)))
+    fine_samples.add_fine(t, vectors[:, None], kept)
     return kept
 
 
@@ -57,7 +58,7 @@ def test_a_pulse_between_samples_is_kept_and_followed_everywhere():
     t = np.linspace(0.0, 10.0, 1001)
     values = np.exp(-(((t - 5.23) / 0.03) ** 2))[:, None]
     kept = kept_of(t, values, np.arange(0, 1001, 20))
-    assert kept.sum() - 51 <= 20
+    assert kept.sum() - 51 <= 25
     assert np.all(np.abs(t[kept & (np.arange(1001) % 20 != 0)] - 5.23) < 0.2)
     assert np.abs(np.interp(t, t[kept], values[kept, 0]) - values[:, 0]).max() <= fine_samples.SHARE
     assert values[kept].max() > 0.99 * values.max()
@@ -66,8 +67,10 @@ def test_a_pulse_between_samples_is_kept_and_followed_everywhere():
 def test_a_steady_motion_and_a_vibration_that_is_sampled_too_coarsely_get_no_fine_samples():
     t = np.linspace(0.0, 10.0, 1001)
     regular = np.arange(0, 1001, 10)
-    for values in (t, t**2, np.sin(40.0 * t), np.zeros_like(t)):
+    for values in (t, t - 5.03, t**2, np.sin(40.0 * t), np.zeros_like(t)):
         assert kept_of(t, values[:, None], regular).sum() == regular.size
+    turning = np.stack([np.cos(20.0 * t), np.sin(20.0 * t), 0.01 * t], axis=1)
+    assert kept_of(t, turning, regular).sum() == regular.size
 
 
 def test_fine_samples_are_at_most_as_many_as_the_regular_ones():
@@ -94,7 +97,7 @@ def bouncing(**settings):
 
 
 def test_the_speed_before_and_after_every_bounce_is_among_the_samples():
-    """Of a fall from rest onto a spring the largest speed is sqrt(2 g h + m g2 / k), where the spring bears the weight."""
+    """The largest speed of a fall onto a spring is sqrt(2 g h + m g2 / k), where the spring bears the weight."""
     run, coarse = bouncing(), bouncing(fine=False)
     speeds = {k: np.linalg.norm(one["ball"]["velocity"].values, axis=1) for k, one in enumerate((run, coarse))}
     peak = np.sqrt(2.0 * G * H + M * G**2 / K)
@@ -129,10 +132,7 @@ def test_regular_samples_are_bit_for_bit_those_of_a_run_without_fine_ones():
         ("two-booms", {"simulate.until": "4 s"}),  # energy-momentum
         ("solar-array", {}),  # generalized-alpha, latches
         ("hanging-chain", {}),  # dopri5
-        (
-            "heliogyro",
-            {"solver.duration": "3 s", "spool.changes": [{"time": "2 s", "rate": "0 rad/s"}]},
-        ),  # rk4, threads
+        ("heliogyro", {"solver.duration": "3 s", "spool.changes": [{"time": "2 s", "rate": 0}]}),  # rk4, threads
     ],
 )
 def test_states_at_regular_samples_do_not_depend_on_fine_ones(name, changes):
@@ -181,9 +181,9 @@ def test_fine_samples_are_marked_in_files_and_left_out_of_spectra_studies_and_si
 
 
 def test_a_plan_observes_what_its_run_has():
-    case = cases.load("hanging-chain")
+    case = cases.load("solar-array")
     plan = cases.system(case.system).plan(case)
-    name = "bob.position" if "bob" in case.parts else f"{next(iter(case.parts))}.position"
+    name = f"{next(iter(case.parts))}.position"
     found, run = plan.observe([name]), plan.run(None)
     assert MARK in run.data_vars
     np.testing.assert_array_equal(results.regular(found)["time"].values, results.regular(run)["time"].values)
