@@ -60,11 +60,18 @@ def unfinished(run: Any) -> str:
     return f"{status.upper()}: {message}" if message else status.upper()
 
 
+def regular_samples(run: Any) -> np.ndarray:
+    """Numbers of the samples of a run that are not fine ones."""
+    if MARK not in run.data_vars:
+        return np.arange(run.sizes["time"])
+    return np.flatnonzero(run[MARK].values == 0)
+
+
 def regular(run: Any) -> Any:
     """A run at its regular samples alone: without those that were kept where the motion is fast."""
     if MARK not in run.data_vars:
         return run
-    samples = np.flatnonzero(run[MARK].values == 0)
+    samples = regular_samples(run)
     if not isinstance(run, xr.DataTree):
         return run.isel(time=samples).drop_vars(MARK)
     groups = {name: group.to_dataset(inherit=False) for name, group in run.children.items()}
