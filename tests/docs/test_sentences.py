@@ -1,7 +1,8 @@
 """Sentences of README and documentation that state numbers: each stands in its files, and its numbers are right.
 
 In the table braces mark the numbers. ``{4.3}`` must be the computed number rounded to as many digits, ``{<1e-4}`` is
-``1e-4`` in the file, below which the computed number must be in size. What takes long names the test that holds it instead.
+``1e-4`` in the file, below which the computed number must be in size. What takes long names the test file that holds
+the number instead.
 """
 
 from __future__ import annotations
