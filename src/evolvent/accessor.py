@@ -80,13 +80,14 @@ class RunAccessor:
         -------
         matplotlib.figure.Figure, or the path that was written
         """
-        from evolvent import plots
+        from evolvent import plots, results
 
         if not names:
             raise InputError("no variable is named; give names such as 'boom.tip_deflection.y'")
         lines: list[Line] = []
+        even = results.regular(self._run)
         for name in names:
-            lines += show.lines_of(self._run, name, first=len(lines))
+            lines += show.lines_of(even, name, first=len(lines))
         unit = unit_text(str(variables.get(self._run, names[0]).attrs.get("units", "1")))
         drawn = show.spectrum(lines, unit=unit, title=f"Spectra of {', '.join(names[:4])}")
         return plots.sheet(drawn) if path is None else plots.save(drawn, path)
@@ -113,6 +114,13 @@ class RunAccessor:
         if found is None:
             raise InputError("the run holds nothing to draw, which makes no animation")
         return animation.write(found.labelled(unfinished(self._run)), path)
+
+    def regular(self) -> xr.DataTree:
+        """The run at its regular samples alone: without those that were kept where the motion is fast."""
+        from evolvent import results
+
+        found: xr.DataTree = results.regular(self._run)
+        return found
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run as NetCDF."""

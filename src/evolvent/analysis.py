@@ -11,6 +11,7 @@ import numpy as np
 from evolvent import families, units
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
+from evolvent.fine_samples import Times
 from evolvent.kernels import coordinate, thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
@@ -79,22 +80,10 @@ def sample_times(until: Any, every: Any = None, *, values: int = 1) -> np.ndarra
     return samples
 
 
-def with_times(samples: np.ndarray, more: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times of samples together with more times between them, and which of all are the samples."""
-    more = more[(more > samples[0]) & (more < samples[-1])]
-    after = np.searchsorted(samples, more)
-    nearest = np.minimum(more - samples[after - 1], samples[after] - more)
-    times = np.concatenate([samples, more[nearest > 1e-9 * samples[-1]]])
-    order = np.argsort(times)
-    return times[order], order < samples.size
-
-
 def without(
     solution: Solution, root: dict[str, Any], kept: np.ndarray
 ) -> tuple[Solution, dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]]:
-    """A solution and variables of its root at the samples that are `kept`, and at the last one that was reached."""
-    kept = kept[: solution.t.size].copy()
-    kept[-1] = True
+    """A solution and variables of its root at the samples that are `kept`: (nt,) bool."""
     if kept.all():
         return solution, root
     chosen = {
@@ -427,6 +416,7 @@ def simulate(
     case: str,
     until: float,
     every: float | None = None,
+    fine: bool = True,
     title: str = "",
     progress: Callable[[float], None] | None = None,
     **settings: Any,
@@ -437,10 +427,13 @@ def simulate(
     ----------
     case : str, as YAML
     until, every : float, s
+    fine : bool, whether finer samples are kept where the motion is fast
     title : str, as of `tree`
     settings : method and options of `plan`
     """
     samples = sample_times(until, every, values=assembly.y.size)
     check_run(assembly, samples, settings.get("step"))
-    prepared, why = plan(assembly, samples, **settings)
-    return tree(prepared.run(progress).or_start(float(samples[0])), case=case, why=why, title=title)
+    times = Times.of(samples, fine=fine, values=assembly.y.size)
+    prepared, why = plan(assembly, times.all, **settings)
+    solution, _ = times.chosen(prepared.run(progress).or_start(float(samples[0])))
+    return tree(solution, case=case, why=why, title=title, root=times.mark(solution.t))

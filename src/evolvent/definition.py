@@ -96,6 +96,7 @@ class SystemDefinition:
             For whatever can be found before the run.
         """
         from evolvent import analysis
+        from evolvent.fine_samples import Times
         from evolvent.solvers import drive
 
         given = self._given(laws)
@@ -103,16 +104,19 @@ class SystemDefinition:
         with naming_keys(keys):
             assembly, times, settings = self.assembled(case, given)
             analysis.check_run(assembly, times, settings.get("step"))
-            every, kept = analysis.with_times(times, self.between(case))
-            method, prepare, note = self.prepare_run(case, assembly, every, settings)
+            fine = bool(settings.pop("fine", True))
+            sampling = Times.of(times, self.between(case), fine=fine, values=assembly.y.size)
+            method, prepare, note = self.prepare_run(case, assembly, sampling.all, settings)
 
         def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
             with naming_keys(keys):
                 prepared, why = prepare()
                 solution = prepared.run(progress).or_start(float(times[0]))
             solution.message = in_keys(solution.message, keys)
+            solution, kept = sampling.chosen(solution)
             root, warning = self.findings(case, solution)
-            return *analysis.without(solution, root, kept), warning, why
+            solution, root = analysis.without(solution, root, kept)
+            return solution, root | sampling.mark(solution.t), warning, why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
             solution, root, warning, why = solve(progress)
@@ -120,7 +124,8 @@ class SystemDefinition:
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, root, _, _ = solve(None)
-            return analysis.observed(solution, names, system=case.system, root=root)
+            marks = {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
+            return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
 
         def start() -> xr.DataTree:
             solution = analysis.at_start(assembly, method, float(times[0]))
@@ -130,7 +135,7 @@ class SystemDefinition:
         return Plan(duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe)
 
     def between(self, case: Any) -> np.ndarray:
-        """Times (s) between the samples at which `derived` gets the run as well; their samples are not kept."""
+        """Times (s) between the samples at which `derived` gets the run as well; kept as fine samples are."""
         return np.zeros(0)
 
     def assembled(self, case: Any, laws: Mapping[str, Any]) -> tuple[Assembly, np.ndarray, dict[str, Any]]:

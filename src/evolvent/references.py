@@ -16,6 +16,7 @@ OF_THE_RUN = frozenset(
     (
         *(
             "time",
+            "fine_sample",
             "axis",
             "cause",
             "energy_losses",

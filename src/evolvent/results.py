@@ -24,6 +24,7 @@ import xarray as xr
 from evolvent import __version__, cases, netcdf
 from evolvent.errors import InputError
 from evolvent.figures import Number
+from evolvent.fine_samples import MARK
 
 #: Engine that reads and writes NetCDF files.
 _ENGINE: Literal["h5netcdf"] = "h5netcdf"
@@ -57,6 +58,27 @@ def unfinished(run: Any) -> str:
         return ""
     message = run.attrs["message"].removeprefix(status).strip(" :")
     return f"{status.upper()}: {message}" if message else status.upper()
+
+
+def regular_samples(run: Any) -> np.ndarray:
+    """Numbers of the samples of a run that are not fine ones."""
+    if MARK not in run.data_vars:
+        return np.arange(run.sizes["time"])
+    return np.flatnonzero(run[MARK].values == 0)
+
+
+def regular(run: Any) -> Any:
+    """A run at its regular samples alone: without those that were kept where the motion is fast."""
+    if MARK not in run.data_vars:
+        return run
+    samples = regular_samples(run)
+    if not isinstance(run, xr.DataTree):
+        return run.isel(time=samples).drop_vars(MARK)
+    groups = {name: group.to_dataset(inherit=False) for name, group in run.children.items()}
+    return xr.DataTree(
+        run.to_dataset().isel(time=samples).drop_vars(MARK),
+        children={name: xr.DataTree(group.isel(time=samples, missing_dims="ignore")) for name, group in groups.items()},
+    )
 
 
 def attributes(*, system: str, case: str, method: str, solution: Any, laws: Mapping[str, str]) -> dict[str, Any]:

@@ -115,6 +115,7 @@ class System:
         *,
         until: Any = None,
         every: Any = None,
+        fine: bool | None = None,
         method: str | None = None,
         step: Any = None,
         tolerance: float | None = None,
@@ -127,6 +128,8 @@ class System:
         ----------
         until : float, s, or a text with a unit ("20 s"), end of the run; needed unless the system was read from a case
         every : float, s, or a text, between samples; a 400th of the run if left out
+        fine : bool, whether finer samples are kept where the motion is fast, at most as many as the others; True if
+            left out. A variable ``fine_sample`` marks them.
         method : {"auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"}
             "auto" chooses from the parts; the result's attributes ``solver`` and ``method_reason`` say which and why.
         step : float, s, or a text, of a method with fixed steps; chosen if left out
@@ -150,11 +153,11 @@ class System:
         """
         from evolvent import analysis
 
-        given = {"until": until, "every": every, "method": method, "step": step, "tolerance": tolerance}
-        given["spectral_radius"] = spectral_radius
+        given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
+        given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
         own = self.settings
         if method is not None and method != own.get("method", method):  # step and tolerances are of another method
-            own = {name: value for name, value in own.items() if name in ("until", "every")}
+            own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
         settings = own | {name: value for name, value in given.items() if value is not None}
         if "until" not in settings:
             raise InputError("until is missing; give the end of the run, such as until='20 s'")

@@ -9,6 +9,7 @@ import imageio_ffmpeg
 import numpy as np
 import pandas
 import pytest
+import xarray as xr
 from scipy.io import loadmat
 
 from evolvent import cases, variables
@@ -301,7 +302,7 @@ def test_missing_library_names_the_extra(runs, tmp_path, monkeypatch):
 
 def test_html_keeps_frames_and_speed(runs, tmp_path):
     said = page.write(runs["rib"], str(tmp_path / "a.html"), Request(frames=7, speed=3.0))
-    assert "7 frames of 21 samples" in said
+    assert f"7 frames of {runs['rib'].sizes['time']} samples" in said
     text = (tmp_path / "a.html").read_text()
     assert '"speed":3.0' in text
     assert '{"name":"time","shape":[7]' in text
@@ -314,10 +315,21 @@ def test_nothing_enormous_without_being_told():
     with pytest.raises(InputError, match=r"may take up to 201 MB; ask for fewer \(--frames\), or for all of it"):
         Request().allow(LARGE + 1e6, "this")
     Request(large=True).allow(1e12, "this")
-    assert Request().samples(5).tolist() == [0, 1, 2, 3, 4]
-    assert Request().samples(1000, most=3).tolist() == [0, 500, 999]
-    assert Request(frames=4).samples(1000, most=3).size == 4
-    assert Request(frames=1).samples(9).tolist() == [8]
+
+
+def of_size(count, fine=()):
+    """A run with so many samples, some of them fine ones."""
+    marks = {"fine_sample": ("time", np.isin(np.arange(count), fine).astype(np.int8))} if fine else {}
+    return xr.Dataset(marks, {"time": np.linspace(0.0, 1.0, count)})
+
+
+def test_samples_of_a_request():
+    assert Request().samples(of_size(5)).tolist() == [0, 1, 2, 3, 4]
+    assert Request().samples(of_size(1000), most=3).tolist() == [0, 500, 999]
+    assert Request(frames=4).samples(of_size(1000), most=3).size == 4
+    assert Request(frames=1).samples(of_size(9)).tolist() == [8]
+    assert Request().samples(of_size(9, fine=[2, 3, 5])).size == 9
+    assert Request(frames=4).samples(of_size(9, fine=[2, 3, 5])).tolist() == [0, 4, 6, 8]
 
 
 @pytest.mark.parametrize("kind", ["vtk", "table", "matlab", "page"])

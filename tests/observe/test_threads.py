@@ -35,6 +35,7 @@ def heliogyro(overrides: dict[str, str]) -> Seen:
     system = evolvent.load("heliogyro", overrides)
     settings = dict(system.settings)
     times = analysis.sample_times(settings.pop("until"), settings.pop("every"))
+    del settings["fine"]
     return run(system, times, settings.pop("method"), **settings)
 
 

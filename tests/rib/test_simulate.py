@@ -400,7 +400,8 @@ def test_a_run_goes_on_from_anothers_end(held):
     assert float(again["contact-1"]["normal_force"][-1]) == pytest.approx(
         float(before["contact-1"]["normal_force"][-1]), rel=0.02
     )
-    assert float(again.energy_kinetic.max()) < 1e-3 * stored(again, "stretch and shear")[0]
+    settled = again.energy_kinetic.sel(time=slice(0.1, None))
+    assert float(settled.max()) < 1e-3 * stored(again, "stretch and shear")[0]
 
 
 @pytest.mark.parametrize("formulation", ["cable", "cable_stretch", "assumed_strain"])

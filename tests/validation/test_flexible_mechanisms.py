@@ -23,7 +23,9 @@ BAUCHAU = "Bauchau et al. (2016)"
 def path(benchmark: str, kind: str, elements: int, part: str, *, until: float, every: float, step: float) -> Array:
     """Places of the nodes of a part over time, m : (nt, n + 1, 3)."""
     system = getattr(benchmarks, benchmark)(kind, elements)
-    run = system.simulate(until=until, every=every, method="energy-momentum", step=step, spectral_radius=0.9)
+    run = system.simulate(
+        until=until, every=every, fine=False, method="energy-momentum", step=step, spectral_radius=0.9
+    )
     found: Array = run[part].position.values
     return found
 

@@ -40,7 +40,7 @@ def write(run: Any, path: str, request: Request) -> str:
     from scipy.io import savemat
 
     count = run.sizes["time"]
-    samples = request.samples(count)
+    samples = request.samples(run)
     motion = motion_of(run).at(samples)
     some = variables.flat(run).isel(time=samples)
     size = some.nbytes + sum(x.points.nbytes + sum(v.nbytes for v in x.values.values()) for x in motion.lines)

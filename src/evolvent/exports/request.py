@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import animation, cases
 from evolvent.errors import InputError
+from evolvent.results import regular_samples
 
 if TYPE_CHECKING:
     from evolvent.motion import Motion
@@ -39,12 +40,20 @@ class Request:
     axes: Literal["inertial", "body"] | None = None
     large: bool = False
 
-    def samples(self, count: int, *, most: int | None = None) -> np.ndarray:
-        """Samples of `count` that are kept: as many as asked for, else at most `most`, evenly spread."""
+    def samples(self, run: Any, *, most: int | None = None) -> np.ndarray:
+        """Samples of a run that are kept: as many as asked for, else at most `most`, evenly spread in time.
+
+        All of them, or some of the regular ones.
+        """
+        count = run.sizes["time"]
         wanted = self.frames or min(count, most or count)
         if wanted == 1:
             return np.array([count - 1])
-        return np.unique(np.linspace(0, count - 1, min(wanted, count)).round().astype(int))
+        if wanted >= count:
+            return np.arange(count)
+        even = regular_samples(run)
+        found: np.ndarray = even[np.unique(np.linspace(0, even.size - 1, min(wanted, even.size)).round().astype(int))]
+        return found
 
     def allow(self, size: float, what: str) -> None:
         """Refuse to write far more than anybody wants by mistake.

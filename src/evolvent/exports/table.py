@@ -54,8 +54,8 @@ def write(run: Any, path: str, request: Request) -> str:
         If the folder cannot be written into, or it would hold far too much.
     """
     count = run.sizes["time"]
-    rows = request.samples(count)
-    moments = request.samples(count, most=MOST_SHAPES)
+    rows = request.samples(run)
+    moments = request.samples(run, most=MOST_SHAPES)
     motion = motion_of(run).at(moments)
     numbers = cases.presenter(run).numbers(run)
     run = variables.flat(run)

@@ -64,7 +64,7 @@ def write(run: Any, path: str, request: Request) -> str:
     """
     file, group = _library()
     count = run.sizes["time"]
-    samples = request.samples(count, most=MOST)
+    samples = request.samples(run, most=MOST)
     motion = motion_of(run).at(samples)
     if request.axes == "body":
         motion = motion.in_body()

@@ -285,7 +285,7 @@ def _arrays(found: Mapping[str, Any], units: Mapping[str, str], name: str) -> Co
 def _run(name: str, wanted: Iterable[str]) -> Content:
     from evolvent import results, variables
 
-    run = results.open(name)
+    run = results.regular(results.open(name))
     columns = {"time": np.asarray(run["time"].values, dtype=float)}
     units = {"time": "s"}
     if "sensor_displacement" in run:

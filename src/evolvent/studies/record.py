@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import variables
+from evolvent import results, variables
 from evolvent.errors import EvolventError, InputError, nearest
 
 #: What may be kept of a variable over time, ``NAME.last`` and so on.
@@ -69,6 +69,11 @@ def outcome(index: int, run: xr.Dataset | xr.DataTree | Exception, keep: Sequenc
     status = str(run.attrs["status"])
     if status == "failed":
         return Outcome(index=index, status=status, reason=" ".join(str(run.attrs["message"]).split()))
+    return _kept(index, status, results.regular(run), keep)  # at times that all cases have
+
+
+def _kept(index: int, status: str, run: xr.Dataset | xr.DataTree, keep: Sequence[str]) -> Outcome:
+    """What is kept of a run that did not fail."""
     numbers = _numbers(run)
     if not keep:
         root = run.to_dataset() if isinstance(run, xr.DataTree) else run

@@ -21,6 +21,7 @@ class Simulate(Section):
 
     until: units.Duration = Field(description="end of the run")
     every: units.Duration | None = Field(None, description="time between samples; left out, a 400th of the run")
+    fine: bool = Field(True, description="whether finer samples are kept where the motion is fast")
     method: Literal["auto", "generalized-alpha", "energy-momentum", "dopri5", "rk4", "heun"] = Field(
         "auto", description="auto chooses from the parts; the results say which method it is, and why"
     )

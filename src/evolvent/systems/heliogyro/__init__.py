@@ -107,7 +107,7 @@ class Heliogyro(SystemDefinition):
                 "a law in Python drives the spools" if "drive" in laws else "no blade is ever all out after the start"
             )
             raise InputError(f"solver.duration is auto, but {which}; give it, such as '60 s'")
-        found = {"until": end, "every": case.output.every, "method": solver.method}
+        found = {"until": end, "every": case.output.every, "fine": case.output.fine, "method": solver.method}
         step = {} if solver.step == "auto" else {"step": solver.step}
         if solver.method == "dopri5":
             return found | step | {"tolerance": solver.rtol, "absolute_tolerance": solver.atol}

@@ -105,6 +105,7 @@ class Output(Section):
     """What is kept."""
 
     every: units.Duration = Field(0.1, description="time between samples")
+    fine: bool = Field(True, description="whether finer samples are kept where the motion is fast")
 
 
 class Case(Section):

@@ -76,11 +76,13 @@ def numbers(run: Any) -> list[Number]:
             gap = np.abs((values - rate) / rate)
             k = int(np.nanargmax(gap))
             rows.append((f"largest gap to {label}", f"{100.0 * gap[k]:.3g} % at {time[k]:.6g} s"))
+    even = results.regular(run)
+    at, even_lag = even.time.values, _tip_lag(even)
     for low, high in itertools.pairwise(_WINDOWS):
-        window = lag[(time >= low * time[-1]) & (time <= high * time[-1])]
+        window = even_lag[(at >= low * at[-1]) & (at <= high * at[-1])]
         if np.all(np.any(np.isfinite(window), axis=0)):
             means = " / ".join(f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag))
-            rows.append((f"mean tip lag, {low * time[-1]:.4g} to {high * time[-1]:.4g} s", f"{means} deg"))
+            rows.append((f"mean tip lag, {low * at[-1]:.4g} to {high * at[-1]:.4g} s", f"{means} deg"))
     rows += _hub_rows(run) if np.any(run.hub_tension.values) else []
     if "momentum_balance" in run:
         rows.append(("angular momentum balance", f"{run.momentum_balance.values.max():.2g} of the start"))
@@ -93,6 +95,7 @@ def numbers(run: Any) -> list[Number]:
 
 def _hub_rows(run: Any) -> list[tuple[str, str]]:
     """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
+    run = results.regular(run)
     time, hub, count = run.time.values, run.hub_tension.values.max(axis=1), _window(run)
     k = int(np.argmax(hub))
     text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
@@ -214,6 +217,7 @@ def _shape_figure(run: Any) -> Figure:
 
 def _tension_figure(run: Any) -> Figure:
     """Tension at the hub over time, and along the thread at several times."""
+    run = results.regular(run)
     case, time, first = case_of(run), run.time.values, _blade(run, 0)
     hub, springs = np.where(_separated(run), np.nan, 1e3 * run.hub_tension.values), case.blade.segments == "springs"
     shown, count = _unlike(hub), _window(run) if springs else 0

@@ -63,9 +63,9 @@ class InertiaStand(BatchedDefinition):
     study_figures = staticmethod(study_figures)
 
     def settings(self, case: Any) -> dict[str, Any]:
-        """How the general engine runs the parts: by dopri5, whose tolerances the case gives."""
+        """How the general engine runs the parts: by dopri5, whose tolerances the case gives; signals are even."""
         every, step = 1.0 / case.sensors.rate, case.solver.step
-        found = {"until": (case.sensors.samples - 1) * every, "every": every, "method": "dopri5"}
+        found = {"until": (case.sensors.samples - 1) * every, "every": every, "fine": False, "method": "dopri5"}
         found |= {"tolerance": case.solver.rtol, "absolute_tolerance": case.solver.atol}
         return found | ({"step": step} if case.solver.method == "dopri5" and step != "auto" else {})  # refused
 

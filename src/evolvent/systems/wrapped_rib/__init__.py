@@ -71,7 +71,8 @@ class WrappedRib(SystemDefinition):
     def settings(self, case: Any) -> dict[str, Any]:
         """Arguments of `System.simulate`."""
         solver, step = case.solver, None if case.solver.step == "auto" else float(case.solver.step)
-        found = {"until": case.duration, "every": case.output.every, "method": case.method, "step": step}
+        found = {"until": case.duration, "every": case.output.every, "fine": case.output.fine}
+        found |= {"method": case.method, "step": step}
         if case.method in IMPLICIT:
             radius = 0.3 if case.method == ALPHA else 1.0 / 3.0
             radius = radius if solver.spectral_radius is None else solver.spectral_radius

@@ -235,6 +235,7 @@ class Output(Section):
     """What is kept."""
 
     every: units.Duration = _key(0.5, "time between samples")
+    fine: bool = _key(True, "whether finer samples are kept where the motion is fast")
     points: Points = _key(4, "of each element at which shape and curvature are drawn")
 
 

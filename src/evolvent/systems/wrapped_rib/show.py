@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import cases, closed_forms, show, variables
 from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.results import regular
 from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
 
@@ -139,6 +140,7 @@ def _of_winding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
 
 def _of_holding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
     """The rest on the hub, beside its closed form."""
+    run = regular(run)
     time = _of(run, "time")
     late = time >= (1.0 - WINDOW) * time[-1]
     text, torque = f"{_of(run, 'contact-1.normal_force')[late].mean():.5g} N", _resting_torque(case)
@@ -155,6 +157,7 @@ def _of_holding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
 
 def _of_deployment(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
     """The tip's position and speed beside the closed form."""
+    run = regular(run)
     time, strip = _of(run, "time"), case.strip
     radius = f"{_of(run, 'tip_radius')[-1, 0]:.5g} m"
     speed = f"{_of(run, 'rib-1.tip_speed')[time >= 0.5 * time[-1]].mean():.4g} m/s"
