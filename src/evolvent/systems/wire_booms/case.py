@@ -31,7 +31,7 @@ class Wire(Section):
     line_density: units.LineDensity
     tip_mass: units.Mass = Field(description="of the sphere at its end")
     nodes: Annotated[int, units.Whole(least=2, most=1000)] = Field(20, description="lumped masses of a wire")
-    stiffness: units.Stiffness = Field(1e5, description="of one segment")
+    stiffness: units.Stiffness = Field(1e4, description="of one segment")
     damping: units.DampingOrZero = Field(1.0, description="of one segment")
 
 
