@@ -6,6 +6,7 @@ the lag by 0.016 deg and the rates by 0.01 %.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -138,7 +139,7 @@ def paper_case() -> Mapping[str, float]:
     return {
         "rate": float(found.body_rate.values[-1]),
         "lag": float(np.degrees(found.tip_lag.values[inside, 0]).mean()),
-        "steps": 1e-6 * float(found.attrs["steps"]),
+        "steps": 1e-6 * json.loads(found.attrs["statistics"])["steps"],
     }
 
 
@@ -275,7 +276,8 @@ CLAIMS: tuple[Claim, ...] = (
         verdict="open",
         paper="1e7 N/m",
         ours="That asks for a film of {product:.2g} N, {ratio:.0f} times what the film has at 20 nodes, 2e3 N/m: it "
-        "may be a slip of units. It does not matter to the motion: at 2e3 N/m the tip's lag differs by at most {lag:.3f} deg.",
+        "may be a slip of units. It does not matter to the motion: at 2e3 N/m the tip's lag differs by at most "
+        "{lag:.3f} deg.",
         values={"product": 2500000.0, "ratio": 5000.0, "lag": 0.00700375},
         tolerance={"lag": 0.3},
         measure=slip_of_units,
@@ -288,7 +290,7 @@ CLAIMS: tuple[Claim, ...] = (
         verdict="holds",
         ours="The body ends at {rate:.5f} rad/s, the mean lag from 20 to 60 s is {lag:.2f} deg. It takes {steps:.0f} "
         "million steps, most of a minute.",
-        values={},
+        values={"rate": 0.260154, "lag": 13.3222, "steps": 56.1069},
         measure=paper_case,
         seconds=60,
         command="evolvent run heliogyro-paper",
