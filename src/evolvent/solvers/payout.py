@@ -7,11 +7,20 @@ import numpy as np
 from evolvent.builder import Assembly
 from evolvent.errors import InputError
 from evolvent.kernels.drive import FREE, drive_angles
+from evolvent.model import Model
 
 #: Times at which a drive is evaluated over a run.
 _TIMES = 2001
 #: Share of a thread's length by which a drive may run past its ends.
 _ROUND_OFF = 1e-9
+
+
+def _angles(row: np.void, model: Model, times: np.ndarray) -> np.ndarray:
+    """Angles of the driven spool of a thread's row, rad : (nt,)."""
+    angles = np.empty(times.size)
+    parameters = model.parameters[int(row["first"]) : int(row["last"])]
+    drive_angles(int(row["drive"]), parameters, int(row["law"]), times, angles)
+    return angles
 
 
 def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
@@ -25,8 +34,7 @@ def deployed_lengths(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     found = np.full((model.threads.size, times.size), np.nan)
     for row, angles in zip(model.threads, found, strict=True):
         if row["drive"] != FREE:
-            parameters = model.parameters[int(row["first"]) : int(row["last"])]
-            drive_angles(int(row["drive"]), parameters, int(row["law"]), times, angles)
+            angles[:] = _angles(row, model, times)
             angles *= row["radius"] - 0.5 * row["coiling"] * angles
     return found.T
 
@@ -61,11 +69,16 @@ def all_deployed(assembly: Assembly) -> float | None:
         from scipy.optimize import brentq  # 0.2 s that most runs do not need
 
         return float(brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
-    end = left(np.array([last, last + 1.0]))
-    rates = end[0] - end[1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rest = np.where(rates > 0.0, end[0] / rates, np.inf)
-    return last + float(rest.min()) if np.isfinite(rest.min()) else None
+    rest = np.inf
+    for row, length in zip(assembly.model.threads, whole, strict=True):
+        if row["drive"] == FREE:
+            continue
+        r, c = float(row["radius"]), float(row["coiling"])
+        full = 2.0 * length / (r + np.sqrt(max(r * r - 2.0 * c * length, 0.0)))  # r full - c full^2/2 = length
+        now, later = _angles(row, assembly.model, np.array([last, last + 1.0]))
+        if later > now:
+            rest = min(rest, (full - now) / (later - now))
+    return last + float(rest) if np.isfinite(rest) else None
 
 
 def check(assembly: Assembly, end: float) -> None:

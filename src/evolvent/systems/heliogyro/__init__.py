@@ -82,7 +82,9 @@ class Heliogyro(SystemDefinition):
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
         "absolute_tolerance": "solver.atol", "drive": "spool.rate", "angle": "spool.start_length",
         "stiffness": "blade.stiffness", "length": "blade.length", "lets_go": "blade.lets_go",
-        "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool", "blade-*.": "blade.", "RigidBody.": "body.",
+        "reel-*.drive.inertia": "spool.free.inertia", "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool",
+        "reel-*.radius": "spool.radius", "blade-*.thickness": "spool.film_thickness", "blade-*.": "blade.",
+        "RigidBody.": "body.",
     } | {name: f"solver.{name}" for name in ("method", "step", "rtol", "atol")}  # fmt: skip
     build = staticmethod(build)
     derived = staticmethod(fields.derived)
@@ -103,9 +105,9 @@ class Heliogyro(SystemDefinition):
         if end == "auto":
             end = None if "drive" in laws else payout.all_deployed(assembly)
         if end is None:
-            which = (
-                "a law in Python drives the spools" if "drive" in laws else "no blade is ever all out after the start"
-            )
+            which = "no blade is ever all out after the start"
+            if "drive" in laws or case.spool.free is not None:
+                which = "a law in Python drives the spools" if "drive" in laws else "the spools turn freely"
             raise InputError(f"solver.duration is auto, but {which}; give it, such as '60 s'")
         found = {"until": end, "every": case.output.every, "fine": case.output.fine, "method": solver.method}
         step = {} if solver.step == "auto" else {"step": solver.step}

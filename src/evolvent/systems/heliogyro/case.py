@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -39,14 +40,38 @@ class Blade(Section):
     tip_mass: units.MassOrZero = 0.0
     nodes: Annotated[int, units.Whole(least=1, most=10_000)] = 20
     segments: Literal["springs", "inextensible"] = "springs"
-    stiffness: units.Stiffness = Field(1e4, description="of one segment (springs)")
+    stiffness: units.Stiffness = Field(1e4, description="of one segment (springs), or give young_modulus")
+    young_modulus: units.Modulus | None = Field(
+        None, description="of the film, with thickness and width: stiffness = E thickness width / (length / nodes)"
+    )
+    thickness: units.Length | None = Field(None, description="of the film, needed for young_modulus")
     damping: units.DampingOrZero = Field(1e-3, description="of one segment (springs)")
     velocity_turn: bool = Field(True, description="turn a released node's velocity along the thread, eq. 12 (springs)")
     wound_mass: Literal["ignored", "carried"] | None = Field(
         None, description="whether wound thread acts on the body; left out: ignored, but carried on a free body"
     )
     lets_go: bool = Field(False, description="whether the thread leaves the spool when it is all out")
-    width: units.Length | None = Field(None, description="chord of the blade, needed for sunlight")
+    width: units.Length | None = Field(None, description="chord, needed for sunlight and young_modulus")
+
+    @model_validator(mode="after")
+    def _check(self) -> Blade:
+        if self.young_modulus is None:
+            if self.thickness is not None:
+                raise InputError("blade.thickness is given without blade.young_modulus; give both or neither")
+            return self
+        if self.stiffness != type(self).model_fields["stiffness"].default:
+            raise InputError("blade.stiffness and blade.young_modulus are both given; give one of them")
+        for key, example in (("thickness", "5 um"), ("width", "10 cm")):
+            if getattr(self, key) is None:
+                raise InputError(f"blade.{key} is missing; blade.young_modulus needs it, such as '{example}'")
+        return self
+
+    @property
+    def segment_stiffness(self) -> float:
+        """Stiffness of one segment, N/m; that of a film follows from the number of nodes."""
+        if self.young_modulus is None or self.thickness is None or self.width is None:
+            return self.stiffness
+        return self.young_modulus * self.thickness * self.width / (self.length / self.nodes)
 
 
 class Change(Section):
@@ -57,8 +82,19 @@ class Change(Section):
     ramp: units.DurationOrZero = Field(0.0, description="time that the smooth change takes")
 
 
+class FreeSpool(Section):
+    """A spool that the thread's tension turns, against a motor or brake: pay-out is then an unknown."""
+
+    inertia: units.Inertia = Field(description="of the empty spool about its axis")
+    torque: units.Torque = Field(0.0, description="of a motor, constant; positive pays out")
+    brake: units.TorqueOrZero = Field(0.0, description="of a brake: it holds up to this torque, then slips at it")
+    friction: units.TorqueOrZero = Field(0.0, description="Coulomb friction of the bearing, added to the brake")
+    viscous: units.RotationalDampingOrZero = Field(0.0, description="coefficient of viscous friction of the bearing")
+    rate: units.AngularRate = Field(0.0, description="at the start; positive pays out")
+
+
 class Spool(Section):
-    """The spools and their law of turning: `rate` with `ramp` and `changes`, or a `table`."""
+    """The spools and how they turn: `rate` with `ramp` and `changes`, a `table`, or `free`."""
 
     radius: units.Length
     rate: units.AngularRates | None = Field(None, description="positive pays out")
@@ -67,18 +103,37 @@ class Spool(Section):
     table: tuple[tuple[units.Time, units.AngularRate], ...] | None = Field(
         None, description="pairs (time, rate) in place of rate, with a smooth monotone curve through them"
     )
+    free: FreeSpool | None = Field(None, description="spools turned by the thread, in place of rate and table")
+    film_thickness: units.LengthOrZero = Field(
+        0.0, description="by which the radius decreases per turn (spiral); radius is then that of the full spool"
+    )
     start_length: units.LengthOrZero = Field(0.0, description="thread already out at the start")
     start_lag: units.Angle = Field(0.0, description="lag angle of the thread already out")
 
     @model_validator(mode="after")
     def _check(self) -> Spool:
-        if self.table is not None:
-            for key in ("rate", "ramp", "changes"):
+        way = "free" if self.free is not None else "table"
+        if getattr(self, way) is not None:
+            for key in ("rate", "ramp", "changes", "table")[: 4 if way == "free" else 3]:
                 if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
-                    raise InputError(f"spool.{key} and spool.table are both given; give the rate or the table")
+                    wanted = "the rate or the table" if way == "table" else "one of them"
+                    raise InputError(f"spool.{key} and spool.{way} are both given; give {wanted}")
         if self.start_lag != 0.0 and self.start_length == 0.0:
             raise InputError("spool.start_lag is given, but spool.start_length is 0; give the length already out")
         return self
+
+    @property
+    def start_angle(self) -> float:
+        """Angle that the spools have turned at the start, rad: radius phi - film_thickness phi^2/(4 pi) is out."""
+        full, out = self.radius, self.start_length
+        square = full * full - self.film_thickness * out / math.pi
+        if square <= 0.0:
+            most = math.pi * full * full / out
+            raise InputError(
+                f"spool.film_thickness is {self.film_thickness:g} m; with spool.start_length {out:g} m out it must be "
+                f"below {most:.6g} m"
+            )
+        return 2.0 * out / (full + math.sqrt(square))
 
 
 class Sunlight(Section):

@@ -39,7 +39,11 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     system.add(parts.RigidBody(motion=body.motion, inertia=body.inertia, shape=shape, **own), "body")
     symmetric = _symmetric(case, laws)
     lag = spool.start_lag if body.rate >= 0.0 else -spool.start_lag
-    of_blades = blade.model_dump(exclude={"wound_mass"}) | {"wound_mass": "carried" if case.carried else "ignored"}
+    of_blades = blade.model_dump(exclude={"young_modulus"}) | {
+        "wound_mass": "carried" if case.carried else "ignored",
+        "stiffness": blade.segment_stiffness,
+        "thickness": spool.film_thickness,
+    }
     force, event = (law_and_parameters(laws, name) for name in ("force", "event"))
     for k in range(1 if symmetric else body.blades):
         reel, name, turn = f"reel-{k + 1}", f"blade-{k + 1}", 2.0 * np.pi * k / body.blades
@@ -85,19 +89,23 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     from evolvent import parts
 
     spool = case.spool
-    angle = spool.start_length / spool.radius
+    angle = spool.start_angle
     law = law_and_parameters(laws, "drive")
     if law is not None:
+        if spool.free is not None:
+            raise InputError("spool.free and laws['drive'] are both given; give one of them")
         if spool.start_length > 0.0:
             raise InputError("spool.start_length is given beside laws['drive'], whose angle at t = 0 says what is out")
         return parts.LawDrive(law=law[0], parameters=law[1])
+    if spool.free is not None:
+        return parts.FreeSpool(angle=angle, **spool.free.model_dump())
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
         if time[0] != 0.0:
             raise InputError(f"spool.table starts at {time[0]:g} s; its first row must be at 0 s")
         return parts.TableDrive(time=time, rate=rate, start=angle)
     if spool.rate is None:
-        raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or a spool.table")
+        raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or spool.table or spool.free")
 
     def own(rate: float | tuple[float, ...]) -> float:
         return rate[blade] if isinstance(rate, tuple) else rate
