@@ -33,7 +33,7 @@ def bending_stiffness_ratio(case: Case) -> float:
 
 def warnings(case: Case) -> list[str]:
     """Warnings about a case, a sentence each."""
-    return [*_of_mesh(case), *_of_drive(case), *_of_steps(case)]
+    return [*_of_mesh(case), *_of_helix(case), *_of_drive(case), *_of_steps(case)]
 
 
 def _of_mesh(case: Case) -> Iterator[str]:
@@ -58,6 +58,15 @@ def _of_mesh(case: Case) -> Iterator[str]:
         yield (
             f"contact points are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m into the hub "
             f"without contact; take more contact.points"
+        )
+
+
+def _of_helix(case: Case) -> Iterator[str]:
+    rib = case.rib
+    if case.turns_overlap:
+        yield (
+            f"rib.pitch {rib.pitch:g} m is less than the rib's width on the hub, so that turns overlap in part and "
+            f"pass through one another; take one of {case.clear_pitch:.4g} m or more, or 0"
         )
 
 
