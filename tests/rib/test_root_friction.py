@@ -11,10 +11,10 @@ from rib.reading import balance
 
 #: A short stiff rib, which swings about its root as a rigid body: mass 0.24 kg, m L^2/3 = 0.08 kg m^2.
 STIFF = {
-    "rib.length": 1, "rib.elements": 2, "rib.thickness": "5 mm", "rib.young_modulus": "70 GPa",
-    "damping.alpha": 0, "output.every": 0.02,
+    "rib.length": 1, "rib.elements": 2, "rib.thickness": "2 cm", "rib.density": 400, "rib.young_modulus": "200 GPa",
+    "damping.alpha": 0, "output.every": 0.02, "solver.tolerance": 1e-5,
 }  # fmt: skip
-INERTIA = 1600 * 0.03 * 5e-3 / 3.0
+INERTIA = 400 * 0.03 * 0.02 / 3.0
 METHODS = ["energy-momentum", "generalized-alpha"]
 
 
@@ -29,17 +29,23 @@ def swinging(tmp_path_factory):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_friction_slows_a_rib_at_its_torque_over_the_inertia_until_it_sticks(book, swinging, method):
-    changes = {"start": swinging, "rib.root_friction": 0.02, "solver.duration": 2.0, "solver.method": method}
+    changes = {
+        "start": swinging,
+        "rib.root_friction": 0.02,
+        "solver.duration": 1.2,
+        "solver.method": method,
+        "solver.tolerance": 1e-5,
+    }
     run = evolvent.run("wrapped-rib-deploy", STIFF | changes)
     t, hinge = run["time"].values, run["hinge-1"]
     rate = hinge["rate"].values
     slope = 0.02 / INERTIA
     stops = rate[0] / slope
     assert 0.5 < stops < 1.5
-    slipping, rests = (t > 0.02) & (t < stops - 0.05), t > stops + 0.1
+    slipping, rests = (t > 0.02) & (t < stops - 0.05), t > stops + 0.15
     fit = -np.polyfit(t[slipping], rate[slipping], 1)[0]
     assert fit == pytest.approx(slope, rel=5e-3)
-    assert np.abs(rate[rests]).max() < 0.01 * rate[0]
+    assert np.abs(rate[rests]).max() < 0.02 * rate[0]
     assert np.ptp(hinge["angle"].values[rests]) < 1e-3
     turned = 0.5 * rate[0] ** 2 / slope
     assert hinge["angle"].values[-1] - hinge["angle"].values[0] == pytest.approx(turned, rel=0.01)
@@ -54,19 +60,23 @@ def test_friction_slows_a_rib_at_its_torque_over_the_inertia_until_it_sticks(boo
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("friction", [0.03, 0.015])
+@pytest.mark.parametrize("friction", [0.015, 0.005])
 def test_a_rib_sticks_below_the_friction_and_slips_above(method, friction):
     """A torque about the hub's axis on a rib straight outwards: its moment about the root is known."""
-    changes = {"drive.torque": 0.02, "rib.root_friction": friction, "solver.duration": 0.5, "solver.method": method}
-    run = evolvent.run("wrapped-rib", STIFF | changes)
     R, L = 0.6, 1.0
     moment = 0.02 * (L**3 / 3.0 + R * L**2 / 2.0) / (((R + L) ** 3 - R**3) / 3.0)
-    hinge = run["hinge-1"]
-    angle = hinge["angle"].values - hinge["angle"].values[0]
-    if moment < friction:
+    sticks = moment < friction
+    drive = {"drive.torque": 0.02, "drive.ramp": 0.4 if sticks else 0.0}
+    changes = drive | {"rib.root_friction": friction, "solver.duration": 0.5, "solver.method": method}
+    run = evolvent.run("wrapped-rib", STIFF | changes)
+    hinge, t = run["hinge-1"], run["time"].values
+    if sticks:  # it slips after 1e-4 rad
+        angle = hinge["angle"].values - hinge["angle"].values[0]
+        assert angle[-1] == pytest.approx(1e-4 * moment / friction, rel=0.1)
+        assert hinge["friction_torque"].values[-1] == pytest.approx(moment, rel=0.1)
         assert np.abs(angle).max() < 1e-4
-        assert run["energy_losses"].sel(cause="friction").values[-1] < 1e-3 * 0.02
+        assert run["energy_losses"].sel(cause="friction").values[-1] < 0.3 * run["work_loads"].values[-1]
     else:
-        t = run["time"].values
-        assert angle[-1] == pytest.approx(0.5 * (moment - friction) / INERTIA * t[-1] ** 2, rel=0.02)
-    assert np.abs(run["energy_defect"].values).max() < 1e-2 * max(np.abs(run["work_loads"].values).max(), 1e-5)
+        slope = np.polyfit(t[t > 0.1], hinge["rate"].values[t > 0.1], 1)[0]
+        assert slope == pytest.approx((moment - friction) / INERTIA, rel=0.01)
+        assert np.abs(balance(run)).max() < 0.01
