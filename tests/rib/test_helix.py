@@ -11,6 +11,7 @@ import evolvent
 from evolvent import System, cases, closed_forms, parts, results
 from evolvent.elements import Material, Rectangle, axis_shape, coil, helix
 from evolvent.errors import InputError
+from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.advice import warnings
 from evolvent.systems.wrapped_rib.start import start
 from rib.reading import balance, case_of, elastic, over_ribs, stored
@@ -57,6 +58,17 @@ def test_a_wound_rib_is_a_helix_without_stretch(book, formulation, pitch):
         "Wrapped rib", f"Helix, pitch {pitch} m [{formulation}, 80 elements]: curvature", reference="cos^2(a)/R",
         source="closed form", error=float(np.abs(bent * RADIUS / math.cos(angle) ** 2 - 1.0).max()), allowed=2e-3,
     )  # fmt: skip
+
+
+def test_a_strip_on_a_helix_has_the_energy_of_its_torsion_too():
+    """G J t^2/2 with the torsion t = sin(a) cos(a)/R is 2 tan^2(a)/(1 + nu) of that of bending, of a thin strip."""
+    changes = {"rib.pitch": 0.6, "solver.duration": 1e-3, "rib.elements": 80}
+    runs = [evolvent.run("wrapped-rib-deploy", changes | {"rib.formulation": f}) for f in ("cable", "assumed_strain")]
+    case = case_of(runs[0])
+    bending = closed_forms.bending_energy(case.strip)
+    assert elastic(runs[0])[0] == pytest.approx(bending, rel=1e-3)
+    share = 2.0 * math.tan(case.helix_angle) ** 2 / 1.3
+    assert elastic(runs[1])[0] == pytest.approx(bending * (1.0 + share), rel=1.5e-3)
 
 
 def test_a_helix_of_a_small_pitch_is_a_coil():
@@ -167,6 +179,15 @@ def test_a_helix_is_held_by_its_closed_form(book, pitch, formulation):
     assert pull[inner] == pytest.approx(0.2 / (RADIUS * cosine) * (1.0 - arc[inner] / LENGTH), rel=0.02, abs=5e-3)
     assert float(run.hub_torque[-1]) == pytest.approx(0.2, rel=2e-3)
     assert abs(balance(run)).max() < 2e-3
+
+
+def test_a_torque_about_the_axis_alone_pulls_a_helix_into_the_plane(monkeypatch):
+    """Nothing holds the height of the free tip: without friction the tension has no part along the axis."""
+    monkeypatch.setattr(structure, "_pitch", lambda case: 0.0)
+    changes = {"rib.pitch": 0.2, "rib.elements": 20, "hold.time": 40, "drive.ramp": 1}
+    run = evolvent.run("wrapped-rib-hold", changes)
+    z = run["rib-1"]["position"].values[:, :, 2]
+    assert abs(z[-1, -1] - z[-1, 0]) < 0.2 * (z[0, -1] - z[0, 0])
 
 
 def test_turns_beside_one_another_do_not_press_on_one_another():
