@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -9,7 +10,16 @@ import pytest
 
 import evolvent
 from evolvent import System, cases, closed_forms, parts, results
-from evolvent.elements import Material, Rectangle, axis_shape, coil, helix
+from evolvent.elements import (
+    Material,
+    Rectangle,
+    axis_shape,
+    beam_form,
+    cable_form,
+    coil,
+    helix,
+    helix_stiffness_ratio,
+)
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.advice import warnings
@@ -60,15 +70,23 @@ def test_a_wound_rib_is_a_helix_without_stretch(book, formulation, pitch):
     )  # fmt: skip
 
 
-def test_a_strip_on_a_helix_has_the_energy_of_its_torsion_too():
-    """G J t^2/2 with the torsion t = sin(a) cos(a)/R is 2 tan^2(a)/(1 + nu) of that of bending, of a thin strip."""
-    changes = {"rib.pitch": 0.6, "solver.duration": 1e-3, "rib.elements": 80}
-    runs = [evolvent.run("wrapped-rib-deploy", changes | {"rib.formulation": f}) for f in ("cable", "assumed_strain")]
-    case = case_of(runs[0])
-    bending = closed_forms.bending_energy(case.strip)
-    assert elastic(runs[0])[0] == pytest.approx(bending, rel=1e-3)
-    share = 2.0 * math.tan(case.helix_angle) ** 2 / 1.3
-    assert elastic(runs[1])[0] == pytest.approx(bending * (1.0 + share), rel=1.5e-3)
+@pytest.mark.parametrize(("formulation", "counts"), [("cable", (40, 80)), ("assumed_strain", (160, 320))])
+def test_a_strip_on_a_helix_has_the_energy_of_its_torsion_too(formulation, counts):
+    """G J t^2/2 with the torsion t = sin(a) cos(a)/R beside E I k^2/2; errors of the elements fall with l^2."""
+    coarse, fine = (helix_stiffness_ratio(formulation, LENGTH / n, *STRIP, RADIUS, 0.6) for n in counts)
+    assert fine - (coarse - fine) / 3.0 == pytest.approx(1.0, abs=1e-3)
+    nodes = helix(formulation, 1, LENGTH / counts[1], *STRIP, radius=RADIUS, pitch=0.6)
+    form = cable_form if formulation == "cable" else functools.partial(beam_form, formulation)
+    angle = math.atan(0.6 / (2.0 * math.pi * RADIUS))
+    torsion = 0.0 if formulation == "cable" else 2.0 * math.tan(angle) ** 2 / 1.3  # of a thin strip, over bending
+    closed = 0.5 * 3.375e-7 * math.cos(angle) ** 4 / RADIUS**2 * (1.0 + torsion) * LENGTH / counts[1]
+    assert form(LENGTH / counts[1], *STRIP).energy(nodes.ravel()) == pytest.approx(closed * fine, rel=0.01)
+
+
+def test_elements_that_are_too_stiff_on_a_helix_are_warned_of():
+    changes = {"rib.pitch": 0.6, "rib.formulation": "assumed_strain"}
+    assert "times as stiff as the rib" in " ".join(warnings(cases.load("wrapped-rib-deploy", changes)))
+    assert warnings(cases.load("wrapped-rib-deploy", {"rib.pitch": 0.6})) == []
 
 
 def test_a_helix_of_a_small_pitch_is_a_coil():

@@ -18,7 +18,7 @@ from evolvent.elements.forms import (
     straight_beam,
     straight_cable,
 )
-from evolvent.elements.helices import helix
+from evolvent.elements.helices import helix, helix_stiffness_ratio
 from evolvent.elements.inertia import (
     OWN_INERTIA,
     SectionInertia,
@@ -85,6 +85,7 @@ __all__ = [
     "coil",
     "gravity_vector",
     "helix",
+    "helix_stiffness_ratio",
     "line_stiffness",
     "load_vector",
     "nodal",

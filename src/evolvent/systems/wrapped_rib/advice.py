@@ -23,11 +23,13 @@ BEYOND = "beyond the range of linear elasticity and of most materials"
 
 @functools.lru_cache(maxsize=8)
 def bending_stiffness_ratio(case: Case) -> float:
-    """Effective over true bending stiffness of one element (of a taper, the thinnest) bent to the hub's radius."""
+    """Effective over true stiffness of one element (of a taper, the thinnest) bent to the hub's radius or helix."""
     from evolvent import elements
 
     rib = case.rib
     bent = (rib.element_length, rib.section(rib.thinnest), rib.material)
+    if rib.pitch > 0.0:
+        return elements.helix_stiffness_ratio(rib.formulation, *bent, case.hub.radius, rib.pitch)
     return elements.bending_stiffness_ratio(rib.formulation, *bent, case.hub.radius)
 
 
