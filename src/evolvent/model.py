@@ -205,9 +205,10 @@ RECORDS: dict[str, np.dtype] = {
         moment_a=_3, moment_b=_3,
     ),
     # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
-    # a node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value
+    # a node; first, last: places of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
+    # pitch: of the screw motion along which a torque acts, m/rad
     "beam_loads": _record(
-        "kind beam iq iv first last law frame", "value centre axis start end ramp", "now", centre=_3, axis=_3,
+        "kind beam iq iv first last law frame", "value centre axis pitch start end ramp", "now", centre=_3, axis=_3,
     ),
     # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): places of profiles among the parameters, or
     # -1, and of the constants of the elements; now: last amplitudes

@@ -86,6 +86,8 @@ def test_defaults_are_those_of_the_built_in_case():
         ("deploy", {"start": "runs/wind.nc", "rib.root_stiffness": 0.1, "rib.root_damping": "1 N m s/deg"}),
         ("deploy", {"hub.motion": "spin", "hub.inertia": 50, "damping.alpha": 0}),
         ("deploy", {"drive": {"kind": "hub", "rate": -0.1}, "hub.motion": "driven"}),
+        ("wind", {"rib.pitch": "4 cm", "rib.root_height": "-0.2 m", "rib.root_friction": "0.01 N m"}),
+        ("deploy", {"rib.pitch": 0.1, "hub.motion": "free", "hub.density": 20, "hub.wall": "2 mm"}),
     ],
 )
 def test_a_case_written_as_yaml_is_the_same_case(phase, overrides):
@@ -143,6 +145,12 @@ def test_a_length_of_time_is_found():
         ("wind", {"rib.start_angle": "120 deg"}, ["rib.start_angle is 120 deg", "inside the hub"]),
         ("wind", {"rib.root": "clamp", "rib.root_stiffness": 1}, ["rib.root_stiffness", "'clamp'", "hinge"]),
         ("wind", {"rib.root": "clamp", "rib.root_damping": 1}, ["rib.root_damping", "'clamp'"]),
+        ("wind", {"rib.root": "clamp", "rib.root_friction": 1}, ["rib.root_friction", "'clamp'"]),
+        (
+            "wind",
+            {"rib.root_friction": 0.1, "solver.method": "rk4"},
+            ["rib.root_friction is given", "solver.method 'rk4'", "generalized-alpha"],
+        ),
         ("wind", {"rib.young_modulus": "5 m"}, ["rib.young_modulus is '5 m'", "'70 GPa'"]),
         ("wind", {"rib.widht": 1}, ["'rib.widht'", "did you mean 'rib.width'?"]),
         ("wind", {"hub.radius": 0}, ["hub.radius is 0", "a length above 0"]),

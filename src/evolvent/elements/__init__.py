@@ -18,6 +18,7 @@ from evolvent.elements.forms import (
     straight_beam,
     straight_cable,
 )
+from evolvent.elements.helices import helix, helix_stiffness_ratio
 from evolvent.elements.inertia import (
     OWN_INERTIA,
     SectionInertia,
@@ -83,6 +84,8 @@ __all__ = [
     "cable_stretch_parts",
     "coil",
     "gravity_vector",
+    "helix",
+    "helix_stiffness_ratio",
     "line_stiffness",
     "load_vector",
     "nodal",

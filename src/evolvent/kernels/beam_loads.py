@@ -18,10 +18,10 @@ def add_beam_loads(t, y, factor, model, P):
 
     Notes
     -----
-    FIELD, a torque T about the axis z through c: force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm, of each
-    beam. LINE, force per length along `axis`. POINT, force along `axis` at a vector of coordinates. MOMENT and what
-    follows the beam or a law: `node_loads`. A load with parameters and no law has a profile, by which its value is
-    multiplied.
+    FIELD, a torque T about the axis z through c: force per mass T (z x (r - c) + p z)/J, J = int |z x (r - c)|^2 dm, of
+    each beam, with the pitch p of a screw motion. LINE, force per length along `axis`. POINT, force along `axis` at a
+    vector of coordinates. MOMENT and what follows the beam or a law: `node_loads`. A load with parameters and no law
+    has a profile, by which its value is multiplied.
     """
     flexible, n_q = model.flexible, model.info.nq
     beams, elements, beam_loads = flexible.beams, flexible.elements, flexible.beam_loads
@@ -57,14 +57,14 @@ def add_beam_loads(t, y, factor, model, P):
             continue
         inertia = 0.0
         for element in range(first, last):
-            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, P)
+            inertia += _field(y, n_q, flexible, element, n, z, centre, 0.0, 0.0, P)
         for element in range(first, last):
-            _field(y, n_q, flexible, element, n, z, centre, value / inertia, P)
+            _field(y, n_q, flexible, element, n, z, centre, beam_loads[k].pitch, value / inertia, P)
 
 
 @kernel
-def _field(y, n_q, flexible, k, n, z, centre, scale, P):
-    """Forces scale M z x (e - c) of one element into P; returns its moment of inertia about the axis."""
+def _field(y, n_q, flexible, k, n, z, centre, pitch, scale, P):
+    """Forces scale M (z x (e - c) + pitch z) of one element into P; for pitch 0 returns its inertia about the axis."""
     iq, at, mass = flexible.elements[k].iq, flexible.elements[k].iv - n_q, flexible.elements[k].mass
     M = flexible.M12[mass] if n == 4 else flexible.M24[mass]
     half = n // 2
@@ -73,7 +73,9 @@ def _field(y, n_q, flexible, k, n, z, centre, scale, P):
         x, y0, z0 = y[iq + 3 * j], y[iq + 3 * j + 1], y[iq + 3 * j + 2]
         if j == 0 or j == half:
             x, y0, z0 = x - centre[0], y0 - centre[1], z0 - centre[2]
-        e[1, 3 * j], e[1, 3 * j + 1], e[1, 3 * j + 2] = cross(z[0], z[1], z[2], x, y0, z0)
+        fx, fy, fz = cross(z[0], z[1], z[2], x, y0, z0)
+        along = pitch if j == 0 or j == half else 0.0
+        e[1, 3 * j], e[1, 3 * j + 1], e[1, 3 * j + 2] = fx + along * z[0], fy + along * z[1], fz + along * z[2]
     inertia = 0.0
     for i in range(n):
         fx = fy = fz = 0.0

@@ -192,6 +192,8 @@ def mean_of(nodes: Array, lengths: Array) -> Array:
 def spread_rate(view: View, row: Any, nodes: Array) -> Array:
     """Rate (nt,), rad/s, with which a torque spread over a beam's mass does work: the mean turn about its axis.
 
+    With a pitch p the rate along the screw motion, p/J z . L beside it, L the linear momentum.
+
     Notes
     -----
     Force per mass T z x (r - c)/J, J = int |z x (r - c)|^2 dm: power T/J z . H, H the angular momentum about c. J is
@@ -209,7 +211,7 @@ def spread_rate(view: View, row: Any, nodes: Array) -> Array:
         y[at : at + size], out[:] = turning[k], 0.0
         flexible.beam_momenta(y, first, last, view.model, out[:3], out[3:])
         inertia[k] = z @ (out[3:] - np.cross(c, out[:3]))
-    found: Array = (sums.angular - cross(c, sums.linear)) @ z / inertia
+    found: Array = ((sums.angular - cross(c, sums.linear)) @ z + float(row["pitch"]) * (sums.linear @ z)) / inertia
     return found
 
 

@@ -28,7 +28,7 @@ def add_beam_load(builder: Builder, name: str, kind: int, beam: int, value: floa
     first, last = 0, 0
     if profile is not None:
         first, last = builder.parameters(write_profile(builder, f"{name}.profile", profile))
-    whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3), "law": 0, "frame": 0,
+    whole = {"iq": -1, "iv": -1, "centre": np.zeros(3), "axis": np.zeros(3), "law": 0, "frame": 0, "pitch": 0.0,
              "first": first, "last": last}  # fmt: skip
     index = builder.add(
         "beam_loads", kind=kind, beam=beam, value=value, start=start, end=math.inf if end is None else end, ramp=ramp,
@@ -55,6 +55,8 @@ def refuse_beside_law(name: str, load: Any, keys: tuple[str, ...]) -> None:
 class DistributedTorque(Part):
     """A torque about an axis spread over a beam's mass: force per mass proportional to axis x arm.
 
+    With a `pitch` it acts along a screw motion: force per mass proportional to axis x arm + pitch/(2 pi) axis.
+
     Parameters
     ----------
     beam : str
@@ -67,6 +69,8 @@ class DistributedTorque(Part):
         A point on the axis, inertial axes.
     axis : (3,) float
         Inertial axes.
+    pitch : float, m
+        Advance along the axis in one turn of the screw motion; it does not change the torque about the axis.
     start : float, s
         When the load begins.
     end : float, s, optional
@@ -81,6 +85,7 @@ class DistributedTorque(Part):
     profile: TorqueProfile | None = None
     centre: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
+    pitch: units.Coordinate = 0.0
     start: units.Time = 0.0
     end: units.Time | None = None
     ramp: units.DurationOrZero = 0.0
@@ -97,7 +102,7 @@ class DistributedTorque(Part):
         add_beam_load(
             builder, name, kernels.FIELD, builder.find(self.beam, "beams"),
             1.0 if self.torque is None else self.torque, (self.start, self.end, self.ramp), self.profile,
-            centre=np.array(self.centre), axis=axis,
+            centre=np.array(self.centre), axis=axis, pitch=self.pitch / (2.0 * math.pi),
         )  # fmt: skip
 
 

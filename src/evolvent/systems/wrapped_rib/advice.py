@@ -23,17 +23,19 @@ BEYOND = "beyond the range of linear elasticity and of most materials"
 
 @functools.lru_cache(maxsize=8)
 def bending_stiffness_ratio(case: Case) -> float:
-    """Effective over true bending stiffness of one element (of a taper, the thinnest) bent to the hub's radius."""
+    """Effective over true stiffness of one element (of a taper, the thinnest) bent to the hub's radius or helix."""
     from evolvent import elements
 
     rib = case.rib
     bent = (rib.element_length, rib.section(rib.thinnest), rib.material)
+    if rib.pitch > 0.0:
+        return elements.helix_stiffness_ratio(rib.formulation, *bent, case.hub.radius, rib.pitch)
     return elements.bending_stiffness_ratio(rib.formulation, *bent, case.hub.radius)
 
 
 def warnings(case: Case) -> list[str]:
     """Warnings about a case, a sentence each."""
-    return [*_of_mesh(case), *_of_drive(case), *_of_steps(case)]
+    return [*_of_mesh(case), *_of_helix(case), *_of_drive(case), *_of_steps(case)]
 
 
 def _of_mesh(case: Case) -> Iterator[str]:
@@ -58,6 +60,15 @@ def _of_mesh(case: Case) -> Iterator[str]:
         yield (
             f"contact points are {2.0 * half:.3g} m apart, between which the rib may sink {depth:.2g} m into the hub "
             f"without contact; take more contact.points"
+        )
+
+
+def _of_helix(case: Case) -> Iterator[str]:
+    rib = case.rib
+    if case.turns_overlap:
+        yield (
+            f"rib.pitch {rib.pitch:g} m is less than the rib's width on the hub, so that turns overlap in part and "
+            f"pass through one another; take one of {case.clear_pitch:.4g} m or more, or 0"
         )
 
 

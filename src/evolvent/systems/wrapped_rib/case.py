@@ -25,6 +25,7 @@ Strain = Annotated[float, units.Quantity(what="a strain", unit="", example="1e-3
 Stiffness = Annotated[
     float | str, units.Quantity(what="a stiffness", unit="N/m", example="1e3 N/m", above=0.0, auto=True)
 ]
+Height = Annotated[float | str, units.Quantity(what="a height", unit="m", example="-0.2 m", auto=True)]
 Points = Annotated[int, units.Whole(least=1, most=64)]
 #: Strain at the root from which on a case is refused.
 STRAIN_REFUSED = 0.5
@@ -66,6 +67,13 @@ class Rib(Section):
     root: Literal["hinge", "clamp"] = _key("hinge", "hinge: turns about the hub's axis; clamp: keeps its direction")
     root_stiffness: units.RotationalStiffnessOrZero = _key(0.0, "of a spring in the hinge, without moment at the start")
     root_damping: units.RotationalDampingOrZero = _key(0.0, "of a damper in the hinge")
+    root_friction: units.TorqueOrZero = _key(0.0, "torque of Coulomb friction in the hinge, which sticks below it")
+    pitch: units.LengthOrZero = _key(
+        0.0, "advance along the hub's axis in one turn, of a rib wound as a helix; 0: turns on one another"
+    )
+    root_height: Height = _key(
+        "auto", "of the root above the hub's middle; auto: a helix lies evenly about the middle, other ribs in it"
+    )
     start_angle: units.Angle = _key(
         0.0, "of the straight rib from outwards, in the winding sense; not of a carried tip"
     )
@@ -85,7 +93,7 @@ class Rib(Section):
             )
         if thickest > self.width:
             yield f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them"
-        for key in ("root_stiffness", "root_damping"):
+        for key in ("root_stiffness", "root_damping", "root_friction"):
             if self.root == "clamp" and getattr(self, key) > 0.0:
                 yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; take a hinge"
 
@@ -132,17 +140,55 @@ class Rib(Section):
 
 
 class Hub(Section):
-    """The rigid hub, a cylinder about z, its middle at the origin; the ribs are hinged at half its height."""
+    """The rigid hub, a cylinder about z, its middle at the origin."""
 
     radius: units.Length = _key(0.6, "of the surface that the ribs wind on")
     height: units.Length = _key(3.0, "along its axis")
     motion: Literal["fixed", "free", "spin", "driven"] = _key(
         "fixed", "spin: free about its axis; driven: turned about it"
     )
-    mass: units.Mass | None = _key(None, "without the ribs; needed for motion: free")
+    mass: units.Mass | None = _key(None, "without the ribs; motion: free needs it, or density")
     inertia: units.Inertias | None = _key(
-        None, "about every axis, or principal moments; free, left out: of a solid hub"
+        None, "about every axis, or principal moments; free, left out: of a uniform hub"
     )
+    density: units.Density | None = _key(None, "of the hub's material, in place of mass and inertia")
+    wall: units.Length | None = _key(None, "thickness of the wall of a hollow hub without ends; left out: solid")
+
+    def refusals(self) -> Iterator[str]:
+        """Rules between the keys."""
+        for key in ("mass", "inertia"):
+            if self.density is not None and getattr(self, key) is not None:
+                yield f"hub.density and hub.{key} are both given; leave one of them out"
+        if self.wall is None:
+            return
+        if self.wall > self.radius:
+            yield f"hub.wall is {self.wall:g} m, more than hub.radius {self.radius:g} m; leave it out for a solid hub"
+        if self.inertia is not None:
+            yield "hub.wall and hub.inertia are both given; leave one of them out"
+        elif self.density is None and (self.mass is None or self.motion != "free"):
+            yield "hub.wall is given without hub.density, which it needs for the inertia; give hub.density"
+
+    @property
+    def given_mass(self) -> float | None:
+        """Mass as given, or of the density, kg."""
+        if self.density is None:
+            return self.mass
+        return self.density * math.pi * (self.radius**2 - self._inner**2) * self.height
+
+    @property
+    def given_inertia(self) -> Any:
+        """Inertia as given, or of the density or of a wall, kg m^2; None for that of a solid hub of the given mass."""
+        mass = self.given_mass
+        if mass is None or (self.density is None and self.wall is None):
+            return self.inertia
+        square = self.radius**2 + self._inner**2
+        across = mass * (3.0 * square + self.height**2) / 12.0
+        return (across, across, 0.5 * mass * square)
+
+    @property
+    def _inner(self) -> float:
+        """Inner radius, m."""
+        return 0.0 if self.wall is None else self.radius - self.wall
 
 
 class Drive(Section):
@@ -260,7 +306,7 @@ class Case(Section):
 
     def refusals(self) -> Iterator[str]:
         """Rules between the sections."""
-        for rules in (self._refused_phase, self._refused_drive, self._refused_geometry):
+        for rules in (self._refused_phase, self._refused_drive, self._refused_geometry, self._refused_helix):
             yield from rules()
 
     def _refused_phase(self) -> Iterator[str]:
@@ -324,6 +370,44 @@ class Case(Section):
             )
         if isinstance(numbers, tuple) and max(numbers) > rib.elements:
             yield f"damping.elements names element {max(numbers)}, but rib.elements is {rib.elements}"
+        if rib.root_friction > 0.0 and self.method not in IMPLICIT:
+            yield (
+                f"rib.root_friction is given, but solver.method {self.method!r} does not support friction; take "
+                f"{ENERGY} or {ALPHA}"
+            )
+
+    def _refused_helix(self) -> Iterator[str]:
+        rib, hub, drive, rise = self.rib, self.hub, self.drive, self.rise
+        half = 0.5 * rib.width * math.cos(self.helix_angle)
+        low, high = self.root_height - half, self.root_height + rise + half
+        if rise + 2.0 * half > hub.height:
+            yield (
+                f"rib.pitch is {rib.pitch:g} m, with which the wound rib takes {rise + 2.0 * half:.4g} m of the hub's "
+                f"axis, but hub.height is {hub.height:g} m; it must be {self._largest_pitch:.4g} m at most"
+            )
+        elif low < -0.5 * hub.height * (1.0 + 1e-9) or high > 0.5 * hub.height * (1.0 + 1e-9):
+            least, most = -0.5 * hub.height + half, 0.5 * hub.height - rise - half
+            yield (
+                f"rib.root_height is {self.root_height:g} m, with which the wound rib lies from {low:.4g} to "
+                f"{high:.4g} m, beyond the hub's ends at {0.5 * hub.height:g} m; it must be from {least:.4g} to "
+                f"{most:.4g} m"
+            )
+        if rib.pitch == 0.0:
+            return
+        if self.contact.self and self.turns_overlap:
+            yield (
+                f"rib.pitch is {rib.pitch:g} m, with which turns overlap in part, which contact.self does not support; "
+                f"it must be 0, or {self.clear_pitch:.4g} m or more"
+            )
+        if drive is None or drive.kind != "hub" or self.phase == "deploy":
+            return
+        if drive.torque is None:
+            yield (
+                "drive.torque is missing; with rib.pitch a drive of kind 'hub' needs it, such as '0.2 N m': a hub that "
+                "turns against drag alone does not push the rib along its axis"
+            )
+        if self.damping.elements != "all" and self.damping.alpha > 0.0:
+            yield "damping.elements is given, but with rib.pitch a drive of kind 'hub' needs drag on all; leave it out"
 
     @property
     def method(self) -> str:
@@ -339,6 +423,44 @@ class Case(Section):
         return self.rib.element_length / self.contact.points
 
     @property
+    def helix_angle(self) -> float:
+        """Angle between the wound rib and the plane across the hub's axis, rad."""
+        return math.atan(self.rib.pitch / (2.0 * math.pi * self.hub.radius))
+
+    @property
+    def rise(self) -> float:
+        """Height of the wound rib's tip above its root, m."""
+        return self.rib.length * math.sin(self.helix_angle)
+
+    @property
+    def root_height(self) -> float:
+        """Height of the root above the hub's middle, m."""
+        return -0.5 * self.rise if self.rib.root_height == "auto" else float(self.rib.root_height)
+
+    @property
+    def turn_distance(self) -> float:
+        """Distance of the middles of turns of a helix that lie beside one another, across the rib, m."""
+        return self.rib.pitch / self.rib.count * math.cos(self.helix_angle)
+
+    @property
+    def turns_overlap(self) -> bool:
+        """Whether turns of a helix overlap in part."""
+        return 0.0 < self.turn_distance < self.rib.width * (1.0 - 1e-3)
+
+    @property
+    def clear_pitch(self) -> float:
+        """Pitch with which turns lie beside one another without a gap, m; infinite where ribs are too many."""
+        around = self.rib.width * self.rib.count / (2.0 * math.pi * self.hub.radius)
+        return math.inf if around >= 1.0 else self.rib.width * self.rib.count / math.sqrt(1.0 - around**2)
+
+    @property
+    def _largest_pitch(self) -> float:
+        """Pitch of a rib that, wound, takes all of the hub's height, m."""
+        # L sin(a) + w cos(a) = H
+        L, w, H = self.rib.length, self.rib.width, self.hub.height
+        return 2.0 * math.pi * self.hub.radius * math.tan(math.asin(min(H / math.hypot(L, w), 1.0)) - math.atan2(w, L))
+
+    @property
     def begins(self) -> str:
         """Where the run starts: "straight", "wound", or the name of a saved run."""
         if self.start == "auto":
@@ -352,18 +474,22 @@ class Case(Section):
 
     @property
     def strip(self) -> closed_forms.Strip:
-        """What the closed forms take; of a tapered rib, the means over its length."""
+        """What the closed forms take; of a tapered rib, the means over its length.
+
+        Of a helix it is the rib as seen along the hub's axis: the same mass, energy of bending and tension about it.
+        """
         rib = self.rib
         ends = (rib.thickness, rib.thickness if rib.tip_thickness is None else rib.tip_thickness)
         area = rib.width * 0.5 * sum(ends)
         # the mean of t^3 over a linear taper is (a + b)(a^2 + b^2)/4
         moment = rib.width * sum(ends) * (ends[0] ** 2 + ends[1] ** 2) / 48.0
+        cosine = math.cos(self.helix_angle)
         return closed_forms.Strip(
             radius=self.hub.radius,
-            length=rib.length,
-            line_density=rib.density * area,
-            bending_stiffness=rib.young_modulus * moment,
-            axial_stiffness=rib.young_modulus * area,
+            length=rib.length * cosine,
+            line_density=rib.density * area / cosine,
+            bending_stiffness=rib.young_modulus * moment * cosine**3,
+            axial_stiffness=rib.young_modulus * area * cosine,
             taper=ends[1] / ends[0],
         )
 

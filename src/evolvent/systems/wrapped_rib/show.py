@@ -93,6 +93,9 @@ def numbers(run: xr.DataTree) -> list[Number]:
     time, force, hub = root.time.values, _of(run, "contact-1.normal_force"), case.hub.motion
     rows = [("time reached", f"{time[-1]:.6g} s"), ("wound at the end", _wound(root, case.strip))]
     rows += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](run, case)
+    if case.rib.pitch > 0.0:
+        heights = _of(run, "rib-1.position")[-1, :, 2]
+        rows.append(("tip above the root at the end", f"{heights[-1] - heights[0]:.5g} m (helix {case.rise:.5g})"))
     if np.any(force > 0.0):
         k = int(np.argmax(force))
         peak = f"{force[k]:.4g} N at {time[k]:.5g} s (it depends on the mesh)"
@@ -332,11 +335,12 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         forces = _of(run, "contact-1.point_force").reshape(time.size, middle.size, -1).sum(axis=2)
         pressures, T = at_times(middle, forces / case.rib.element_length), _resting_torque(case)
         if T is not None:
-            closed = closed_forms.wound_tension(strip, T, arc)
-            stretched = 1.0 + closed / closed_forms.axial_stiffness_at(strip, arc)
-            curvature.append(_dashed(arc, stretched, label="closed form"))
-            tension.append(_dashed(arc, closed))
-            pressures.append(_dashed(arc, closed_forms.wound_pressure(strip, T, arc)))
+            share = strip.length / case.rib.length  # cosine of the angle of a helix
+            closed = closed_forms.wound_tension(strip, T, share * arc)
+            stretched = 1.0 + closed / closed_forms.axial_stiffness_at(strip, share * arc)
+            curvature.append(_dashed(arc, share**3 * stretched, label="closed form"))
+            tension.append(_dashed(arc, closed / share))
+            pressures.append(_dashed(arc, share * closed_forms.wound_pressure(strip, T, share * arc)))
         panels.append(Panel(x_label="from the root, m", y_label="pressure on the hub, N/m", lines=pressures))
     return Figure(name="along", title="Along the rib", panels=panels, size=(8.0, 2.9 * len(panels)))
 

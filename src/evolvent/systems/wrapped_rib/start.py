@@ -69,22 +69,27 @@ def _straight(case: Case) -> Array:
 
     drive, rib = case.drive, case.rib
     taut = 1.0 + drive.stretch if drive is not None and drive.kind == "tip" else 1.0
-    direction = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
+    level = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
+    up, c, s = np.array([0.0, 0.0, 1.0]), math.cos(case.helix_angle), math.sin(case.helix_angle)
+    direction = c * level + s * up
     arc = np.linspace(0.0, taut * rib.length, rib.elements + 1)
-    places = np.array([case.hub.radius, 0.0, 0.0]) + arc[:, None] * direction
-    return nodal(places, np.tile(taut * direction, (arc.size, 1)), np.array([0.0, 0.0, 1.0]), vectors=rib.vectors)
+    places = np.array([case.hub.radius, 0.0, case.root_height]) + arc[:, None] * direction
+    return nodal(places, np.tile(taut * direction, (arc.size, 1)), c * up - s * level, vectors=rib.vectors)
 
 
 def _wound(case: Case) -> Array:
     """A rib wound without stretch, its contact points on the hub or, where turns touch, on the turn below."""
-    from evolvent.elements import coil
+    from evolvent.elements import coil, helix
 
     rib, contact = case.rib, case.contact
-    return coil(
-        rib.formulation, rib.elements, rib.element_length, rib.section(rib.thinnest), rib.material,
-        radius=case.hub.radius, points=contact.points, beams=rib.count,
-        thickness=max(rib.thickness, rib.tip_thickness or 0.0) if contact.self else 0.0,
-    )  # fmt: skip
+    mesh = (rib.formulation, rib.elements, rib.element_length, rib.section(rib.thinnest), rib.material)
+    if rib.pitch > 0.0:
+        nodes = helix(*mesh, radius=case.hub.radius, pitch=rib.pitch, points=contact.points)
+    else:
+        thickness = max(rib.thickness, rib.tip_thickness or 0.0) if contact.self else 0.0
+        nodes = coil(*mesh, radius=case.hub.radius, points=contact.points, beams=rib.count, thickness=thickness)
+    nodes[:, 0, 2] += case.root_height
+    return nodes
 
 
 def _from_run(case: Case) -> Start:
@@ -133,7 +138,7 @@ def check_follows(before: Case, after: Case) -> None:
     InputError
         If their ribs or hubs differ in what cannot change.
     """
-    for section, key in (("rib", "length"), ("rib", "count"), ("hub", "radius")):
+    for section, key in (("rib", "length"), ("rib", "count"), ("rib", "pitch"), ("hub", "radius")):
         mine, its = (getattr(getattr(case, section), key) for case in (after, before))
         if mine != its:
             run = f"the run {after.start!r}, from which this one starts"

@@ -48,18 +48,21 @@ def build(case: Case, begin: Start) -> System:
         system.add(parts.Beam(nodes=nodes, rates=rates, **beam), f"rib-{k}")
         place = tuple(begin.rotation.T @ (nodes[0, 0] - begin.hub["position"]))
         system.add(parts.Joint(a=("hub", place), b=root, **hold), f"root-{k}")
-        if rib.root_stiffness > 0.0 or rib.root_damping > 0.0:
+        if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0:
             rest = turn + begin.rest[b]
             zero = tuple(begin.rotation @ [math.cos(rest), math.sin(rest), 0.0])
             spring = {"zero": zero, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
+            spring |= {"friction": rib.root_friction}
             system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
         system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
-            system.add(parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, ramp=ramp), f"drive-{k}")
+            spread = parts.DistributedTorque(beam=f"rib-{k}", torque=drive.torque, pitch=_pitch(case), ramp=ramp)
+            system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
-            taut = rib.length * (1.0 + drive.stretch)
+            taut = case.strip.length * (1.0 + drive.stretch)
             path = {"drive": _drive(case, taut / hub.radius), "radius": hub.radius, "length": taut}
+            path["centre"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
             outwards = (math.cos(turn), math.sin(turn), 0.0)
             system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", zero=outwards, **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
@@ -79,13 +82,29 @@ def _add_hub(system: System, case: Case, begin: Start) -> None:
     hub, at = case.hub, begin.hub
     given: dict[str, Any] = {"motion": "driven", "rate": 0.0, "orientation": at["orientation"]}
     if hub.motion == "free":
-        given = {"motion": "free", "mass": hub.mass, "inertia": hub.inertia, **at}
+        given = {"motion": "free", "mass": hub.given_mass, "inertia": hub.given_inertia, **at}
     elif hub.motion in ("spin", "driven"):
         # a driven hub without inertia of its own gets a small share of the ribs', which its drive moves
         light = 1e-3 * case.strip.line_density * case.rib.length * hub.radius**2
-        given |= {"motion": "spin", "inertia": light if hub.inertia is None and hub.motion == "driven" else hub.inertia}
+        inertia = hub.given_inertia
+        given |= {"motion": "spin", "inertia": light if inertia is None and hub.motion == "driven" else inertia}
         given["rate"] = at["angular_velocity"][2] if hub.motion == "spin" else 0.0
     system.add(parts.RigidBody(shape=parts.Cylinder(radius=hub.radius, length=hub.height), **given), "hub")
+
+
+def _pitch(case: Case) -> float:
+    """Pitch of the screw motion along which a torque acts, m.
+
+    On the hub a rib lies as a helix where what pulls it has the direction of the helix: the torque alone has with the
+    rib's own pitch. Drag, of a hub that turns, has no part along the axis, which the torque has to add.
+    """
+    drive, strip = case.drive, case.strip
+    assert drive is not None
+    assert drive.torque is not None
+    if drive.kind != "hub" or case.phase == "deploy" or drive.rate is None:
+        return case.rib.pitch
+    drag = case.damping.alpha * drive.rate * strip.line_density * strip.length * strip.radius**2
+    return case.rib.pitch * (1.0 + drag / drive.torque)
 
 
 def _law(case: Case, begin: Start) -> dict[str, Any]:
