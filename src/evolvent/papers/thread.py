@@ -93,7 +93,7 @@ def figure_4_1(options: Options) -> Made:
         f"{DATA} Corrected: (18) with the offset L0 of the spools, from the momentum (J + 2 m_k L0^2) W0 of body and "
         "tip masses at the start. Gaps: of the computed rate, over the whole deployment.\n"
     )
-    title = "Rate of the body beside eq. (18) and the corrected formula (Tenenbaum 2014, figure IV.1)"
+    title = "Rate of the body beside eq. (18) (Tenenbaum 2014, figure IV.1)"
     figure = Figure(name="thread-figure-4-1", title=title, panels=panels, size=(8.0, 7.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -108,9 +108,9 @@ def figure_4_2(options: Options) -> Made:
         start.append(Line(x=one.t[first], y=one.lag[first], label=label, color=k, style=style, width=1.2))
         rows.append([str(_n(trial)), *_written(means(one)), f"{np.nanmax(one.lag):.2f}"])
     steady = math.degrees(math.asin(2.0 * 0.035 / (0.05 * 6.0)))
-    start.append(Line(x=np.array([0.0, START]), y=np.full(2, steady), label="2 v / (L0 W0)", color="0.5", style=":"))
+    start.append(Line(x=np.array([0.0, START]), y=np.full(2, steady), label="steady lag", color="0.5", style=":"))
     panels = [
-        Panel(x_label="time, s", y_label=LAG, lines=whole, y_zero=True),
+        Panel(x_label="time, s", y_label=LAG, lines=whole),
         Panel(x_label="time, s", y_label=LAG, lines=start, title=f"first {START:g} s"),
     ]
     text = f"{DATA} The steady lag at the start, asin(2 v / (L0 W0)), is {steady:.2f}.\n"
@@ -141,7 +141,7 @@ def figure_4_3(options: Options) -> Made:
                 y = np.maximum(np.abs(apart[shown]), 1e-12)
                 label = f"n = {n}, d = {d:g} and {group[0][0]:g} N s/m"
                 differences.append(Line(x=one.t[shown], y=y, label=label, color=k, width=0.8))
-        panels.append(Panel(x_label="", y_label=LAG, lines=lines, title=f"n = {n}", y_zero=True))
+        panels.append(Panel(x_label="", y_label=LAG, lines=lines, title=f"n = {n}"))
     first = [one for trial, one in runs if trial.overrides["blade.damping"] == dampings[0]]
     if len(first) == len(NODES):
         apart = np.abs(first[0].lag - first[1].lag)
@@ -191,15 +191,15 @@ def figure_4_4(options: Options) -> Made:
             label = f"{named}, from {against}"
             apart.append(Line(x=one.t[shown], y=1e6 * y[shown], label=label, color=k, width=0.9))
     panels = [
-        Panel(x_label="", y_label=LAG, lines=lines, y_zero=True),
+        Panel(x_label="", y_label=LAG, lines=lines),
         Panel(x_label="time, s", y_label="difference, 1e-6 deg", lines=apart, title="after the first second"),
     ]
     head = ["c, N/m", "method", "step, s", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS)]
     head += ["from links of fixed length", "from c = 1e7, same method"]
     note = (
         f"{DATA} n = 20. Largest differences of the lag after the first second. Runs by {IMPLICIT}"
-        "RK4 was run once with each stiffness over the whole deployment (27, 76 and 234 s of CPU time); its lag differs "
-        "from that\nof links of fixed length by 1.5e-6, 1.4e-7 and 4e-8 deg.\n"
+        "RK4 was run once with each stiffness over the whole deployment (27, 76 and 234 s of CPU time); its lag "
+        "differs from\nthat of links of fixed length by 1.5e-6, 1.4e-7 and 4e-8 deg.\n"
     )
     title = "Lag of the tip, c = 1e7, 1e8 and 1e9 N/m (Tenenbaum 2014, figure IV.4)"
     figure = Figure(name="thread-figure-4-4", title=title, panels=panels, size=(9.0, 7.0))
