@@ -88,7 +88,64 @@ class Entry:
 
 
 #: Tables and figures of the paper on the reeled thread.
-THREAD: dict[str, Entry] = {}
+THREAD: dict[str, Entry] = {
+    "thread-figure-3-1": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="schematic: nodes of the thread on the spool and off it",
+        seconds=(2, 2),
+        function="thread_schematics.figure_3_1",
+    ),
+    "thread-figure-3-2": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="schematic: frame of the spool, departure point and offset of the spin axis",
+        seconds=(2, 2),
+        function="thread_schematics.figure_3_2",
+    ),
+    "thread-figure-3-3": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="schematic: the boundary node and the departure point",
+        seconds=(2, 2),
+        function="thread_schematics.figure_3_3",
+    ),
+    "thread-figure-3-4": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="schematic: the spacecraft with two blades and their lag",
+        seconds=(2, 2),
+        function="thread_schematics.figure_3_4",
+    ),
+    "thread-figure-4-1": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="rate of the body beside eq. (18) and the corrected formula, n = 20 and 40",
+        seconds=(95, 6),
+        function="thread.figure_4_1",
+    ),
+    "thread-figure-4-2": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="lag of the tip, n = 20 and 40",
+        seconds=(95, 8),
+        function="thread.figure_4_2",
+    ),
+    "thread-figure-4-3": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="lag of the tip, n = 20 and 40, seven dampings",
+        seconds=(45, 10),
+        function="thread.figure_4_3",
+    ),
+    "thread-figure-4-4": Entry(
+        kind="figure",
+        paper=TENENBAUM,
+        title="lag of the tip, c = 1e7, 1e8 and 1e9 N/m",
+        seconds=(60, 8),
+        function="thread.figure_4_4",
+    ),
+}
 
 #: Tables and figures of the paper on the wrapped rib.
 RIB: dict[str, Entry] = {

@@ -60,6 +60,7 @@ from evolvent.errors import InputError
 from evolvent.systems.heliogyro import derived as fields
 from evolvent.systems.heliogyro import show
 from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.chart import study_figures
 from evolvent.systems.heliogyro.structure import build
 
 #: Options of generalized-alpha: step where none is given (s), tolerance and spectral radius.
@@ -92,6 +93,7 @@ class Heliogyro(SystemDefinition):
     numbers = staticmethod(show.numbers)
     figures = staticmethod(show.figures)
     motion = staticmethod(show.motion)
+    study_figures = staticmethod(study_figures)
 
     def settings(self, case: Any) -> dict[str, Any]:
         """How a case is run."""

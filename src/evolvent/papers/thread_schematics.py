@@ -1,0 +1,232 @@
+"""Figures III.1 to III.4 of Tenenbaum (2014): schematics of the model, drawn from a run with few nodes.
+
+The paper's captions are not repeated: each title says what is drawn. Lengths are those of the run: a thread of 0.12 m
+in 24 segments, about 12 to a turn of the spool, with the paper's body, spool and rates.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.figures import Figure, Line, Note, Panel
+from evolvent.papers import Made, Options
+from evolvent.papers.thread_runs import RIGID, tree
+from evolvent.papers.winding import markdown
+
+Array = np.ndarray
+#: Radius of the spool, its rate, its distance from the spin axis, length of a segment (m, rad/s).
+R, SPOOL, L0, SEGMENT, NODES = 0.01, 3.5, 0.05, 0.005, 24
+#: A whole turn of the spool holds this many nodes, about; older turns lie under the first.
+SHOWN = 12
+TIME = 1.1
+GREY = "0.45"
+
+
+class Drawn(NamedTuple):
+    """The run's last sample, in the frame of the spool.
+
+    Attributes
+    ----------
+    nodes : (n, 3) float, m, from the tip to the spool
+    out : int, nodes that are released
+    phi : float, rad, angle of the spool
+    lag : float, rad, of the tip
+    """
+
+    nodes: Array
+    out: int
+    phi: float
+    lag: float
+
+    @property
+    def wound(self) -> Array:
+        """Angle of each node on the spool from the departure point, rad (eq. 2): below zero, before it leaves."""
+        return self.phi - SEGMENT / R * np.arange(NODES)
+
+
+@functools.cache
+def drawn() -> Drawn:
+    """The thread of few nodes when eight of them have left the spool."""
+    changes = {"blade.length": SEGMENT * NODES, "blade.nodes": NODES, "solver.duration": TIME, "output.every": TIME}
+    run = tree(RIGID | changes)
+    blade, angle = run["blade-1"], run.body_angle.values[-1]
+    x, y, z = blade.position.values[-1].T
+    turned = np.column_stack(
+        [x * math.cos(angle) + y * math.sin(angle) - L0, y * math.cos(angle) - x * math.sin(angle), z]
+    )
+    out = int(np.sum(blade.released.values[-1] > 0.0))
+    return Drawn(turned, out, SPOOL * TIME, float(run.tip_lag.values[-1, 0]))
+
+
+def _arc(
+    radius: float, start: float = 0.0, stop: float = 2.0 * math.pi, centre: tuple[float, float] = (0.0, 0.0)
+) -> Array:
+    """Points of an arc, as (2, k): angles from the x axis."""
+    turn = np.linspace(start, stop, 121)
+    return np.array([centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)])
+
+
+def _line(points: Array, **given: object) -> Line:
+    """A line through points (2, k), in millimetres."""
+    return Line(x=1e3 * points[0], y=1e3 * points[1], **given)  # type: ignore[arg-type]
+
+
+def _between(a: tuple[float, float], b: tuple[float, float], **given: object) -> Line:
+    return _line(np.array([a, b]).T, **given)
+
+
+def _note(at: tuple[float, float], text: str, points_to: tuple[float, float] | None = None) -> Note:
+    """A note at a place in metres."""
+    there = None if points_to is None else (1e3 * points_to[0], 1e3 * points_to[1])
+    return Note(at=(1e3 * at[0], 1e3 * at[1]), text=text, points_to=there)
+
+
+def _made(name: str, title: str, lines: list[Line], notes: list[Note], text: str, size: tuple[float, float]) -> Made:
+    panel = Panel(x_label="", y_label="", lines=lines, notes=notes, axes=False, equal=True)
+    figure = Figure(name=name, title=title, panels=[panel], size=size)
+    return Made(text=text, figure=figure)
+
+
+def _side(seen: Drawn) -> list[Line]:
+    """The spool and its thread in the plane of X and Z, with nodes as marks."""
+    wound = _arc(1.0, 0.5 * math.pi, 0.5 * math.pi + SEGMENT / R * SHOWN)
+    thread = seen.nodes[: seen.out + SHOWN - 1]
+    free = np.vstack([seen.nodes[: seen.out], [0.0, 0.0, R]])
+    return [
+        _line(_arc(R), color=GREY, width=1.2),
+        _line(R * wound, color=1, width=2.2),
+        _line(free[:, [0, 2]].T, color=1, width=2.2),
+        _line(thread[: seen.out, [0, 2]].T, color=2, style="", marker="o"),
+        _line(thread[seen.out :, [0, 2]].T, color=3, style="", marker="o"),
+    ]
+
+
+def _tangent(angle: float, scale: float = 1.0) -> tuple[float, float]:
+    """The place on the spool at an angle before the departure point (below zero: wound)."""
+    return scale * R * math.sin(angle), scale * R * math.cos(angle)
+
+
+def figure_3_1(options: Options) -> Made:
+    """Nodes on the spool and off it, with their numbers."""
+    seen = drawn()
+    notes = [_note((seen.nodes[k, 0], R + 0.0016), str(k + 1)) for k in range(seen.out)]
+    notes += [_note(_tangent(seen.wound[k], 1.2), str(k + 1)) for k in range(seen.out, seen.out + SHOWN - 1)]
+    notes.append(_note((0.0, 1.45 * R), "Q", (0.0, R)))
+    notes.append(_note((0.5 * seen.nodes[0, 0], 1.7 * R), "released nodes"))
+    notes.append(_note((2.6 * R, -0.5 * R), "nodes on the spool move with it", _tangent(seen.wound[seen.out + 5])))
+    rows = [
+        [str(k + 1), "released" if k < seen.out else "on the spool", f"{seen.wound[k]:.3f}",
+         f"{1e3 * seen.nodes[k, 0]:.3f}", f"{1e3 * seen.nodes[k, 2]:.3f}"]
+        for k in range(seen.out + SHOWN - 1)
+    ]  # fmt: skip
+    head = ["node", "state", "phi_i = phi - dphi (i - 1), rad", "x, mm", "z, mm"]
+    note = f"Frame of the spool; the spool has turned by phi = {seen.phi:.3g} rad, dphi = {SEGMENT / R:g} rad.\n"
+    title = "Thread on the spool: nodes, node 1 at the tip (Tenenbaum 2014, figure III.1)"
+    text = f"{note}\n{markdown(head, rows)}"
+    return _made("thread-figure-3-1", title, _side(seen), notes, text, (9.5, 4.6))
+
+
+def figure_3_2(options: Options) -> Made:
+    """The frame of the spool, the departure point and the spin axis."""
+    seen = drawn()
+    far, low, high = seen.nodes[0, 0] + 0.008, -1.9 * R, 2.4 * R
+    lines = [
+        *_side(seen)[:4],
+        _between((-0.004, 0.0), (far, 0.0), color=0, width=0.9),
+        _between((0.0, -0.004), (0.0, high), color=0, width=0.9),
+        _between((-L0, low), (-L0, high), color=0, style="-.", width=0.9),
+        _between((-L0, -1.5 * R), (0.0, -1.5 * R), color=GREY, width=0.9, marker="|"),
+        _between((0.0, 0.0), _tangent(-0.9), color=GREY, width=0.9),
+    ]
+    notes = [
+        _note((far + 0.002, 0.0), "X"),
+        _note((0.0, high + 0.002), "Z"),
+        _note((-L0, high + 0.002), "spin axis, rate W"),
+        _note((-0.5 * L0, -1.5 * R + 0.0022), f"L0 = {1e3 * L0:g} mm"),
+        _note((-1.9 * R, 1.0 * R), f"r = {1e3 * R:g} mm", _tangent(-0.9, 0.6)),
+        _note((0.9 * R, 1.9 * R), "Q = (0, 0, r)", (0.0, R)),
+        _note((2.6 * R, 1.5 * R), "v = r dphi/dt"),
+        _note((2.6 * R, -1.0 * R), "Y: axis of the spool,\ninto the plane", (0.0, 0.0)),
+    ]
+    head = ["quantity", "value"]
+    rows = [["L0, mm", f"{1e3 * L0:g}"], ["r, mm", f"{1e3 * R:g}"], ["v, mm/s", f"{1e3 * R * SPOOL:g}"]]
+    title = "Frame of the spool with departure point and spin axis (Tenenbaum 2014, figure III.2)"
+    return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows), (9.5, 4.4))
+
+
+def figure_3_3(options: Options) -> Made:
+    """The boundary node, the departure point in the place of its inner neighbour, and the rest length between them."""
+    seen = drawn()
+    k = seen.out - 1
+    rest = R * seen.wound[k]
+    node, inner, inwards = seen.nodes[k], seen.nodes[k - 1], seen.nodes[k + 1]
+    lines = [
+        _line(_arc(R, 0.15 * math.pi, 0.85 * math.pi), color=GREY, width=1.2),
+        _line(R * _arc(1.0, 0.5 * math.pi, 0.85 * math.pi), color=1, width=2.2),
+        _line(np.array([[0.0, inner[0], 0.011], [R, inner[2], inner[2]]]), color=1, width=2.2),
+        _line(np.array([[node[0], inner[0]], [node[2], inner[2]]]), color=2, style="", marker="o"),
+        _line(np.array([[inwards[0]], [inwards[2]]]), color=3, style="", marker="o"),
+        _line(np.array([[0.0], [R]]), color=0, style="", marker="s"),
+        _between((0.0, R + 0.0009), (node[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
+        _between((node[0], R + 0.0009), (inner[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
+    ]
+    notes = [
+        _note((0.5 * node[0], R + 0.0014), f"l00 = {1e3 * rest:.2f} mm"),
+        _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"l0 = {1e3 * SEGMENT:g} mm"),
+        _note((node[0], R - 0.0014), f"boundary node\ni = {k + 1}", (node[0], node[2])),
+        _note((inner[0], R - 0.0014), f"node {k}", (inner[0], inner[2])),
+        _note((inwards[0] - 0.0022, inwards[2] + 0.0022), f"node {k + 2},\non the spool", (inwards[0], inwards[2])),
+        _note((-0.0012, R - 0.0022), "Q, where the thread\nhas V_Q = (r dphi/dt, 0, 0)", (0.0, R)),
+    ]
+    distance = float(np.linalg.norm(node - np.array([0.0, 0.0, R])))
+    head = ["quantity", "value"]
+    rows = [
+        ["boundary node", str(k + 1)],
+        ["rest length l00 = r (phi - dphi (i - 1)), mm", f"{1e3 * rest:.4f}"],
+        ["distance from Q in the run, mm", f"{1e3 * distance:.4f}"],
+    ]
+    title = "Boundary node and departure point Q (Tenenbaum 2014, figure III.3)"
+    return _made("thread-figure-3-3", title, lines, notes, markdown(head, rows), (9.5, 4.6))
+
+
+def figure_3_4(options: Options) -> Made:
+    """The spacecraft from above: two blades, their lag, and the rate of the body."""
+    seen = drawn()
+    blade = np.vstack([seen.nodes[: seen.out], [0.0, 0.0, R]])[:, :2].T + np.array([[L0], [0.0]])
+    lag, reach = seen.lag, blade[0, 0]
+    steady = math.asin(2.0 * R * SPOOL / (L0 * 6.0))
+    lines = [
+        _line(_arc(0.7 * L0), color=GREY, width=1.2),
+        _between((-1.1 * reach, 0.0), (1.25 * reach, 0.0), color=0, width=0.8, style="-."),
+        _between((0.0, -0.9 * L0), (0.0, 1.1 * L0), color=0, width=0.8, style="-."),
+        _line(blade, color=1, width=2.0, marker="o"),
+        _line(-blade, color=1, width=2.0, marker="o"),
+        _line(_arc(0.5 * L0, 0.2, 0.45 * math.pi), color=2, width=1.6),
+        _line(_arc(0.6 * (reach - L0), -lag, 0.0, (L0, 0.0)), color=2, width=1.6),
+        _between((0.0, -1.05 * L0), (L0, -1.05 * L0), color=GREY, width=0.9, marker="|"),
+    ]
+    for side in (1.0, -1.0):
+        box = np.array([[-R, R, R, -R, -R], [-0.7 * R, -0.7 * R, 0.7 * R, 0.7 * R, -0.7 * R]])
+        lines.append(_line(box + np.array([[side * L0], [0.0]]), color=GREY, width=1.2))
+    middle = (L0 + 0.6 * (reach - L0) * math.cos(0.5 * lag), -0.6 * (reach - L0) * math.sin(0.5 * lag))
+    notes = [
+        _note((1.3 * reach, 0.0), "X"),
+        _note((0.0, 1.2 * L0), "Y"),
+        _note((0.32 * L0, 0.54 * L0), "W", (0.5 * L0 * math.cos(0.45 * math.pi), 0.5 * L0 * math.sin(0.45 * math.pi))),
+        _note((0.5 * L0, -0.95 * L0), "L0"),
+        _note((1.05 * reach, 0.7 * L0), f"lag {math.degrees(lag):.1f} deg", middle),
+        _note((0.25 * L0, -0.35 * L0), "body, J"),
+        _note((1.15 * L0, 0.9 * L0), "spool", (L0, 0.7 * R)),
+        _note((1.25 * reach, -0.45 * L0), "tip, m_k", (float(blade[0, 0]), float(blade[1, 0]))),
+    ]
+    head = ["quantity", "value"]
+    rows = [
+        ["lag of the tip in the run, deg", f"{math.degrees(lag):.2f}"],
+        ["steady lag asin(2 v / (L0 W0)), deg", f"{math.degrees(steady):.2f}"],
+    ]
+    title = "The spacecraft with two blades, seen along Z (Tenenbaum 2014, figure III.4)"
+    return _made("thread-figure-3-4", title, lines, notes, markdown(head, rows), (9.5, 5.2))
