@@ -145,6 +145,20 @@ STAND: dict[str, Entry] = {
         seconds=(5, 3),
         function="stand.figure_5",
     ),
+    "stand-prony": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="accuracy of Prony's method over samples per period, number of samples, noise; VARPRO beside it",
+        seconds=(40, 6),
+        function="stand_prony.figure_prony",
+    ),
+    "stand-error": Entry(
+        kind="table",
+        paper=BELYAKOV,
+        title="where the error of the identified moments comes from: time step, Prony's method, static tilt",
+        seconds=(15, 6),
+        function="stand_error.table_error",
+    ),
 }
 
 ENTRIES: dict[str, Entry] = {**THREAD, **RIB, **STAND}
