@@ -32,9 +32,9 @@ HEAD = (
 )  # fmt: skip
 NOTE = f"""\
 Sensor 1 of the stand without offset: three undamped modes of one amplitude at {{0}} rad/s.
-{USUAL} samples with white noise of {100 * NOISE:g} % of that amplitude, {{1}} records. Error: root of the mean square of the relative error of the
-worst frequency, of the records in which the method finds three modes. Least that is possible: Cramér-Rao bound. The
-paper's accuracy is {100 * CLAIMED:g} %.
+{USUAL} samples with white noise of {100 * NOISE:g} % of that amplitude, {{1}} records. Error: root of the mean square
+of the relative error of the worst frequency, of the records in which the method finds three modes. Least that is
+possible: Cramér-Rao bound. The paper's accuracy is {100 * CLAIMED:g} %.
 """
 
 
