@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+import evolvent
 from evolvent import papers
-from evolvent.papers import Options, stand, stand_schematic
+from evolvent.papers import Options, stand, stand_error, stand_prony, stand_schematic
 
 QUICK = Options(quick=True)
 
@@ -100,3 +101,37 @@ def test_every_entry_is_a_function():
     for one in papers.STAND.values():
         module, _, name = one.function.partition(".")
         assert callable(getattr(importlib.import_module(f"evolvent.papers.{module}"), name))
+
+
+def test_the_step_makes_the_papers_error():
+    """Without offset, by the closed form (w_roll^2 - w_heave^2) dt^2/24; the fit on an exact motion has none."""
+    found = stand_error.errors({"identification.method": "varpro"}, stand_error.OFFSETS[:1])[0]
+    assert found == pytest.approx(stand_error.of_the_step(), rel=0.03)
+    exact = stand_error.errors(stand_error.VARIANTS["DOP853 and VARPRO"], stand_error.OFFSETS[:1])[0]
+    assert np.abs(exact).max() < 1e-5
+
+
+def test_the_papers_case_shows_its_printed_frequency():
+    run = evolvent.run("inertia-stand-paper")
+    assert f"{float(run.mode_frequency[-1]):.2f}" == "24.59"
+    assert float(run.linear_frequency[-1]) == pytest.approx(24.6015, abs=1e-3)
+    assert run.attrs["status"] == "success"
+
+
+def test_prony_is_biased_and_varpro_reaches_the_bound():
+    record = stand_prony.Record()
+    assert stand_prony.accuracy(stand_prony.plain_prony, record, 40).error > 5.0 * stand_prony.bound(record)
+    assert stand_prony.accuracy(stand_prony.maximum_likelihood, record, 40).error < 1.5 * stand_prony.bound(record)
+    again = stand_prony.accuracy(stand_prony.plain_prony, record, 40)
+    assert again == stand_prony.accuracy(stand_prony.plain_prony, record, 40)
+
+
+def test_the_study_of_prony_has_its_table_and_panels(monkeypatch):
+    monkeypatch.setattr(stand_prony, "QUICK_TRIALS", 4)
+    monkeypatch.setattr(stand_prony, "TABLE_RATES", (2.4, 9.0))
+    monkeypatch.setattr(stand_prony, "_fewer", lambda trials: 2)
+    made = stand_prony.figure_prony(QUICK)
+    rows = columns(made.text)
+    assert [row[0] for row in rows] == ["2.4", "9"]
+    assert float(rows[0][1]) < 0.1 < 50.0 < float(rows[1][1])
+    assert len(made.figure.panels) == 3

@@ -266,7 +266,7 @@ _SIMULATION = (
         verdict="open",
         paper="20 h",
         ours="Not repeatable on that processor. The motion of all 999 cases, 12.24 s each, takes about 0.5 s on "
-        "one core by DOP853; the map with identification takes minutes.",
+        "one core by DOP853; the map with identification takes about 2 min on two.",
         command="evolvent sweep inertia-stand-map",
     ),
 )  # fmt: skip
