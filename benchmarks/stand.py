@@ -37,7 +37,7 @@ class Prepared(NamedTuple):
 def bodies() -> list[Prepared]:
     """The 999 cases of the built-in map."""
     base = cases.load("inertia-stand")
-    offsets = [(float(x), float(z)) for x in np.linspace(-1.17, 1.17, 37) for z in np.linspace(-0.52, 0.52, 27)]
+    offsets = [(float(x), float(z)) for x in np.linspace(-1.2, 1.2, 37) for z in np.linspace(-0.56524, 0.56524, 27)]
     moved = [base.body.model_copy(update={"offset_x": x, "offset_z": z}) for x, z in offsets]
     found = []
     for case in (base.model_copy(update={"body": body}) for body in moved):

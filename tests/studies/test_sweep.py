@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -420,3 +421,16 @@ def test_figures(study, reference, tmp_path, monkeypatch):
 
     monkeypatch.setattr(heliogyro.SYSTEM, "study_figures", lambda dataset: {"own": Figure()}, raising=False)
     assert [os.path.basename(path) for path in draw.write(reference, tmp_path)] == ["own.png"]
+
+
+def test_a_long_sweep_is_forecast(study, monkeypatch):
+    from evolvent.studies import conduct
+
+    monkeypatch.setattr(conduct, "_MANY", 1)
+    monkeypatch.setattr(conduct, "_TASK", 0.0)
+    monkeypatch.setattr(conduct, "_LONG", 0.0)
+    told = []
+    studies.sweep(study, tell=told.append)
+    assert len(told) == 1
+    assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one process", told[0])
+    assert [conduct._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]

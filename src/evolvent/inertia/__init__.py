@@ -18,7 +18,14 @@ from evolvent.inertia.uncertainty import (
     sample,
     with_budget,
 )
-from evolvent.inertia.vibration import LinearModel, NormalModes, linear_model, spring_energies, vertical_model
+from evolvent.inertia.vibration import (
+    LinearModel,
+    NormalModes,
+    linear_model,
+    partial_frequencies,
+    spring_energies,
+    vertical_model,
+)
 
 __all__ = [
     "Body",
@@ -48,6 +55,7 @@ __all__ = [
     "mode_energies",
     "monte_carlo",
     "multifilar",
+    "partial_frequencies",
     "partners",
     "propagate",
     "released",

@@ -14,6 +14,8 @@ from evolvent.inertia.statics import LEVEL, Pose, Z, gradient, jacobian, rest, s
 #: What a mode can mostly be, in the order of `NormalModes.shares`.
 KINDS = ("sway along x", "heave", "sway along z", "roll", "yaw", "pitch")
 VERTICAL = np.eye(6)[:, [1, 3, 5]]  # heave, roll about x, pitch about z
+#: Share of a mode's kinetic energy in rotation below which the mode is a translation.
+LEAST_ROTATION = 1e-12
 MOTIONS = ("slides along x", "drops", "slides along z", "rolls over about x", "yaws about y", "pitches over about z")
 
 
@@ -200,6 +202,32 @@ class NormalModes:
         """(3,) int, numbers of the modes with most kinetic energy in heave, roll and pitch, frequencies rising."""
         return np.sort(np.argsort(self.shares[[1, 3, 5]].sum(axis=0))[-3:])
 
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes about which the body turns in each mode, body axes.
+
+        Returns
+        -------
+        points : (..., m, 3) float, m
+            Point of the axis that is nearest to the centre of mass, from the stiffness centre of the attachment plane.
+        directions : (..., m, 3) float
+            Unit vector of the rotation; the component that is largest is positive. Both are nan for a translation.
+
+        Notes
+        -----
+        With u the translation of the centre of mass and t the rotation vector the point is t x u / t^2 from the centre
+        of mass. Where u has a component along t, the body moves along the axis as well (a screw).
+        """
+        shapes = np.swapaxes(self.shapes, -1, -2)
+        u, turn = shapes[..., :3], shapes[..., 3:]
+        share = np.swapaxes(self.shares, -1, -2)[..., 3:].sum(axis=-1, keepdims=True)
+        square = np.where(share > LEAST_ROTATION, np.sum(turn**2, axis=-1, keepdims=True), np.nan)
+        R = self.model.pose.rotation[..., None, :, :]
+        arm, direction = np.cross(turn, u) / square, turn / np.sqrt(square)
+        largest = np.argmax(np.abs(np.nan_to_num(direction)), axis=-1)[..., None]
+        direction = direction * np.where(np.take_along_axis(direction, largest, axis=-1) < 0.0, -1.0, 1.0)
+        points = self.model.centre[..., None, :] + np.einsum("...ji,...j->...i", R, arm)
+        return points, np.einsum("...ji,...j->...i", R, direction)
+
     def at(self, points: Any, directions: Any = (0.0, 1.0, 0.0)) -> np.ndarray:
         """(..., m, s): displacement of body points along directions in each mode of modal mass 1.
 
@@ -270,6 +298,24 @@ def spring_energies(stiffness: Any, amplitude: np.ndarray) -> np.ndarray:
     Belyakov (2002). It leaves out what gravity and lateral stiffness add.
     """
     return 0.5 * np.sum(np.asarray(stiffness) * np.abs(amplitude) ** 2, axis=-1)
+
+
+def partial_frequencies(stand: Stand, body: Body) -> np.ndarray:
+    """Frequencies (..., 3), rad/s, of heave, roll and pitch without coupling: those of a body whose offset is zero.
+
+    Notes
+    -----
+    Belyakov (2002): sqrt(4 k/M), sqrt(4 k b^2/Ixx) and sqrt(4 k a^2/Izz) of four equal springs; in general the sums of
+    the stiffnesses and of their moments of second order about the springs' own centre.
+    """
+    s = setup(stand, body)
+    k = s.stiffness
+    total = k.sum(axis=-1)
+    apart = s.points[..., [2, 0]]
+    apart = apart - (np.sum(k[..., None] * apart, axis=-2) / total[..., None])[..., None, :]
+    second = np.sum(k[..., None] * apart**2, axis=-2)
+    squares = (total / s.mass, second[..., 0] / s.inertia[..., 0, 0], second[..., 1] / s.inertia[..., 2, 2])
+    return np.sqrt(np.stack(np.broadcast_arrays(*squares), axis=-1))
 
 
 def linear_model(stand: Stand, body: Body) -> LinearModel:

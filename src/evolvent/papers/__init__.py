@@ -166,7 +166,57 @@ RIB: dict[str, Entry] = {
 }
 
 #: Tables and figures of the paper on the inertia stand.
-STAND: dict[str, Entry] = {}
+STAND: dict[str, Entry] = {
+    "stand-figure-1": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="schematic of the stand, with the axes of rotation of its modes",
+        seconds=(1, 1),
+        function="stand_schematic.figure_1",
+    ),
+    "stand-figure-2": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="energies of the three modes over the offset",
+        seconds=(8, 4),
+        function="stand.figure_2",
+    ),
+    "stand-figure-3": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="amplitudes of each mode at each spring over the offset",
+        seconds=(8, 4),
+        function="stand.figure_3",
+    ),
+    "stand-figure-4": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="map of the smallest mode energy over the plane, 999 offsets",
+        seconds=(2, 2),
+        function="stand.figure_4",
+    ),
+    "stand-figure-5": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="frequencies over the x offset",
+        seconds=(5, 3),
+        function="stand.figure_5",
+    ),
+    "stand-prony": Entry(
+        kind="figure",
+        paper=BELYAKOV,
+        title="accuracy of Prony's method over samples per period, number of samples, noise; VARPRO beside it",
+        seconds=(40, 6),
+        function="stand_prony.figure_prony",
+    ),
+    "stand-error": Entry(
+        kind="table",
+        paper=BELYAKOV,
+        title="where the error of the identified moments comes from: time step, Prony's method, static tilt",
+        seconds=(15, 6),
+        function="stand_error.table_error",
+    ),
+}
 
 ENTRIES: dict[str, Entry] = {**THREAD, **RIB, **STAND}
 

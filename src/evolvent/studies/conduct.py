@@ -27,6 +27,10 @@ from evolvent.studies.study import read as read_study
 _TASK = 1.0
 #: Seconds of work that are left for this process, rather than to start others for them.
 _SMALL = 8.0
+#: Cases from which their cost is measured before processes are started, whatever their number.
+_MANY = 50
+#: Expected seconds from which a forecast of the duration is given.
+_LONG = 10.0
 #: Tasks that wait at every worker.
 _AHEAD = 2
 #: How often a case may end its process while it runs alone, before it is given up.
@@ -150,9 +154,11 @@ class _Sweep:
                 self._spread(client)
             return
         self._warm_up()
+        each = self._cost_of_a_case() if workers is None or len(self.pending) >= _MANY else 0.0
         if workers is None:
-            workers = self._worth()
+            workers = _cores() if each * len(self.pending) > _SMALL else 1
         workers = min(workers, len(self.pending))
+        self._forecast(each, workers)
         if workers > 1:
             with _cluster(workers) as client:
                 self._spread(client)
@@ -202,17 +208,36 @@ class _Sweep:
             with compilation(self.tell):
                 self._here([self.pending.popleft()])
 
-    def _worth(self) -> int:
-        """Number of processes that the work is worth, found by computing for a second or two."""
-        cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
-        if cores == 1 or not self.pending:
-            return 1
-        self._here([self.pending.popleft()])  # loads what is loaded once
+    def _cost_of_a_case(self) -> float:
+        """Time that a case takes, s, found by computing for a second or two; 0 where nothing is left."""
+        if self.pending:
+            self._here([self.pending.popleft()])  # loads what is loaded once
         began, before = time.perf_counter(), self._done
         while self.pending and time.perf_counter() - began < _TASK:
             self._here([self.pending.popleft()])
-        each = (time.perf_counter() - began) / max(self._done - before, 1)
-        return cores if each * len(self.pending) > _SMALL else 1
+        return (time.perf_counter() - began) / max(self._done - before, 1)
+
+    def _forecast(self, each: float, workers: int) -> None:
+        """Tell how long the cases that are left will take, where that is long."""
+        left = len(self.pending)
+        expected = each * left / max(workers, 1)
+        if expected < _LONG:
+            return
+        on = "one process" if workers == 1 else f"{workers} processes"
+        self.tell(f"{left} cases of about {each:.2g} s each: about {_duration(expected)} on {on}")
+
+
+def _duration(seconds: float) -> str:
+    """A duration in words, two digits."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds:.2g} s"
+
+
+def _cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
 # ------------------------------------------------------------------------------------------------ Dask

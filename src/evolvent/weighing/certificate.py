@@ -320,6 +320,12 @@ def _how(found: Weighing) -> str:
         )
     elif given.stand.kind == "torsion":
         steps.append("Moment of inertia: I = κ / ω², less the tare; ω the undamped frequency.")
+    elif given.stand.kind == "compound":
+        steps.append(
+            "Moment of inertia about the pivot: I = M g d / ω², less the tare, with M and d mass and centre of mass of "
+            "all that swings, ω the undamped frequency of a small swing, that of a finite one corrected by the "
+            "elliptic integral; about the body's own centre of mass M d² of the body less."
+        )
     else:
         steps.append(
             "Moment of inertia: I = (M g R r / H + κ) / ω², less the tare, with M all that hangs, R and r the wires' "

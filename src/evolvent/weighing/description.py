@@ -22,7 +22,7 @@ DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0,
 PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
     name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 }
-KINDS = ("springs", "torsion", "bifilar", "trifilar")
+KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
 
 
 class _Read:
@@ -267,13 +267,24 @@ class TorsionWire(Section):
     stiffness: uncertain.Torsion
 
 
+class CompoundPendulum(Section):
+    """A body that swings about a horizontal axis."""
+
+    kind: Literal["compound"] = "compound"
+    distance: uncertain.Length = Field(description="of the body's centre of mass from the axis of the pivot")
+    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 stands for a small one")
+    gravity: uncertain.Gravity = Uncertain(9.80665)
+
+
 class Tare(Section):
     """Something that swings along, not asked for: what it adds is taken off."""
 
     name: str = "tare"
     mass: uncertain.Mass | None = Field(None, description="0 unless given")
     radius: uncertain.LengthOrZero = Field(Uncertain(0.0), description="of its centre of mass from the axis")
-    inertia: uncertain.InertiaOrZero = Field(Uncertain(0.0), description="about its own vertical axis")
+    inertia: uncertain.InertiaOrZero = Field(
+        Uncertain(0.0), description="about the axis through its own centre of mass, parallel to that of the rotation"
+    )
 
 
 class PendulumBody(Section):
@@ -284,6 +295,13 @@ class PendulumBody(Section):
     offset: uncertain.LengthOrZero | None = Field(
         None, description="of its centre of mass from the axis: the moment about its own axis is given as well"
     )
+
+
+class CompoundBody(Section):
+    """The body that swings; its moment about the axis through its centre of mass is asked."""
+
+    name: str = "body"
+    mass: uncertain.Mass
 
 
 class Identification(Section):
@@ -392,14 +410,24 @@ class OnTrifilar(_Description):
     tare: tuple[Tare, ...] = ()
 
 
+class OnPivot(_Description):
+    """A body that swings about a pivot; what swings along hangs below the axis too."""
+
+    stand: CompoundPendulum
+    body: CompoundBody
+    tare: tuple[Tare, ...] = ()
+
+
 _CLASSES: dict[str, type[_Description]] = {
     "springs": OnSprings,
     "torsion": OnTorsion,
     "bifilar": OnBifilar,
     "trifilar": OnTrifilar,
+    "compound": OnPivot,
 }
 OnWires: TypeAlias = OnTorsion | OnBifilar | OnTrifilar
-Description: TypeAlias = OnSprings | OnWires
+Pendulum: TypeAlias = OnWires | OnPivot
+Description: TypeAlias = OnSprings | Pendulum
 
 
 def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:

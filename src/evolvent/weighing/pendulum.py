@@ -1,4 +1,4 @@
-"""A body on wires: from the torsion mode to its moment of inertia about the vertical axis."""
+"""Pendulums: from the frequency of a body on wires or about a pivot to its moment of inertia."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.errors import InputError
 from evolvent.inertia import pendulums
-from evolvent.weighing.description import Bifilar, OnWires, Trifilar
+from evolvent.weighing.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, Trifilar
 from evolvent.weighing.found import Evaluation, Output, Share
 from evolvent.weighing.modal import Modal, refuse_rate
 from evolvent.weighing.numbers import shown
@@ -22,6 +22,8 @@ SWAY = 0.05
 LEAST_SHARE, RIVAL = 0.05, 0.5
 _UNITS = {"mass": "kg", "inertia": "kg m²", "gravity": "m/s²", "stiffness": "N m/rad", "wire_stiffness": "N m/rad"}
 
+_STAND_KEYS = ("stiffness", "radius", "top_radius", "length", "distance", "amplitude", "wire_stiffness", "gravity")
+
 
 class _Input(NamedTuple):
     key: str
@@ -30,14 +32,14 @@ class _Input(NamedTuple):
     unit: str
 
 
-def evaluate(given: OnWires, modal: Modal, own: Sequence[str] = ()) -> Evaluation:
+def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluation:
     """The moment of inertia from one recording.
 
     Raises
     ------
     InputError
-        A body without mass on wires, a rate too low for its sway, no mode or several that may be the torsion, a moment
-        that is not above 0.
+        A body without mass on wires, a rate too low for its sway, no mode or several that may be the torsion, a swing
+        faster than that of a point mass, a moment that is not above 0.
     """
     if isinstance(given.stand, (Bifilar, Trifilar)) and given.body.mass is None:
         raise InputError(f"body.mass is missing; on {given.stand.kind} wires the weight turns the body back")
@@ -46,14 +48,16 @@ def evaluate(given: OnWires, modal: Modal, own: Sequence[str] = ()) -> Evaluatio
     sway = _sway(given)
     if sway is not None:
         refuse_rate(sway, modal.reading.rate, "the body's sway sqrt(g / H)")
-    k, why = _torsion_mode(given, modal, sway)
+    k, why = _rotation(given, modal, sway)
     w, std = float(modal.frequency[k]), float(modal.frequency_std[k])
+    _refuse_fast(given, w)
     values = _moments(given, {key: np.asarray(v) for key, v in at.items()}, np.asarray(w))
     outputs = _outputs(given)
     for output, value in zip(outputs, values, strict=True):
         if not value > 0.0:
             raise InputError(
-                f"the data give {output.key} = {value:.6g} kg m2, which no body has; check masses, wires and the tare"
+                f"the data give {output.key} = {value:.6g} kg m2, which no body has; check masses, "
+                f"{'stand.distance' if isinstance(given, OnPivot) else 'wires'} and the tare"
             )
     shares = []
     for i in inputs:
@@ -76,12 +80,15 @@ def evaluate(given: OnWires, modal: Modal, own: Sequence[str] = ()) -> Evaluatio
         try:
             draws = _moments(given, drawn, w + (std if math.isfinite(std) else 0.0) * random.standard_normal(n)).T
         except InputError as error:
-            raise InputError(f"the Monte Carlo leaves what the wires can hold: {error}") from None
+            what = "a pendulum can have" if isinstance(given, OnPivot) else "the wires can hold"
+            raise InputError(f"the Monte Carlo leaves what {what}: {error}") from None
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     others = tuple(f"mode {j + 1} (" for j in range(modal.modes.order) if j != k)
     warnings = [text for text in modal.warnings if not text.startswith(others)]
     if modal.reading.time[-1] * w < 10.0 * math.pi:
-        warnings.append(f"the torsion mode is seen for {modal.reading.time[-1] * w / (2.0 * math.pi):.1f} periods only")
+        warnings.append(
+            f"the {_mode(given)} is seen for {modal.reading.time[-1] * w / (2.0 * math.pi):.1f} periods only"
+        )
     return Evaluation(
         modal=modal,
         used=(k,),
@@ -105,14 +112,14 @@ _CANNOT = (
 )
 
 
-def _outputs(given: OnWires) -> tuple[Output, ...]:
+def _outputs(given: Pendulum) -> tuple[Output, ...]:
     found = [Output("I", "moment of inertia about the axis of rotation", "kg m²")]
-    if given.body.offset is not None:
+    if isinstance(given, OnPivot) or given.body.offset is not None:
         found.append(Output("I_own", "moment of inertia about the parallel axis through its centre of mass", "kg m²"))
     return tuple(found)
 
 
-def _inputs(given: OnWires) -> list[_Input]:
+def _inputs(given: Pendulum) -> list[_Input]:
     """All numbers that the moment depends on, by key."""
     found: list[_Input] = []
 
@@ -122,10 +129,11 @@ def _inputs(given: OnWires) -> list[_Input]:
             found.append(_Input(key, value.value, value.std, unit))
 
     stand = given.stand
-    for key in ("stiffness", "radius", "top_radius", "length", "amplitude", "wire_stiffness", "gravity"):
+    for key in _STAND_KEYS:
         add(f"stand.{key}", getattr(stand, key, None))
     add("body.mass", given.body.mass)
-    add("body.offset", given.body.offset)
+    if not isinstance(given, OnPivot):
+        add("body.offset", given.body.offset)
     for k, tare in enumerate(given.tare):
         for key in ("mass", "radius", "inertia"):
             add(f"tare.{k}.{key}", getattr(tare, key))
@@ -134,17 +142,22 @@ def _inputs(given: OnWires) -> list[_Input]:
     return found
 
 
-def _moments(given: OnWires, x: dict[str, np.ndarray], frequency: np.ndarray) -> np.ndarray:
+def _moments(given: Pendulum, x: dict[str, np.ndarray], frequency: np.ndarray) -> np.ndarray:
     """(p, ...) the outputs for numbers by key; the frequency is in time by the clock's value."""
     w = frequency * given.signals.clock.value / x["signals.clock"]
     mass = x.get("body.mass", np.asarray(0.0))
-    tare = np.asarray(0.0)
-    hanging = mass
+    tare, hanging, lever = np.asarray(0.0), mass, np.asarray(0.0)
     for k, _ in enumerate(given.tare):
-        own = x.get(f"tare.{k}.mass", np.asarray(0.0))
-        hanging = hanging + own
-        tare = tare + own * x[f"tare.{k}.radius"] ** 2 + x[f"tare.{k}.inertia"]
-    if isinstance(given.stand, (Bifilar, Trifilar)):
+        own, radius = x.get(f"tare.{k}.mass", np.asarray(0.0)), x[f"tare.{k}.radius"]
+        hanging, lever = hanging + own, lever + own * radius
+        tare = tare + own * radius**2 + x[f"tare.{k}.inertia"]
+    if isinstance(given.stand, CompoundPendulum):
+        # of all that swings: its centre of mass, and from the moment about that the one about the pivot
+        distance = (mass * x["stand.distance"] + lever) / hanging
+        amplitude, gravity = np.abs(x["stand.amplitude"]), x["stand.gravity"]
+        whole = pendulums.compound(w, mass=hanging, distance=distance, amplitude=amplitude, gravity=gravity)
+        whole = whole + hanging * distance**2
+    elif isinstance(given.stand, (Bifilar, Trifilar)):
         whole = pendulums.multifilar(
             w,
             mass=hanging,
@@ -157,14 +170,27 @@ def _moments(given: OnWires, x: dict[str, np.ndarray], frequency: np.ndarray) ->
         )
     else:
         whole = pendulums.torsion(w, stiffness=x["stand.stiffness"])
-    moment = whole - tare
-    rows = [moment]
-    if given.body.offset is not None:
-        rows.append(moment - mass * x["body.offset"] ** 2)
+    rows = [whole - tare]
+    own_distance = x.get("stand.distance", x.get("body.offset"))
+    if own_distance is not None:
+        rows.append(whole - tare - mass * own_distance**2)
     return np.array(np.broadcast_arrays(*rows), dtype=float)
 
 
-def _sway(given: OnWires) -> float | None:
+def _refuse_fast(given: Pendulum, frequency: float) -> None:
+    """Refuse a swing, rad/s, that is faster than that of a point mass where the body's centre of mass is."""
+    if not isinstance(given, OnPivot) or given.tare:
+        return
+    distance, gravity = given.stand.distance.value, given.stand.gravity.value
+    fastest = math.sqrt(gravity / distance)
+    if frequency >= fastest:
+        raise InputError(
+            f"stand.distance is {distance:g} m, but the body swings at {frequency:.6g} rad/s; a point mass there has "
+            f"{fastest:.6g} rad/s, and every body less; check stand.distance and the time of the signals"
+        )
+
+
+def _sway(given: Pendulum) -> float | None:
     """Frequency at which the body sways on its wires, rad/s."""
     if not isinstance(given.stand, (Bifilar, Trifilar)):
         return None
@@ -176,8 +202,8 @@ def _sway(given: OnWires) -> float | None:
     return math.sqrt(s.gravity.value / math.sqrt(square))
 
 
-def _torsion_mode(given: OnWires, modal: Modal, sway: float | None) -> tuple[int, tuple[str, ...]]:
-    """The mode that is taken for the torsion, and why."""
+def _rotation(given: Pendulum, modal: Modal, sway: float | None) -> tuple[int, tuple[str, ...]]:
+    """The mode in which the body turns about the axis, and why."""
     strength = np.sqrt(np.sum(modal.modes.amplitude**2, axis=1))
     w = modal.frequency
     band = given.identification.band
@@ -191,21 +217,27 @@ def _torsion_mode(given: OnWires, modal: Modal, sway: float | None) -> tuple[int
                 f"A body on these wires sways at sqrt(g / H) = {sway:.5g} rad/s; so does the mode at {told} rad/s."
             )
     left = [int(k) for k in np.argsort(-strength) if not swaying[k]]
-    ask = "give identification.band around the torsion mode, such as [5 rad/s, 7 rad/s]"
+    ask = f"give identification.band around the {_mode(given)}, such as [5 rad/s, 7 rad/s]"
     if not left or strength[left[0]] < LEAST_SHARE * strength.max():
         raise InputError(f"no mode but the sway at {sway:.6g} rad/s stands out; {ask}")
     if len(left) > 1 and strength[left[1]] > RIVAL * strength[left[0]]:
         a, b = w[left[0]], w[left[1]]
         raise InputError(
-            f"the modes at {a:.6g} and {b:.6g} rad/s are about as strong, either may be the torsion; {ask}"
+            f"the modes at {a:.6g} and {b:.6g} rad/s are about as strong, either may be the "
+            f"{_mode(given, short=True)}; {ask}"
         )
     share = f", {strength[left[1]] / strength[left[0]]:.1%} of it the next" if len(left) > 1 else ""
     other = "of the others " if swaying.any() else ""
-    why.append(f"The torsion mode is the strongest {other}at the sensors: {w[left[0]]:.6g} rad/s{share}.")
+    why.append(f"The {_mode(given)} is the strongest {other}at the sensors: {w[left[0]]:.6g} rad/s{share}.")
     return left[0], tuple(why)
 
 
-def _assumed(given: OnWires, inputs: list[_Input]) -> tuple[tuple[str, str], ...]:
+def _mode(given: Pendulum, *, short: bool = False) -> str:
+    """What the mode is called in which the body turns about the axis."""
+    return "swing" if isinstance(given, OnPivot) else "torsion" if short else "torsion mode"
+
+
+def _assumed(given: Pendulum, inputs: list[_Input]) -> tuple[tuple[str, str], ...]:
     rows = []
     for i in inputs:
         name = i.key
@@ -214,7 +246,10 @@ def _assumed(given: OnWires, inputs: list[_Input]) -> tuple[tuple[str, str], ...
             name = f"{given.tare[int(k)].name}: {what}"
         exact = "" if i.std > 0.0 else ", taken as exact"
         rows.append((name, f"{shown(i.value, i.std)} {i.unit if i.unit != '1' else ''}".rstrip() + exact))
-    rows.append(
-        ("wires", "without mass and stretch; the axis of rotation through the centre of mass of all that hangs")
-    )
+    if isinstance(given, OnPivot):
+        rows.append(("pivot", "a fixed horizontal axis without friction; all that swings hangs straight below it"))
+    else:
+        rows.append(
+            ("wires", "without mass and stretch; the axis of rotation through the centre of mass of all that hangs")
+        )
     return tuple(rows)

@@ -30,7 +30,7 @@ def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
     drawn: dict[str, tuple[Callable[[xr.Dataset], Figure], set[str]]] = {
         "energies": (_energies, {"linear_frequency", "linear_energy", "mode_energy"}),
         "amplitudes": (_amplitudes, {"mode_amplitude"}),
-        "least_energy": (_least, {"least_energy"}),
+        "least_energy": (least_energy_map, {"least_energy"}),
         "frequencies": (_frequencies, {"mode_frequency", "mode_frequency_linear"}),
         "inertia_error": (_errors, {"inertia_identified", "inertia_true"}),
     }
@@ -103,7 +103,7 @@ def _frequencies(study: xr.Dataset) -> Figure:
     return Figure(name="frequencies", title=f"Frequencies, {at}", panels=panels, columns=2, size=(12.5, 4.2))
 
 
-def _box(study: xr.Dataset) -> tuple[list[Line], np.ndarray]:
+def box(study: xr.Dataset) -> tuple[list[Line], np.ndarray]:
     """The paper's box as lines, and which cases lie in it."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
     stand: Any = cases.load(content["case"], content.get("set") or {}).stand
@@ -119,9 +119,9 @@ def _map(study: xr.Dataset, values: np.ndarray, title: str, lines: list[Line], *
     return Panel(x_label=LABELS[0], y_label=LABELS[1], title=title, lines=lines, map=drawn)
 
 
-def _least(study: xr.Dataset) -> Figure:
+def least_energy_map(study: xr.Dataset) -> Figure:
     """Least of the modes' energies over the plane (figure 4), with the given load and with the best one."""
-    lines, inside = _box(study)
+    lines, inside = box(study)
     titles = {"least_energy": "as the case sets it in motion"}
     if "least_energy_best" in study:  # an initial state acts at no spring
         titles["least_energy_best"] = "loaded at the best spring for each offset"
@@ -145,7 +145,7 @@ def _least(study: xr.Dataset) -> Figure:
 
 def _errors(study: xr.Dataset) -> Figure:
     """Error of the identified moments over the plane."""
-    lines, panels = _box(study)[0], []
+    lines, panels = box(study)[0], []
     look: dict[str, Any] = {"label": "error, % (grey: not identified)", "limits": (1e-5, 1.0), "colors": "magma_r"}
     error = 100.0 * np.abs(study.inertia_identified / study.inertia_true - 1.0)
     for component in ("xx", "zz"):

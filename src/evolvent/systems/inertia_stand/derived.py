@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent import batch
 from evolvent.identification import recorded
-from evolvent.inertia import NormalModes, energy
+from evolvent.inertia import NormalModes, energy, partial_frequencies
 from evolvent.inertia.problem import MOMENTS
 from evolvent.motion import quaternions
 from evolvent.observe import View
@@ -70,7 +70,10 @@ def _linear(case: Case, setup: Setup) -> Variables:
     at_sensors = np.abs(modes.amplitude(setup.start.z, case.sensor_points, case.sensor_directions))
     energies = modes.energy(setup.start.z)
     true = np.array([setup.body.inertia[i, j] for i, j in MOMENTS.values()])
-    sensor, spring = ("linear_mode", "sensor"), ("linear_mode", "spring")
+    sensor, spring, axis = ("linear_mode", "sensor"), ("linear_mode", "spring"), ("linear_mode", "axis")
+    points, directions = modes.axes()
+    partial = partial_frequencies(setup.stand, setup.body)
+    nearest = "point of the mode's axis of rotation nearest to the centre of mass, from the stiffness centre, body axes"
     data: Variables = {
         "linear_kind": (mode, np.array(modes.kinds), "1", "what the mode mostly is"),
         "linear_frequency": (mode, modes.frequency, "rad s-1", "frequency of the linear model at the rest"),
@@ -78,6 +81,10 @@ def _linear(case: Case, setup: Setup) -> Variables:
         "linear_energy": (mode, energies, "J", "energy that the excitation gives the mode"),
         "linear_amplitude": (sensor, at_sensors, "m", "amplitude at the sensor, linear model"),
         "linear_spring_amplitude": (spring, at_springs, "m", "vertical amplitude at the spring at t = 0, linear model"),
+        "linear_axis_point": (axis, points, "m", f"{nearest}; nan for a translation"),
+        "linear_axis_direction": (axis, directions, "1", "direction of the mode's axis of rotation, body axes"),
+        "partial_motion": (("partial_motion",), np.array(["heave", "roll", "pitch"]), "1", "motion without the others"),
+        "partial_frequency": (("partial_motion",), partial, "rad s-1", "frequency of the motion without the others"),
         "static_tilt": ((), setup.rest.tilt, "rad", "angle of the body's y axis to the vertical at rest"),
         "least_energy": ((), energies[modes.vertical].min(), "J", "energy of the weakest of heave, roll, pitch"),
         "loaded_spring": ((), np.array(setup.loaded), "1", "spring at which the excitation acts, 0 for none"),

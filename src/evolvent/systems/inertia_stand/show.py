@@ -45,6 +45,7 @@ def numbers(run: Any) -> list[Number]:
         if np.isfinite(value):
             text = f"{value:.7g} {unit}; true {getattr(case_of(run).body, name):.7g}"
             found.append(Number(label=f"{name.replace('_', ' ')} identified", value=text))
+    found += [_axis(run, k) for k in range(run.sizes["linear_mode"]) if _turns(run, k)]
     found.append(Number(label="tilt at rest", value=f"{np.degrees(float(run.static_tilt)):.4g} deg"))
     largest = max(1e-300, *(float(run[f"energy_{name}"].max()) for name in ("kinetic", "potential")))
     balance = float(np.abs(run.energy_defect.values).max()) / largest
@@ -61,6 +62,17 @@ def _mode(run: Any, k: int) -> Number:
     text += "" if near is None else f" (linear {float(run.mode_frequency_linear[k]):.7g})"
     text += f", {energy:.4g} J" if np.isfinite(energy) else ""
     return Number(label=f"mode {k + 1}, {what}", value=text)
+
+
+def _turns(run: Any, k: int) -> bool:
+    """Whether a linear mode is a heave, roll or pitch with an axis of rotation."""
+    return run.linear_kind.values[k] in ("heave", "roll", "pitch") and bool(np.isfinite(run.linear_axis_point[k, 0]))
+
+
+def _axis(run: Any, k: int) -> Number:
+    """Where the axis of rotation of a mode of the linear model passes the centre of mass."""
+    x, _, z = run.linear_axis_point.values[k] + 0.0
+    return Number(label=f"axis of {run.linear_kind.values[k]}", value=f"x {x:.4g} m, z {z:.4g} m (linear model)")
 
 
 def _moment(run: Any, k: int) -> Number:

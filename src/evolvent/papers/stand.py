@@ -1,0 +1,236 @@
+"""Figures 2 to 5 of Belyakov (2002): energies, amplitudes and frequencies of the modes over the offset."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from evolvent import cases
+from evolvent.figures import Figure, Line, Panel
+from evolvent.inertia import Body, NormalModes, Stand, partial_frequencies, vertical_model
+from evolvent.papers import Made, Options
+from evolvent.papers.winding import markdown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CASE, STUDY = "inertia-stand", "inertia-stand-map"
+KEYS = ("body.offset_x", "body.offset_z")
+LABELS = ("offset_x, m", "offset_z, m")
+#: The modes by rising frequency, on lines on which one offset is 0.
+NAMES = ("heave", "pitch", "roll")
+#: Offsets of the curves: so many points over the range of the map.
+POINTS = 241
+#: Numbers of offsets on a line at which the motion is simulated: in full and of the quick form.
+SIMULATED, QUICK_SIMULATED = 9, 3
+NOTE = """\
+Lines: linear model of heave, roll and pitch. Circles: modes identified from the simulated motion in six degrees of
+freedom.
+"""
+
+
+class Grid(NamedTuple):
+    """The offsets of the map (`evolvent sweep inertia-stand-map`) and the case that it varies.
+
+    Attributes
+    ----------
+    case : the case
+    x, z : (37,), (27,) float, m, offsets
+    text : str, the study as YAML
+    """
+
+    case: Any
+    x: np.ndarray
+    z: np.ndarray
+    text: str
+
+    @property
+    def stand(self) -> Stand:
+        """The springs."""
+        given = self.case.stand
+        return Stand(points=given.springs, stiffness=given.stiffness, length=given.natural_length)
+
+    def body(self, x: Any, z: Any) -> Body:
+        """The body with its centre of mass at offsets, broadcast."""
+        x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
+        return Body(mass=self.case.body.mass, centre=np.stack([x, 0.0 * x, z], axis=-1), inertia=self.case.body.tensor)
+
+    def modes(self, x: Any, z: Any) -> NormalModes:
+        """Heave, roll and pitch of the level body with its centre of mass at offsets."""
+        return vertical_model(self.stand, self.body(x, z)).modes()
+
+    def energies(self, x: Any, z: Any, spring: int = 1) -> np.ndarray:
+        """(..., 3) J, energies of the modes after the case's load at a spring, from 1."""
+        modes = self.modes(x, z)
+        return modes.energy(modes.release(self.case.excitation.force, self.stand.points[spring - 1]))
+
+    def least_energies(self, x: Any, z: Any) -> np.ndarray:
+        """(4, ...) J, energy of the weakest mode, loaded at each spring."""
+        return np.array([self.energies(x, z, k + 1).min(axis=-1) for k in range(len(self.stand.points))])
+
+
+def grid() -> Grid:
+    """The grid of the built-in map."""
+    from evolvent.studies.study import read
+
+    study = read(STUDY)
+    x, z = (np.array(axis.values, dtype=float) for axis in study.axes)
+    return Grid(cases.load(CASE), x, z, study.text)
+
+
+def simulated(x: Any, z: Any, **changes: Any) -> list[Any]:
+    """Runs of the built-in case at offsets, three modes identified; `changes` with "__" for the dots of keys."""
+    from evolvent.systems.inertia_stand import SYSTEM
+
+    fixed = {"identification.order": 3, "identification.way": "none"}
+    fixed |= {key.replace("__", "."): value for key, value in changes.items()}
+    offsets = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
+    pairs = zip(*(offset.ravel() for offset in offsets), strict=True)
+    several = [cases.load(CASE, fixed | dict(zip(KEYS, map(float, pair), strict=True))) for pair in pairs]
+    runs = SYSTEM.run_batch(several)
+    for run in runs:
+        if isinstance(run, Exception):
+            raise run
+    return runs
+
+
+def _line(options: Options, over: Grid, axis: int) -> tuple[np.ndarray, np.ndarray, Sequence[Any]]:
+    """Offsets of the curves along an axis, those of the simulated cases, and their runs."""
+    along = (over.x, over.z)[axis]
+    count = QUICK_SIMULATED if options.quick else SIMULATED
+    few = along[np.linspace(0, len(along) - 1, count).round().astype(int)]
+    options.report(f"{count} simulated cases over {LABELS[axis].partition(',')[0]}")
+    return np.linspace(along[0], along[-1], POINTS), few, _simulated_line(axis, tuple(few.tolist()))
+
+
+@functools.lru_cache(maxsize=4)
+def _simulated_line(axis: int, offsets: tuple[float, ...]) -> Sequence[Any]:
+    """Runs along an axis, kept for the next figure."""
+    return simulated(offsets if axis == 0 else 0.0, offsets if axis == 1 else 0.0)
+
+
+def figure_2(options: Options) -> Made:
+    """Energies of the three modes over the offset."""
+    over, panels, rows = grid(), [], []
+    for axis in (0, 1):
+        fine, few, runs = _line(options, over, axis)
+        at = (fine, 0.0) if axis == 0 else (0.0, fine)
+        curves, found = over.energies(*at), np.array([run.mode_energy.values for run in runs])
+        lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k] if axis == 0 else "") for k in range(3)]
+        lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(3)]
+        lines.append(Line(x=fine, y=curves.sum(axis=1), style=":", color="gray", label="sum" if axis == 0 else ""))
+        panels.append(Panel(x_label=LABELS[axis], y_label="energy, J", lines=lines, title=f"{_other(axis)} = 0"))
+        worst = np.abs(found - over.energies(*((few, 0.0) if axis == 0 else (0.0, few)))).max()
+        options.report(f"energies of the simulated and the linear motion differ by up to {worst:.2g} J")
+        for offset in (0.0, 0.4, 0.8) if axis == 0 else (0.17392, 0.34784):
+            values = over.energies(*((offset, 0.0) if axis == 0 else (0.0, offset)))
+            where = [f"{offset:g}", "0"] if axis == 0 else ["0", f"{offset:g}"]
+            rows.append([*where, *(f"{v:.4g}" for v in values), f"{values.sum():.2f}"])
+    head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
+    title = "Energies of the three modes over the offset (figure 2 of Belyakov 2002)"
+    figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, size=(12.5, 4.4))
+    return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)
+
+
+def _other(axis: int) -> str:
+    return LABELS[1 - axis].partition(",")[0]
+
+
+def figure_3(options: Options) -> Made:
+    """Amplitude of each mode at each spring over the offset."""
+    over, panels, rows = grid(), [], []
+    styles = ("-", "--", ":", "-.")
+    for axis in (0, 1):
+        fine, few, runs = _line(options, over, axis)
+        curves = _amplitudes(over, *((fine, 0.0) if axis == 0 else (0.0, fine)))
+        found = 1e3 * np.array([run.mode_amplitude.values for run in runs])
+        for k, name in enumerate(NAMES):
+            lines = []
+            for spring in range(4):
+                look: Any = {"color": 1 + spring, "style": styles[spring], "width": 3.2 - 1.6 * (spring % 2)}
+                label = f"spring {spring + 1}" if (axis, k) == (0, 0) else ""
+                lines.append(Line(x=fine, y=curves[:, k, spring], label=label, **look))
+                lines.append(Line(x=few, y=found[:, k, spring], style="", marker="o", color=1 + spring))
+            title = f"{name}, {_other(axis)} = 0"
+            panels.append(Panel(x_label=LABELS[axis], y_label="amplitude, mm", lines=lines, title=title, y_zero=True))
+    for offset in (0.0, 0.4, 0.8):
+        for name, values in zip(NAMES, _amplitudes(over, offset, 0.0), strict=True):
+            rows.append([f"{offset:g}", name, *(f"{value:.4f}" for value in values)])
+    head = (LABELS[0], "mode", *(f"spring {k}, mm" for k in range(1, 5)))
+    title = "Amplitude of each mode at each spring over the offset, spring 1 loaded (figure 3 of Belyakov 2002)"
+    figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=3, size=(13.0, 7.6))
+    return Made(text=f"{NOTE}Springs 1 and 2 are at +x, 1 and 4 at +z.\n\n{markdown(head, rows)}", figure=figure)
+
+
+def _amplitudes(over: Grid, x: Any, z: Any) -> np.ndarray:
+    """(..., 3, 4) mm, amplitude of each mode at each spring, loaded at spring 1."""
+    modes, stand = over.modes(x, z), over.stand
+    wave = modes.release(over.case.excitation.force, stand.points[0])
+    return np.asarray(1e3 * np.abs(modes.amplitude(wave, stand.points)))
+
+
+def figure_4(options: Options) -> Made:
+    """Map of the smallest mode energy over the plane, on the 999 points of the built-in map."""
+    from evolvent.systems.inertia_stand import chart
+
+    over = grid()
+    data = map_data(over)
+    drawn = chart.least_energy_map(data)
+    inside = chart.box(data)[1]
+    top = float(over.energies(0.0, 0.0).max())
+    rows = []
+    for name, text in (("least_energy", "spring 1"), ("least_energy_best", "best spring")):
+        part = data[name].values[inside]
+        share, seen = 100.0 * np.mean(part < 0.01 * top), 100.0 * np.mean(part >= chart.LEAST)
+        rows.append([text, f"{part.min():.2g}", f"{np.median(part):.3g}", f"{share:.1f}", f"{seen:.1f}"])
+    head = ("loaded", "least, J", "median, J", f"below 1 % of {top:.2f} J, %", f"at least {chart.LEAST:g} J, %")
+    note = (
+        f"Linear model on the {data.least_energy.size} offsets of `evolvent sweep {STUDY}`; the table is over the "
+        f"{int(inside.sum())} that lie within 20 % of the springs' spacing along each axis.\n"
+    )
+    title = "Energy of the weakest mode over the offsets (figure 4 of Belyakov 2002); dashed: 20 % of the spacing"
+    figure = Figure(name="stand-figure-4", title=title, panels=drawn.panels, columns=2, size=drawn.size)
+    return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
+
+
+def map_data(over: Grid) -> xr.Dataset:
+    """Least energies over the map by the linear model, as the study of the map names them."""
+    import xarray as xr
+
+    least = over.least_energies(over.x[:, None], over.z[None, :])
+    data = {"least_energy": (KEYS, least[0]), "least_energy_best": (KEYS, least.max(axis=0))}
+    return xr.Dataset(data, coords=dict(zip(KEYS, (over.x, over.z), strict=True)), attrs={"study": over.text})
+
+
+def figure_5(options: Options) -> Made:
+    """Frequencies over the x offset."""
+    over = grid()
+    fine, few, runs = _line(options, over, 0)
+    curves = over.modes(fine, 0.0).natural_frequency
+    found = np.array([run.mode_frequency.values for run in runs])
+    near = over.modes(few, 0.0).natural_frequency
+    lines = [Line(x=fine, y=curves[:, k], color=1 + k) for k in range(3)]
+    lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(3)]
+    partial = partial_frequencies(over.stand, over.body(0.0, 0.0))
+    for k, value in enumerate(partial):
+        label = "partial frequencies" if k == 0 else ""
+        lines.append(Line(x=fine[[0, -1]], y=np.full(2, value), style=":", color="gray", label=label))
+    apart = [
+        Line(x=few, y=1e6 * (found / near - 1.0)[:, k], marker="o", width=1.0, color=1 + k, label=NAMES[k])
+        for k in range(3)
+    ]
+    panels = [
+        Panel(x_label=LABELS[0], y_label="frequency, rad/s", lines=lines),
+        Panel(x_label=LABELS[0], y_label="simulated less linear, ppm", lines=apart),
+    ]
+    rows = []
+    for x in (0.0, 0.4, 0.8):
+        modes = over.modes(x, 0.0)
+        rows.append([f"{x:g}", *(f"{w:.3f}" for w in modes.natural_frequency), f"{modes.axes()[0][1, 0]:.3f}"])
+    head = (LABELS[0], *(f"{name}, rad/s" for name in NAMES), "axis of pitch at x, m")
+    title = "Frequencies over the x offset, offset_z = 0 (figure 5 of Belyakov 2002)"
+    figure = Figure(name="stand-figure-5", title=title, panels=panels, columns=2, size=(12.5, 4.6))
+    return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)

@@ -1,0 +1,181 @@
+"""Accuracy of Prony's method over samples per period, number of samples and noise, with VARPRO beside it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.figures import Figure, Line, Panel
+from evolvent.identification import Modes, cramer_rao, prony, varpro
+from evolvent.papers import Made, Options
+from evolvent.papers.stand import grid
+from evolvent.papers.winding import markdown
+
+#: Samples per period of the highest mode; those of the table, and those between them in the figure.
+TABLE_RATES = (2.1, 2.4, 2.7, 3.0, 4.0, 6.0, 9.0)
+RATES = (2.05, 2.1, 2.2, 2.3, 2.4, 2.5, 2.6, 2.7, 2.8, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 9.0)
+#: Numbers of samples, and standard deviations of the noise as shares of a mode's amplitude.
+SAMPLES, NOISES = (50, 100, 200, 500, 1000), (1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+#: The paper's accuracy, and the usual number of samples, noise, and samples per period.
+CLAIMED, USUAL, NOISE, RATE = 1e-5, 100, 0.01, 2.5
+#: Random records a point: in full and of the quick form.
+TRIALS, QUICK_TRIALS = 200, 20
+SEED = 1
+#: Modes from samples (n,) and their rate, Hz.
+Method = Callable[[np.ndarray, float], Modes]
+HEAD = (
+    "samples a period", "Prony, %", "without result", "VARPRO, %", "least that is possible, %",
+)  # fmt: skip
+NOTE = f"""\
+Sensor 1 of the stand without offset: three undamped modes of one amplitude at {{0}} rad/s.
+{USUAL} samples with white noise of {100 * NOISE:g} % of that amplitude, {{1}} records. Error: root of the mean square
+of the relative error of the worst frequency, of the records in which the method finds three modes. Least that is
+possible: Cramér-Rao bound. The paper's accuracy is {100 * CLAIMED:g} %.
+"""
+
+
+class Record(NamedTuple):
+    """How records are taken.
+
+    Attributes
+    ----------
+    per_period : float, samples a period of the highest mode
+    samples : int
+    noise : float, standard deviation of the noise, of the amplitude of a mode
+    """
+
+    per_period: float = RATE
+    samples: int = USUAL
+    noise: float = NOISE
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, Hz."""
+        return float(frequencies()[-1]) * self.per_period / (2.0 * np.pi)
+
+
+class Accuracy(NamedTuple):
+    """Errors of a method over random records.
+
+    Attributes
+    ----------
+    error : float, root of the mean square of the relative error of the worst frequency; nan where there is no result
+    failed : float, share of the records in which the method finds no three modes
+    """
+
+    error: float
+    failed: float
+
+
+@functools.cache
+def frequencies() -> np.ndarray:
+    """(3,) rad/s, of the stand without offset; the amplitudes at sensor 1 are equal."""
+    over = grid()
+    return np.asarray(over.modes(0.0, 0.0).natural_frequency)
+
+
+def plain_prony(data: np.ndarray, rate: float) -> Modes:
+    """Prony's method on all samples."""
+    return prony(data, 3, rate=rate, samples_per_period=None)
+
+
+def maximum_likelihood(data: np.ndarray, rate: float) -> Modes:
+    """VARPRO on all samples."""
+    return varpro(data, 3, rate=rate)
+
+
+def accuracy(method: Method, record: Record, trials: int) -> Accuracy:
+    """Errors of a method over so many seeded records of the stand's sensor 1."""
+    w = frequencies()
+    clean = np.cos(np.arange(record.samples)[:, None] / record.rate * w).sum(axis=1)
+    random, errors = np.random.default_rng(SEED), []
+    for _ in range(trials):
+        data = clean + record.noise * random.standard_normal(record.samples)
+        try:
+            errors.append(np.sort(method(data, record.rate).frequency) / w - 1.0)
+        except InputError:
+            continue
+    worst = float(np.sqrt(np.mean(np.square(errors), axis=0)).max()) if errors else float("nan")
+    return Accuracy(worst, 1.0 - len(errors) / trials)
+
+
+def bound(record: Record) -> float:
+    """Cramér-Rao bound of the relative error of the worst frequency."""
+    w = frequencies()
+    covariance = cramer_rao(w, 0.0, np.ones(3), rate=record.rate, length=record.samples, noise=record.noise)
+    return float((np.sqrt(np.diag(covariance)[:3]) / w).max())
+
+
+def figure_prony(options: Options) -> Made:
+    """Error of the worst frequency over samples per period, number of samples and noise."""
+    trials = QUICK_TRIALS if options.quick else TRIALS
+    rates = TABLE_RATES if options.quick else RATES
+    options.report(f"{trials} records a point")
+    panels = [_over_rates(rates, trials), _over_samples(trials), _over_noise(trials)]
+    rows = []
+    for record in (Record(per_period=rate) for rate in TABLE_RATES):
+        first, second = accuracy(plain_prony, record, trials), accuracy(maximum_likelihood, record, _fewer(trials))
+        values = [f"{100 * value:.2g}" for value in (first.error, second.error, bound(record))]
+        rows.append([f"{record.per_period:g}", values[0], f"{100 * first.failed:.0f} %", *values[1:]])
+    listed = ", ".join(f"{w:.3f}" for w in frequencies())
+    text = f"{NOTE.format(listed, trials)}\n{markdown(HEAD, rows)}"
+    title = "Error of the frequencies by Prony's method (claimed by Belyakov 2002: 0.001 %) and by VARPRO"
+    figure = Figure(name="stand-prony", title=title, panels=panels, columns=3, size=(15.0, 4.8))
+    return Made(text=text, figure=figure)
+
+
+def _panel(x_label: str, title: str, x: Sequence[float], lines: list[Line], *, log_x: bool = True) -> Panel:
+    ends = np.array([x[0], x[-1]])
+    claimed = Line(x=ends, y=np.full(2, 100.0 * CLAIMED), style=":", color="gray", label="the paper's accuracy")
+    label = "error of the worst frequency, %"
+    return Panel(x_label=x_label, y_label=label, lines=[*lines, claimed], title=title, log=True, log_x=log_x)
+
+
+def _fewer(trials: int) -> int:
+    """Number of records for VARPRO, whose error needs fewer to be known and which takes longer."""
+    return max(trials // 4, 10)
+
+
+def _curves(x: Sequence[float], records: Sequence[Record], trials: int, color: int, more: str = "") -> list[Line]:
+    """Errors of both methods, %."""
+    lines = []
+    for method, name, count, style in (
+        (plain_prony, "Prony", trials, "-"),
+        (maximum_likelihood, "VARPRO", _fewer(trials), "--"),
+    ):
+        y = 100.0 * np.array([accuracy(method, record, count).error for record in records])
+        lines.append(Line(x=np.array(x), y=y, color=color, style=style, marker=".", label=f"{name}{more}"))
+    return lines
+
+
+def _least(x: Sequence[float], records: Sequence[Record]) -> Line:
+    """The bound, %."""
+    y = 100.0 * np.array([bound(record) for record in records])
+    return Line(x=np.array(x), y=y, color=0, width=0.9, label="Cramér-Rao bound")
+
+
+def _over_rates(rates: Sequence[float], trials: int) -> Panel:
+    """Over samples per period, for several numbers of samples."""
+    lines = []
+    for k, samples in enumerate((100, 1000)):
+        records = [Record(per_period=rate, samples=samples) for rate in rates]
+        lines += _curves(rates, records, trials, 1 + k, f", N = {samples}")
+    return _panel("samples a period of the highest mode", f"noise {100 * NOISE:g} %", rates, lines, log_x=False)
+
+
+def _over_samples(trials: int) -> Panel:
+    """Over the number of samples."""
+    records = [Record(samples=n) for n in SAMPLES]
+    lines = [*_curves(SAMPLES, records, trials, 2), _least(SAMPLES, records)]
+    return _panel("number of samples", f"noise {100 * NOISE:g} %, {RATE:g} samples a period", SAMPLES, lines)
+
+
+def _over_noise(trials: int) -> Panel:
+    """Over the noise."""
+    records, x = [Record(noise=noise) for noise in NOISES], [100.0 * noise for noise in NOISES]
+    lines = [*_curves(x, records, trials, 2), _least(x, records)]
+    return _panel("noise, % of a mode's amplitude", f"{USUAL} samples, {RATE:g} a period", x, lines)

@@ -1,0 +1,137 @@
+"""Figures of the paper on the inertia stand: their numbers against closed forms, and their panels."""
+
+import numpy as np
+import pytest
+
+import evolvent
+from evolvent import papers
+from evolvent.papers import Options, stand, stand_error, stand_prony, stand_schematic
+
+QUICK = Options(quick=True)
+
+
+def columns(text):
+    """Rows of the last Markdown table of a text, as lists of str."""
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows[2:]]
+
+
+@pytest.fixture(scope="module")
+def over():
+    return stand.grid()
+
+
+def test_the_grid_is_the_papers_999_points_and_holds_the_box(over):
+    assert over.x.size * over.z.size == 999
+    for offset in (0.0, 0.4, 0.8):
+        assert np.abs(over.x - offset).min() < 1e-12
+    assert np.abs(over.z - 0.4 * over.case.stand.half_width).min() < 1e-12
+
+
+def test_the_sum_of_energies_is_the_same_at_all_999_points(over):
+    expected = 3.0 * 9806.65**2 / (8.0 * 740250.0)
+    assert over.energies(over.x[:, None], over.z[None, :]).sum(axis=-1) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_mode_gets_no_energy_where_its_axis_passes_through_the_loaded_spring(over):
+    """At (ex, 0) the axis of pitch is at x = a where the energy of pitch vanishes."""
+    from scipy.optimize import brentq
+
+    def beyond(ex):
+        return over.modes(ex, 0.0).axes()[0][1, 0] - over.case.stand.half_length
+
+    ex = brentq(beyond, 0.5, 1.19)
+    body = over.case.body
+    assert ex == pytest.approx(np.sqrt(4.0 - body.inertia[2] / body.mass), rel=1e-9)  # a^2 - ex^2 = Izz / M
+    assert over.energies(ex, 0.0)[1] < 1e-12 * over.energies(ex, 0.0).sum()
+
+
+def test_figure_1_draws_springs_where_they_are():
+    made = stand_schematic.figure_1(QUICK)
+    plan = made.figure.panels[2]
+    springs = [line for line in plan.lines if line.marker in ("o", "X")][:4]
+    assert [(float(line.x[0]), -float(line.y[0])) for line in springs] == [
+        (2, 0.8696),
+        (2, -0.8696),
+        (-2, -0.8696),
+        (-2, 0.8696),
+    ]
+    assert sum(line.label.startswith("axis of") for line in plan.lines) == 3
+    assert all(not panel.axes and panel.equal for panel in made.figure.panels)
+
+
+def test_figure_2_has_simulated_energies_on_the_curves(over):
+    made = stand.figure_2(QUICK)
+    for panel in made.figure.panels:
+        for k in range(3):
+            curve, circles = panel.lines[k], panel.lines[3 + k]
+            assert circles.y == pytest.approx(np.interp(circles.x, curve.x, curve.y), abs=0.01)
+    assert [row[2:5] for row in columns(made.text)][1] == ["30.21", "2.271", "16.24"]
+
+
+def test_figure_3_obeys_the_energy_of_the_load(over):
+    """The energy of a mode is half the load times its amplitude at the loaded spring."""
+    made = stand.figure_3(QUICK)
+    amplitude = [float(row[2]) for row in columns(made.text)]
+    energies = [over.energies(x, 0.0) for x in (0.0, 0.4, 0.8)]
+    assert np.array(amplitude) * 1e-3 * 9806.65 / 2.0 == pytest.approx(np.ravel(energies), rel=2e-3)
+    assert len(made.figure.panels) == 6
+
+
+def test_figure_4_gives_the_numbers_of_the_text():
+    rows = columns(stand.figure_4(QUICK).text)
+    assert rows[0] == ["spring 1", "1.3e-05", "2.72", "13.4", "82.1"]
+    assert rows[1] == ["best spring", "0.17", "7.04", "0.0", "99.1"]
+
+
+def test_figure_5_falls_rises_and_stays():
+    made = stand.figure_5(QUICK)
+    rows = np.array(columns(made.text), dtype=float)
+    assert rows[:, 1:4] == pytest.approx(
+        np.array([[13.962, 16.422, 24.590], [13.229, 17.332, 24.590], [12.036, 19.050, 24.590]]), abs=6e-4
+    )
+    circles = made.figure.panels[0].lines[3:6]
+    assert [np.sign(line.y[-1] - line.y[1]) for line in circles[:2]] == [-1.0, 1.0]
+    assert np.ptp(circles[2].y) < 3e-3
+
+
+def test_every_entry_is_a_function():
+    import importlib
+
+    for one in papers.STAND.values():
+        module, _, name = one.function.partition(".")
+        assert callable(getattr(importlib.import_module(f"evolvent.papers.{module}"), name))
+
+
+def test_the_step_makes_the_papers_error():
+    """Without offset, by the closed form (w_roll^2 - w_heave^2) dt^2/24; the fit on an exact motion has none."""
+    found = stand_error.errors({"identification.method": "varpro"}, stand_error.OFFSETS[:1])[0]
+    assert found == pytest.approx(stand_error.of_the_step(), rel=0.03)
+    exact = stand_error.errors(stand_error.VARIANTS["DOP853 and VARPRO"], stand_error.OFFSETS[:1])[0]
+    assert np.abs(exact).max() < 1e-5
+
+
+def test_the_papers_case_shows_its_printed_frequency():
+    run = evolvent.run("inertia-stand-paper")
+    assert f"{float(run.mode_frequency[-1]):.2f}" == "24.59"
+    assert float(run.linear_frequency[-1]) == pytest.approx(24.6015, abs=1e-3)
+    assert run.attrs["status"] == "success"
+
+
+def test_prony_is_biased_and_varpro_reaches_the_bound():
+    record = stand_prony.Record()
+    assert stand_prony.accuracy(stand_prony.plain_prony, record, 40).error > 5.0 * stand_prony.bound(record)
+    assert stand_prony.accuracy(stand_prony.maximum_likelihood, record, 40).error < 1.5 * stand_prony.bound(record)
+    again = stand_prony.accuracy(stand_prony.plain_prony, record, 40)
+    assert again == stand_prony.accuracy(stand_prony.plain_prony, record, 40)
+
+
+def test_the_study_of_prony_has_its_table_and_panels(monkeypatch):
+    monkeypatch.setattr(stand_prony, "QUICK_TRIALS", 4)
+    monkeypatch.setattr(stand_prony, "TABLE_RATES", (2.4, 9.0))
+    monkeypatch.setattr(stand_prony, "_fewer", lambda trials: 2)
+    made = stand_prony.figure_prony(QUICK)
+    rows = columns(made.text)
+    assert [row[0] for row in rows] == ["2.4", "9"]
+    assert float(rows[0][1]) < 0.1 < 50.0 < float(rows[1][1])
+    assert len(made.figure.panels) == 3
