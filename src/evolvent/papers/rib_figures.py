@@ -65,7 +65,7 @@ def figure_6(options: Options) -> Made:
     """Shapes of the rib in time."""
     wanted = [keys for keys in of_the_paper(quick=options.quick) if keys["damping__alpha"] == SHOWN]
     (run, *_), complete = _of(wanted, options)
-    kept = np.flatnonzero(run.even & (run.t <= run.t[run.peak] + 2.0))
+    kept = np.flatnonzero(run.even & (run.t <= run.t[run.peak]))
     turned = np.maximum.accumulate(np.abs(run.turns[kept]))
     mixed = turned / max(turned[-1], 1e-300) + 0.3 * run.t[kept] / run.t[kept[-1]]
     moments = sorted({int(kept[np.searchsorted(mixed, x)]) for x in np.linspace(mixed[0], mixed[-1], SHAPES)})
@@ -159,7 +159,15 @@ def figure_8(options: Options) -> Made:
         counts = [f"{run.points[k]:.0f}" for k in at]
         end = f"{run.points[-1]:.0f} at {run.t[-1]:g} s"
         rows.append([f"{run.case.damping.alpha:g}", *counts, end, str(_touching_elements(run)[-1])])
-    head = ("alpha, 1/s", "points at 50 % of the peak's time", "75 %", "90 %", "99 %", "at the end", "elements, at the end")
+    head = (
+        "alpha, 1/s",
+        "points at 50 % of the peak's time",
+        "75 %",
+        "90 %",
+        "99 %",
+        "at the end",
+        "elements, at the end",
+    )
     return Made(text=f"{_note(found[0])}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
