@@ -76,7 +76,7 @@ def figure_6(options: Options) -> Made:
     for k, path in enumerate(paths):
         label, color = f"{run.t[moments[k]]:.4g} s", k / len(moments)
         whole.append(Line(x=path[:, 0], y=path[:, 1], label=label, color=color, width=1.3))
-    near = [dataclasses.replace(line, label="", **_inside(line, 2.0 * R)) for line in whole]
+    near = [_inside(line, 2.0 * R) for line in whole]
     panels = [
         Panel(x_label="x, m", y_label="y, m", lines=lines, title=text, equal=True)
         for lines, text in ((whole, "along the hub's axis"), (near, "near the hub"))
@@ -89,10 +89,11 @@ def figure_6(options: Options) -> Made:
     return Made(text=f"{_note(run)}\n{table}", figure=figure, complete=complete)
 
 
-def _inside(line: Line, radius: float) -> dict[str, Array]:
-    """The part of a line nearer to the axis than a radius."""
+def _inside(line: Line, radius: float) -> Line:
+    """The part of a line nearer to the axis than a radius, without its name."""
     out = np.hypot(line.x, line.y) > radius
-    return {"x": np.where(out, np.nan, line.x), "y": np.where(out, np.nan, line.y)}
+    x, y = (np.where(out, np.nan, values) for values in (line.x, line.y))
+    return dataclasses.replace(line, label="", x=x, y=y)
 
 
 def _string_speed(run: Run) -> Line:
@@ -145,7 +146,9 @@ def figure_8(options: Options) -> Made:
     case = found[0].case
     total = case.rib.elements * case.contact.points
     panels = [
-        Panel(x_label="", y_label=f"contact points that touch, of {total}", lines=_lines(found, lambda run: run.points)),
+        Panel(
+            x_label="", y_label=f"contact points that touch, of {total}", lines=_lines(found, lambda run: run.points)
+        ),
         Panel(
             x_label=TIME, y_label=f"elements that touch, of {case.rib.elements}",
             lines=_lines(found, _touching_elements, named=False),

@@ -39,7 +39,7 @@ class Run:
     statistics : mapping, as of `Solution`
     t : (nt,) float, s; `even` : (nt,) bool, samples of even times, without those about the whip
     x, rates : (nt, n + 1, vectors, 3) float, nodes and their rates
-    force, impulse, points : (nt,) float, N, N s, and 1, sum of normal forces on the hub, its integral, points that touch
+    force, impulse, points : (nt,) float, N, N s, 1, normal forces on the hub, their integral, points that touch
     gap : (nt, points) float, m, of each contact point, NaN where it is far away
     """
 

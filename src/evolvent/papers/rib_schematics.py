@@ -20,6 +20,11 @@ R, HEIGHT, LENGTH, WIDTH, ELEMENTS = 0.6, 3.0, 12.0, 0.03, 10
 SECOND_AXIS = np.array([0.0, 0.0, 1.0])
 
 
+def _moved(at: Array, *by: float) -> Array:
+    """A point that is moved."""
+    return np.asarray(at) + np.array(by)
+
+
 def _line(points: Any, **how: Any) -> Line:
     """A polyline of points on the sheet (n, 2), or in space (n, 3)."""
     at = np.asarray(points, dtype=float)
@@ -81,14 +86,14 @@ def figure_1(options: Options) -> Made:
         lines.append(_line(section, color="gray", width=1.4 if k in (0, 40) else 0.6))
     lines.append(_line(axis, color=0, width=2.0))
     origin = np.array([-0.45, -0.35, -0.2])
-    notes = [_note(origin + [0.0, 0.0, -0.05], "O")]
+    notes = [_note(_moved(origin, 0.0, 0.0, -0.05), "O")]
     for unit, text in zip(np.eye(3), "xyz", strict=True):
         lines.append(_arrow(origin, origin + 0.25 * unit, color="gray"))
         notes.append(_note(origin + 0.3 * unit, text))
     for node, name in zip(nodes, "pq", strict=True):
         lines.append(_arrow(origin, node[0], head=0.05, color=2, width=1.2))
         lines.append(_line(node[:1], color=0, style="", marker="o"))
-        notes.append(_note(0.45 * origin + 0.55 * node[0] + [0.0, 0.0, -0.06], f"r_{name}"))
+        notes.append(_note(_moved(0.45 * origin + 0.55 * node[0], 0.0, 0.0, -0.06), f"r_{name}"))
         for k, text in enumerate(("x", "y", "z"), start=1):
             tip = node[0] + 0.36 * node[k] / np.linalg.norm(node[k])
             lines.append(_arrow(node[0], tip, color=1, width=1.8))
@@ -115,16 +120,16 @@ def figure_2(options: Options) -> Made:
     tail = hub[-1] + (shown - R * wrap[-1]) * np.array([-math.sin(wrap[-1]), math.cos(wrap[-1]), 0.0])
     lines += [_line(np.vstack([hub, tail]), color=2, width=1.8, style="--"), _line([root], style="", marker="o")]
     notes = [
-        _note(root + [2.6, 0.0, 0.3], "rib at the start, e"),
-        _note(0.7 * tail + 0.3 * hub[-1] + [0.0, 0.0, 0.25], "partly wound"),
+        _note(_moved(root, 2.6, 0.0, 0.3), "rib at the start, e"),
+        _note(_moved(0.7 * tail + 0.3 * hub[-1], 0.0, 0.0, 0.25), "partly wound"),
     ]
     for unit, text in zip(np.eye(3), "xyz", strict=True):
         lines.append(_arrow([0.0, 0.0, 0.0], (2.1 if text == "z" else 1.1) * unit, head=0.1, color="gray"))
-        notes.append(_note((2.25 if text == "z" else 1.25) * unit + [0.0, 0.0, -0.12 * (text == "x")], text))
+        notes.append(_note(_moved((2.25 if text == "z" else 1.25) * unit, 0.0, 0.0, -0.12 * (text == "x")), text))
     turn = np.linspace(-0.4, 1.0, 41)
     sweep = np.stack([3.2 * np.cos(turn), 3.2 * np.sin(turn), 0.0 * turn], axis=1)
     lines += [_line(sweep, color=1, width=1.0), _arrow(sweep[-4], sweep[-1], head=1.2, color=1)]
-    notes.append(_note(sweep[-1] + [0.2, 0.3, 0.1], "torque T about z"))
+    notes.append(_note(_moved(sweep[-1], 0.2, 0.3, 0.1), "torque T about z"))
     notes.append(_note([0.0, 0.0, -1.95], "hub, radius R"))
     rows = [["hub, diameter and height", f"{2.0 * R:g} m, {HEIGHT:g} m"],
             ["rib", f"{LENGTH:g} m x {WIDTH:g} m x 0.0003 m, {ELEMENTS} elements"],
@@ -182,7 +187,7 @@ def figure_4(options: Options) -> Made:
     for end, share in zip(ends, (S[0], S[2]), strict=True):
         lines.append(_arrow(end, end + 0.11 * share * normal, color=2, width=2.0))
     lines.append(_line([[0.02, R], [0.06, R]], color="gray", width=0.8))
-    lines.append(_line([point + [0.02, 0.0], point + [0.06, 0.0]], color="gray", width=0.8))
+    lines.append(_line([_moved(point, 0.02, 0.0), _moved(point, 0.06, 0.0)], color="gray", width=0.8))
     lines.append(_arrow([0.05, R + 0.03], [0.05, R], color="gray", head=0.3))
     lines.append(_arrow([0.05, point[1] - 0.03], [0.05, point[1]], color="gray", head=0.3))
     notes = [
@@ -210,14 +215,14 @@ def figure_5(options: Options) -> Made:
     lines.append(_line([root], color=0, style="", marker="o"))
     lines.append(_circle(root, 0.35, 0.0, 0.5 * math.pi, color="gray", width=1.0))
     turned = root + 0.35 * np.array([math.cos(0.3 * math.pi), math.sin(0.3 * math.pi)])
-    notes.append(_note(turned + [0.12, 0.06], "free angle"))
-    lines.append(_arrow(root, root + [0.3, 0.0], color=1, width=1.8))
-    lines.append(_arrow(root, root + [0.0, 0.3], color=1, width=1.8))
-    notes += [_note(root + [0.22, -0.07], "outwards"), _note(root + [-0.13, 0.27], "tangent")]
+    notes.append(_note(_moved(turned, 0.12, 0.06), "free angle"))
+    lines.append(_arrow(root, _moved(root, 0.3, 0.0), color=1, width=1.8))
+    lines.append(_arrow(root, _moved(root, 0.0, 0.3), color=1, width=1.8))
+    notes += [_note(_moved(root, 0.22, -0.07), "outwards"), _note(_moved(root, -0.13, 0.27), "tangent")]
     one = coil("cable", 4, 0.3, _section(), _material(), radius=R)
     path = np.vstack([_axis(one[k : k + 2], 0.3, np.linspace(0.0, 1.0, 21)) for k in range(4)])[:, :2]
     lines.append(_line(path, color="gray", style=":", width=1.2))
-    notes.append(_note(path[-1] + [0.0, 0.1], "wound"))
+    notes.append(_note(_moved(path[-1], 0.0, 0.1), "wound"))
     rows = [["held", "position (3 equations), direction across the axis (2)"], ["free", "angle about the hub's axis"],
             ["wound rib leaves the hinge at", "90 deg from outwards"]]  # fmt: skip
     return _made(5, "Hinge of the root, and directions of the rib", lines, notes, rows, (8.0, 7.0))
