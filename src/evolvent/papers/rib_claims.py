@@ -20,8 +20,8 @@ _MODEL: tuple[Claim, ...] = (
         name="rib-mesh", where="text on the data", paper="10 elements",
         claim="Ten elements model the rib.",
         verdict="refuted",
-        ours="Bent to the hub's radius they are {full10:.3g} times as stiff as the rib, and 80 still {full80:.0f} times "
-             "(curvature-thickness locking); 40 cable elements {cable40:.4f} times.",
+        ours="Bent to the hub's radius they are {full10:.3g} times as stiff as the rib, and 80 still {full80:.0f} "
+             "times (curvature-thickness locking); 40 cable elements {cable40:.4f} times.",
         values={"full10": 2351180.0, "full80": 293.243, "cable40": 1.0000862, "needed": 13.2254, "given": 4.0},
         tolerance={"cable40": 1e-5}, measure=measures.mesh,
     ),
@@ -53,9 +53,9 @@ _MODEL: tuple[Claim, ...] = (
         claim="Damping of the root hinge guides the winding.",
         verdict="refuted",
         ours="Without damping the tip is fastest at {t_none:.2f} s; with alpha = 0.5 1/s in the first element alone at "
-             "{t_first:.2f} s, with a hinge damper of 0.05 or 1 N m s at {t_weak:.2f} and {t_strong:.2f} s. The force's "
-             "largest mean over 10 ms is {m_none:.0f}, {m_first:.0f}, {m_weak:.0f} and {m_strong:.0f} N. (Samples every "
-             "0.25 s show {s_none:.0f}, {s_first:.0f}, {s_weak:.0f} and {s_strong:.0f} N, by chance.)",
+             "{t_first:.2f} s, with a hinge damper of 0.05 or 1 N m s at {t_weak:.2f} and {t_strong:.2f} s. The "
+             "force's largest mean over 10 ms is {m_none:.0f}, {m_first:.0f}, {m_weak:.0f} and {m_strong:.0f} N. "
+             "(Samples every 0.25 s show {s_none:.0f}, {s_first:.0f}, {s_weak:.0f} and {s_strong:.0f} N, by chance.)",
         values={"t_none": 28.3707, "m_none": 104.168, "s_none": 61.798, "t_first": 28.3715, "m_first": 104.323,
                 "s_first": 62.483, "t_weak": 28.4180, "m_weak": 102.823, "s_weak": 76.851, "t_strong": 28.2098,
                 "m_strong": 99.610, "s_strong": 85.533},
@@ -67,8 +67,8 @@ _MODEL: tuple[Claim, ...] = (
         name="rib-contact-search", where="text on contact",
         claim="A coarse test of the nodes comes first, then contact points inside the elements are tested.",
         verdict="open",
-        ours="Sound if the first test reaches {outside:.3f} m beyond the hub: so far are the nodes of the paper's element "
-             "when its middle touches. The paper's reach is not known to us.",
+        ours="Sound if the first test reaches {outside:.3f} m beyond the hub: so far are the nodes of the paper's "
+             "element when its middle touches. The paper's reach is not known to us.",
         values={"outside": 0.248528}, measure=measures.search, command="evolvent figure rib-figure-3",
     ),
     Claim(
@@ -99,9 +99,9 @@ _MODEL: tuple[Claim, ...] = (
         name="rib-drive", where="text on the data", paper="no value of the torque",
         claim="A constant torque about the hub's axis winds the rib.",
         verdict="in part",
-        ours="A field torque over the rib's mass does. A couple on the root does not: of 1e-3 N m (bending the rib onto "
-             "the hub takes {needed:.1f} uJ) it turns the root by {root:.2f} rad and winds {turns:.2f} turns. So do "
-             "couples of 1e-5 and 0.2 N m.",
+        ours="A field torque over the rib's mass does. A couple on the root does not: of 1e-3 N m (bending the rib "
+             "onto the hub takes {needed:.1f} uJ) it turns the root by {root:.2f} rad and winds {turns:.2f} turns. By "
+             "a couple of 0.2 N m it covers less than 0.3 turns.",
         values={"turns": 0.0, "root": 2.34997, "needed": 5.625}, tolerance={"root": 0.05},
         measure=measures.couple, seconds=4, command="",
     ),
@@ -112,9 +112,9 @@ _STEPS: tuple[Claim, ...] = (
         name="rib-steps", where="text on the steps", paper="0.5 s",
         claim="The winding is solved stably with implicit steps of 0.5 s.",
         verdict="refuted",
-        ours="Generalized-alpha fails at {failed:.1f} s with 40 cable elements and Hunt-Crossley contact, at 20.5 s with "
-             "the paper's set-up. Energy-momentum reaches the end, dividing {divided:.0f} steps: {mean:.3f} s on average. "
-             "At the whip the tip would turn by 22 rad in such a step.",
+        ours="Generalized-alpha fails at {failed:.1f} s with 40 cable elements and Hunt-Crossley contact, at 20.5 s "
+             "with the paper's set-up. Energy-momentum reaches the end, dividing {divided:.0f} steps: {mean:.3f} s on "
+             "average. At the whip the tip would turn by 22 rad in such a step.",
         values={"failed": 24.0, "mean": 0.37736, "divided": 69.0}, tolerance={"mean": 0.05, "divided": 0.3},
         measure=measures.half_second, seconds=2, command="evolvent figure rib-figure-10",
     ),
@@ -165,8 +165,8 @@ _WINDING: tuple[Claim, ...] = (
         name="rib-figure-6", where="figure 6",
         claim="Shapes in time: the rib winds round the hub.",
         verdict="holds",
-        ours="At 0.2 N m and alpha = 0.2 1/s it has wound {at30:.2f}, {at50:.2f}, {at60:.2f} and {at65:.2f} turns at 30, "
-             "50, 60 and 65 s, its free part straight along the tangent.",
+        ours="At 0.2 N m and alpha = 0.2 1/s it has wound {at30:.2f}, {at50:.2f}, {at60:.2f} and {at65:.2f} turns at "
+             "30, 50, 60 and 65 s, its free part straight along the tangent.",
         values={"at30": 0.22618, "at50": 0.82701, "at60": 1.41037, "at65": 2.08881},
         measure=measures.shapes, seconds=3, command="evolvent figure rib-figure-6",
     ),
@@ -174,8 +174,8 @@ _WINDING: tuple[Claim, ...] = (
         name="rib-figure-7", where="figure 7", paper="a = 0, 0.2, 0.5",
         claim="A larger mass damping a lowers and delays the peak of the tip's speed.",
         verdict="holds",
-        ours="It is fastest at {t0:.2f}, {t2:.2f} and {t5:.2f} s with {v0:.1f}, {v2:.1f} and {v5:.1f} m/s (40 elements). "
-             "The times converge, the speeds do not.",
+        ours="It is fastest at {t0:.2f}, {t2:.2f} and {t5:.2f} s with {v0:.1f}, {v2:.1f} and {v5:.1f} m/s (40 "
+             "elements). The times converge, the speeds do not.",
         values={"t0": 28.3707, "v0": 44.107, "t2": 66.7882, "v2": 27.348, "t5": 146.0542, "v5": 21.558},
         tolerance=_TENTHS | {f"t{k}": 5e-4 for k in (0, 2, 5)}, measure=measures.tip, seconds=7,
         command="evolvent figure rib-figure-7",
@@ -194,9 +194,9 @@ _WINDING: tuple[Claim, ...] = (
         name="rib-figure-9", where="figure 9",
         claim="The contact force falls with damping.",
         verdict="holds",
-        ours="Its impulse up to the peak of the tip's speed is {j0:.0f}, {j2:.0f} and {j5:.0f} N s, its largest mean over "
-             "10 ms {m0:.0f}, {m2:.0f} and {m5:.0f} N for a = 0, 0.2 and 0.5. The largest samples, {f0:.0f}, {f2:.0f} and "
-             "{f5:.0f} N, depend on mesh and sampling; every 0.25 s they are 62, 26 and 13 N.",
+        ours="Its impulse up to the peak of the tip's speed is {j0:.0f}, {j2:.0f} and {j5:.0f} N s, its largest mean "
+             "over 10 ms {m0:.0f}, {m2:.0f} and {m5:.0f} N for a = 0, 0.2 and 0.5. The largest samples, {f0:.0f}, "
+             "{f2:.0f} and {f5:.0f} N, depend on mesh and sampling; every 0.25 s they are 62, 26 and 13 N.",
         values={"j0": 86.297, "m0": 104.168, "f0": 133.81, "j2": 34.313, "m2": 35.825, "f2": 46.795, "j5": 23.029,
                 "m5": 18.608, "f5": 29.257},
         tolerance={f"m{k}": 0.05 for k in (0, 2, 5)} | {f"f{k}": 0.6 for k in (0, 2, 5)},
@@ -260,8 +260,8 @@ _WINDING: tuple[Claim, ...] = (
         name="rib-release", where="text on the aim",
         claim="Released, the rib springs open by its own strain energy.",
         verdict="holds",
-        ours="Its tip has the speed sqrt(3 EI/m)/R = {speed:.5f} m/s to the end at {end:.0f} s; at 1000 s the run's tip is "
-             "{ratio:.4f} times as far out as this closed form of a long tail has it.",
+        ours="Its tip has the speed sqrt(3 EI/m)/R = {speed:.5f} m/s to the end at {end:.0f} s; at 1000 s the run's "
+             "tip is {ratio:.4f} times as far out as this closed form of a long tail has it.",
         values={"ratio": 1.00882, "speed": 0.0139754, "end": 8586.5}, tolerance={"ratio": 5e-4},
         measure=measures.deployment, command="evolvent run wrapped-rib-deploy",
     ),
@@ -269,8 +269,8 @@ _WINDING: tuple[Claim, ...] = (
         name="rib-peel", where=BEYOND,
         claim="Where it leaves the hub the rib is an elastica with curvature 1/R.",
         verdict="holds",
-        ours="It turns on by acos(2/3) = {angle:.1f} deg, and its line passes the axis at {distance:.4f} R; runs tend to "
-             "4R/3 within 0.4 %.",
+        ours="It turns on by acos(2/3) = {angle:.1f} deg, and its line passes the axis at {distance:.4f} R; runs tend "
+             "to 4R/3 within 0.4 %.",
         values={"angle": 48.18969, "distance": 1.3333333}, measure=measures.elastica,
         command="evolvent run wrapped-rib-deploy",
     ),

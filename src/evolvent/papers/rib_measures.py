@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -33,6 +34,12 @@ def _stout() -> tuple[float, Any, Any]:
     return 1.3, Rectangle(thickness=0.4, width=0.7), material
 
 
+@functools.cache
+def _points(length: float, section: Any) -> list[tuple[float, list[Array]]]:
+    """`_gradients`, kept."""
+    return list(_gradients(length, section))
+
+
 def _gradients(length: float, section: Any) -> Iterator[tuple[float, list[Array]]]:
     """Weights and matrices S,x, S,y, S,z (3, 24) at Gauss's points of the volume."""
 
@@ -42,7 +49,7 @@ def _gradients(length: float, section: Any) -> Iterator[tuple[float, list[Array]
         return [(low + half * (1.0 + a), half * w) for a, w in zip(at, weight, strict=True)]
 
     t, w = 0.5 * section.thickness, 0.5 * section.width
-    for x, wx in rule(8, 0.0, length):
+    for x, wx in rule(5, 0.0, length):
         xi = x / length
         for y, wy in rule(3, -t, t):
             for z, wz in rule(3, -w, w):
@@ -57,7 +64,7 @@ def _table(e: Array, u: Array, length: float, section: Any, material: Any) -> tu
     nu = material.nu
     lam, mu = material.E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), 0.5 * material.E / (1.0 + nu)
     K, T, D = np.zeros((24, 24)), np.zeros((24, 24)), np.zeros((24, 24))
-    for weight, S in _gradients(length, section):
+    for weight, S in _points(length, section):
         for a in range(3):
             Saa = S[a].T @ S[a]
             K -= weight * 0.5 * (3.0 * lam + 2.0 * mu) * Saa
@@ -71,6 +78,7 @@ def _table(e: Array, u: Array, length: float, section: Any, material: Any) -> tu
     return K, T, D
 
 
+@functools.cache
 def element() -> Values:
     """Force, Jacobian and damping Jacobian by the paper's formulas beside our form and differences, relative."""
     from evolvent.elements import beam_form, straight_beam
@@ -175,7 +183,7 @@ def explicit_limit() -> Values:
 
 
 def contact_law() -> Values:
-    """Times at which fixed steps of the paper's set-up fail, s, and the force that appears at the touch, N for 1 m/s."""
+    """Times at which fixed steps of the paper's set-up fail, s, and the jump of the force at 1 m/s, N."""
     from evolvent.papers.winding import ALPHA, Model, Trial
 
     model = Model("wrapped-rib-paper", 30.0)
@@ -215,7 +223,7 @@ def _of_alpha(alpha: float) -> Any:
 
 def tip() -> Values:
     """Times and sizes of the largest tip speed for the three dampings."""
-    found = {}
+    found: Values = {}
     for name, alpha in (("0", 0.0), ("2", 0.2), ("5", 0.5)):
         run = _of_alpha(alpha)
         found |= {f"t{name}": float(run.t[run.peak]), f"v{name}": float(run.speed[run.peak])}
@@ -224,7 +232,7 @@ def tip() -> Values:
 
 def force() -> Values:
     """Impulse to the peak, and largest mean over 10 ms and largest sample of the contact force."""
-    found = {}
+    found: Values = {}
     for name, alpha in (("0", 0.0), ("2", 0.2), ("5", 0.5)):
         run = _of_alpha(alpha)
         found |= {f"j{name}": float(run.impulse[run.peak]), f"m{name}": run.largest_mean_force}
@@ -241,7 +249,7 @@ def shapes() -> Values:
 def points() -> Values:
     """Contact points that touch at several times, alpha = 0.2 1/s: means over 2 s."""
     run = _of_alpha(0.2)
-    found = {}
+    found: Values = {}
     for t in (30, 50, 60, 65):
         near = run.even & (np.abs(run.t - t) < 1.0)
         found[f"at{t}"] = float(run.points[near].mean())
@@ -283,7 +291,7 @@ def root_damping() -> Values:
     from evolvent.papers.rib_figures import root_keys
     from evolvent.papers.rib_runs import winding
 
-    found = {}
+    found: Values = {}
     for name, keys in zip(("none", "first", "weak", "strong"), root_keys(), strict=True):
         run = winding(**keys)
         found |= {f"t_{name}": float(run.t[run.peak]), f"m_{name}": run.largest_mean_force}
@@ -303,7 +311,7 @@ def meshes() -> Values:
     """Time and size of the largest tip speed with 20 and 80 elements, alpha = 0.2 1/s."""
     from evolvent.papers.rib_runs import winding
 
-    values = {}
+    values: Values = {}
     for n in (20, 80):
         run = winding(damping__alpha=0.2, solver__duration=70.0, rib__elements=n)
         values |= {f"t{n}": float(run.t[run.peak]), f"v{n}": float(run.speed[run.peak])}
@@ -318,8 +326,8 @@ def paper_mesh() -> Values:
 
 
 def greater_torques() -> Values:
-    """Turns of the paper's mesh under greater torques: least and most of the last 30 s, points that touch at the end."""
-    found = {}
+    """Turns of the paper's mesh under greater torques: least and most of the last 30 s."""
+    found: Values = {}
     for torque in (1, 5, 10):
         run = _paper(float(torque))
         late = run.turns[run.t > 120.0]
