@@ -149,6 +149,29 @@ THREAD: dict[str, Entry] = {
 
 #: Tables and figures of the paper on the wrapped rib.
 RIB: dict[str, Entry] = {
+    **{
+        f"rib-figure-{number}": Entry(
+            kind="figure", paper=YI, title=title, seconds=(1, 1), function=f"rib_schematics.figure_{number}"
+        )
+        for number, title in {
+            1: "schematic: an element and its nodal vectors",
+            2: "schematic: hub, rib, frames and drive",
+            3: "schematic: search for contact by nodes and by contact points inside the elements",
+            4: "schematic: penetration of a contact point and its force on the nodes",
+            5: "schematic: hinge of the root",
+        }.items()
+    },
+    **{
+        f"rib-{name}": Entry(kind="figure", paper=YI, title=title, seconds=seconds, function=f"rib_figures.{function}")
+        for name, title, seconds, function in (
+            ("figure-6", "winding of a rib: shapes in time", (3, 2), "figure_6"),
+            ("figure-7", "winding of a rib: tip speed for three mass dampings", (12, 5), "figure_7"),
+            ("figure-8", "winding of a rib: contact points that touch the hub", (12, 5), "figure_8"),
+            ("figure-9", "winding of a rib: contact force for three mass dampings", (12, 5), "figure_9"),
+            ("root-damping", "winding of a rib: damping in the first element or hinge alone", (10, 5), "root_damping"),
+            ("points-at-rest", "wound rib at rest: gaps of the contact points", (3, 2), "points_at_rest"),
+        )
+    },
     "rib-table-1": Entry(
         kind="table",
         paper=YI,

@@ -46,7 +46,7 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
         "rib": (("rib",), np.arange(1, count + 1), "1", "rib"),
         "tip_radius": (per_rib, np.hypot(path[..., -1, 0], path[..., -1, 1]), "m", "distance of the tip from the "
                        "hub's axis"),
-        "wrap_angle": (per_rib, _wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
+        "wrap_angle": (per_rib, wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
                        "negative in the other sense"),
         "tip_speed_peak": (("rib",), speed[fastest, np.arange(count)], "m s-1", "largest speed of the tip, between "
                            "samples too"),
@@ -61,7 +61,7 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
     }  # fmt: skip
 
 
-def _wrap_angle(path: Array, radius: float) -> Array:
+def wrap_angle(path: Array, radius: float) -> Array:
     """Angle of the hub that each rib covers, rad; `path` (nt, ribs, n, 3) in the hub's axes.
 
     Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
