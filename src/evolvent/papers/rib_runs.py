@@ -12,6 +12,7 @@ import numpy as np
 
 from evolvent import analysis, cases
 from evolvent.drawing import smooth
+from evolvent.fine_samples import Times
 from evolvent.observe import View
 from evolvent.systems.wrapped_rib.derived import FOLLOWED, wrap_angle
 
@@ -107,16 +108,17 @@ def simulated(assembly: Assembly, case: Any) -> Run:
     """A run of the assembled parts of a case, sampled again about the largest tip speed where the tip whips."""
     system = cases.system(case.system)
     settings = system.settings(case)
+    settings.pop("fine", None)  # the samples about the whip are chosen here
     even = analysis.sample_times(settings.pop("until"), settings.pop("every"), values=assembly.y.size)
-    times, kept = analysis.with_times(even, system.between(case))
-    found = _read(_solved(assembly, times, settings), case, kept)
+    times = Times.of(even, system.between(case), fine=False, values=assembly.y.size)
+    found = _read(_solved(assembly, times.all, settings), case, times.regular)
     at = found.t[found.peak]
     if found.status != "success" or found.even[found.peak]:
         return found
     more = at + ABOUT_THE_PEAK * np.linspace(-1.0, 1.0, FINE)
     more = np.concatenate([system.between(case), more[(more > 0.0) & (more < even[-1])]])
-    times, kept = analysis.with_times(even, np.unique(more))
-    return _read(_solved(assembly, times, settings), case, kept)
+    times = Times.of(even, np.unique(more), fine=False, values=assembly.y.size)
+    return _read(_solved(assembly, times.all, settings), case, times.regular)
 
 
 def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> Solution:

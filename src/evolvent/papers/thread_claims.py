@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from evolvent.papers import thread_measures as measured
+from evolvent.papers import thread_variant_claims
 from evolvent.papers.ledger import Claim
 
 FIGURE = "evolvent figure thread-figure-"
@@ -328,4 +329,4 @@ RESULTS: tuple[Claim, ...] = (
     ),
 )
 
-CLAIMS: tuple[Claim, ...] = MODEL + RESULTS
+CLAIMS: tuple[Claim, ...] = MODEL + RESULTS + thread_variant_claims.CLAIMS
