@@ -276,7 +276,7 @@ RESULTS: tuple[Claim, ...] = (
         values={"n20": 0.307164, "n40": 0.0462262, "n80": 0.00944805},
         tolerance={"n20": 0.005, "n40": 0.02, "n80": 0.05},
         measure=measured.convergence,
-        seconds=3,
+        seconds=4,
     ),
     Claim(
         name="thread-figure-4-4",

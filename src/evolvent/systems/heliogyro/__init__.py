@@ -41,7 +41,7 @@ Where the paper is in error, or silent:
   turns (and, on a free body, moves) with the body, I has the term N rho (L - l) L0^2 more, and momentum is kept.
 - (14) is used in inertial axes here, which is the same in exact arithmetic and needs no W' at the nodes.
 - A stiffness of 1e7 N/m may be a slip of units: the film itself has about 2e3 N/m at n = 20. It hardly matters: the lag
-  differs from that of links of fixed length by 0.0016 deg at 1e4 N/m, the default, and by 2e-5 deg at 1e7 N/m.
+  differs from that of links of fixed length by 0.0015 deg at 1e4 N/m, the default, and by 2e-6 deg at 1e7 N/m.
 
 `segments: inextensible` is the limit of infinite stiffness: links of fixed length, whose tensions follow from one
 tridiagonal solve at every stage. In steady pay-out the hub's lag is sin(delta) = 2 v / (L0 W), whatever the masses.

@@ -1,4 +1,4 @@
-"""Figure of a study that keeps the tip's lag over time: how much the lag changes from one value to the next."""
+"""Figure of a study that keeps the tip's lag over time: its change from one value of a key to the next."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SINCE = 1.0
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Largest change of the tip's lag between neighbours along a grid's last key, a line for each of the other."""
+    """Largest change of the tip's lag between values of a grid's last key; a line for each of the other."""
     keys = [key for key in json.loads(dataset.attrs["keys"]) if dataset[key].size > 1]
     if dataset.attrs["sample"] != "grid" or not 1 <= len(keys) <= 2 or "tip_lag" not in dataset:
         return {}
