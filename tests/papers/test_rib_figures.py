@@ -1,4 +1,4 @@
-"""Figures of the rib paper: schematics from our geometry, quick forms of figures 6 to 9, root damping, points at rest."""
+"""Figures of the rib paper: schematics, quick forms of figures 6 to 9, root damping, contact points at rest."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_points_that_do_not_touch_at_rest_lie_off_by_what_a_cubic_departs_from_a
     pressed = k * np.where(touching, -gap, 0.0).sum(axis=1) / 0.3
     closed = 0.2 / 0.6**2 * (1.0 - (np.arange(40) + 0.5) / 40)
     assert pressed[2:38] == pytest.approx(closed[2:38], abs=0.02 * closed[0])
-    assert run.force[-1] == pytest.approx(k * np.where(touching, -gap, 0.0).sum(), rel=1e-6)
+    assert run.force[-1] == pytest.approx(k * np.where(touching, -gap, 0.0).sum(), rel=1e-4)
     made = rib_figures.points_at_rest(Options())
     assert made.figure.title.endswith(f"{int(run.points[-1])} of 160 touch")
 
