@@ -42,7 +42,7 @@ def _all(options: Options) -> tuple[list[Run], bool]:
 
 def _of(wanted: Sequence[Mapping[str, Any]], options: Options) -> tuple[list[Run], bool]:
     found = list(runs(wanted, options.report))
-    return found, len(found) == len(wanted) and found[-1].status == "success"
+    return found, len(found) == len(wanted) and found[-1].status != "interrupted"
 
 
 def _name(run: Run) -> str:
