@@ -1,4 +1,4 @@
-"""Figures of the rib paper: schematics of our geometry, quick forms of figures 6 to 9, root damping, points at rest."""
+"""Figures of the rib paper: schematics, quick forms of figures 6 to 9, root damping, contact points at rest."""
 
 import numpy as np
 import pytest

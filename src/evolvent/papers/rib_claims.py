@@ -17,6 +17,13 @@ _MODEL: tuple[Claim, ...] = (
         values={"force": 0.0, "jacobian": 0.0, "damping": 0.0}, measure=measures.element, seconds=2,
     ),
     Claim(
+        name="rib-shape-functions", where="text on the element", paper="S1 to S8",
+        claim="The shape functions S1 to S8 of the position and three slopes of both nodes.",
+        verdict="holds",
+        ours="They are ours to 1e-9, and S1 + S5 = 1.",
+        values={"off": 0.0, "one": 0.0}, measure=measures.shape_functions,
+    ),
+    Claim(
         name="rib-mesh", where="text on the data", paper="10 elements",
         claim="Ten elements model the rib.",
         verdict="refuted",
@@ -181,6 +188,22 @@ _WINDING: tuple[Claim, ...] = (
         command="evolvent figure rib-figure-7",
     ),
     Claim(
+        name="rib-string", where=BEYOND,
+        claim="A string without bending stiffness on an involute winds in nearly the same time.",
+        verdict="holds",
+        ours="98 % of it are wound at {s0:.2f}, {s2:.2f} and {s5:.2f} s for a = 0, 0.2 and 0.5.",
+        values={"s0": 27.63, "s2": 66.40, "s5": 145.86}, tolerance=5e-4, measure=measures.string,
+        command="evolvent figure rib-figure-7",
+    ),
+    Claim(
+        name="rib-layers", where="text on contact",
+        claim="Contact is that of the rib with the hub.",
+        verdict="open",
+        ours="Whether the paper lets the 3.2 turns lie on one another is not known to us. With it (contact.self) the "
+             "tip is fastest at {time:.2f} s, as without (alpha = 0.2 1/s).",
+        values={"time": 66.7866}, tolerance=1e-4, measure=measures.layers, seconds=9,
+    ),
+    Claim(
         name="rib-figure-8", where="figure 8",
         claim="The number of points in contact grows as the rib winds.",
         verdict="holds",
@@ -203,8 +226,8 @@ _WINDING: tuple[Claim, ...] = (
         measure=measures.force, seconds=7, command="evolvent figure rib-figure-9",
     ),
     Claim(
-        name="rib-points-at-rest", where="figure 8",
-        claim="Not all points touch at rest: 119 of 160.",
+        name="rib-points-at-rest", where=BEYOND,
+        claim="At rest not all points touch (figure 8).",
         verdict="holds",
         ours="{touch:.0f} of 160, in all {elements:.0f} elements: {p1:.0f}, {p2:.0f} and {p3:.0f} of the inner points, "
              "{p4:.0f} of 40 at the nodes. A cubic departs from an arc of its angle by {departure:.0f} um, its middle "
@@ -222,23 +245,23 @@ _WINDING: tuple[Claim, ...] = (
         values={"fine": 315.0, "hard": 45.0}, tolerance=0.05, measure=measures.finer_points_at_rest, seconds=11,
     ),
     Claim(
-        name="rib-contact-stiffness", where="text on contact", paper="K = 1e6 N/m",
-        claim="The stiffness of the contact does not matter for the winding.",
+        name="rib-contact-stiffness", where=BEYOND, paper="K = 1e6 N/m",
+        claim="The stiffness of the contact does not matter for the time of winding.",
         verdict="holds",
         ours="The tip is fastest at {soft:.2f} and {hard:.2f} s with 1e2 and 1e4 N/m (alpha = 0.2 1/s).",
         values={"soft": 66.8131, "hard": 66.7854}, tolerance=5e-4, measure=measures.contact_stiffness, seconds=4,
     ),
     Claim(
-        name="rib-peaks", where="figures 7 and 9",
-        claim="Peaks of the tip's speed and the contact force are numbers that a run can tell.",
-        verdict="refuted",
+        name="rib-peaks", where=BEYOND,
+        claim="The heights of the peaks in figures 7 and 9 depend on the mesh.",
+        verdict="holds",
         ours="The last bit whips, v ~ l^-1/2: {v20:.1f} and {v80:.1f} m/s with 20 and 80 elements, at {t20:.2f} and "
              "{t80:.2f} s. Times, means and impulses converge.",
         values={"t20": 66.75, "v20": 27.160, "t80": 66.7836, "v80": 23.632},
         tolerance={"v20": 0.2, "v80": 0.2, "t20": 1e-3, "t80": 1e-3}, measure=measures.meshes, seconds=4,
     ),
     Claim(
-        name="rib-paper-mesh", where="text on the data", paper="10 elements",
+        name="rib-paper-mesh", where="figure 6, text on the data", paper="10 elements",
         claim="The paper's own set-up winds the rib.",
         verdict="refuted",
         ours="Under 0.2 N m it comes to rest with {turns:.2f} turns, {points:.0f} of 40 points on the hub, the tip "
@@ -247,7 +270,7 @@ _WINDING: tuple[Claim, ...] = (
         command="evolvent run wrapped-rib-paper --set solver.method=energy-momentum --set contact.law=hunt-crossley",
     ),
     Claim(
-        name="rib-paper-mesh-torque", where="text on the data",
+        name="rib-paper-mesh-torque", where=BEYOND,
         claim="A greater torque winds the paper's mesh.",
         verdict="in part",
         ours="Turns from 120 to 150 s: {least1:.2f} to {most1:.2f} at 1 N m, {least5:.2f} to {most5:.2f} at 5 N m, "
@@ -262,7 +285,7 @@ _WINDING: tuple[Claim, ...] = (
         verdict="holds",
         ours="Its tip has the speed sqrt(3 EI/m)/R = {speed:.5f} m/s to the end at {end:.0f} s; at 1000 s the run's "
              "tip is {ratio:.4f} times as far out as this closed form of a long tail has it.",
-        values={"ratio": 1.00882, "speed": 0.0139754, "end": 8586.5}, tolerance={"ratio": 5e-4},
+        values={"ratio": 1.00882, "speed": 0.0139754, "end": 8586.501}, tolerance={"ratio": 5e-4},
         measure=measures.deployment, command="evolvent run wrapped-rib-deploy",
     ),
     Claim(

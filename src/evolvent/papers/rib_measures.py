@@ -108,6 +108,21 @@ def element() -> Values:
     }
 
 
+def shape_functions() -> Values:
+    """Largest difference of the paper's S1 to S8 from ours at points of an element, and of S1 + S5 from 1."""
+    from evolvent.kernels.ancf import beam_shape
+
+    off, one, S = 0.0, 0.0, np.zeros(8)
+    for xi, y, z in np.random.default_rng(3).uniform(0.0, 1.0, (20, 3)):
+        eta, zeta, length = y / LENGTH, z / LENGTH, LENGTH
+        beam_shape(length, xi, y, z, S)
+        paper = [1 - 3 * xi**2 + 2 * xi**3, length * (xi - 2 * xi**2 + xi**3), length * (eta - xi * eta),
+                 length * (zeta - xi * zeta), 3 * xi**2 - 2 * xi**3, length * (-(xi**2) + xi**3), length * xi * eta,
+                 length * xi * zeta]  # fmt: skip
+        off, one = max(off, float(np.abs(S - paper).max())), max(one, abs(float(S[0] + S[4]) - 1.0))
+    return {"off": _negligible(off), "one": _negligible(one)}
+
+
 def _negligible(value: float) -> float:
     """A difference, 0 below 1e-9."""
     return round(float(value), 9)
@@ -227,6 +242,22 @@ def tip() -> Values:
         run = _of_alpha(alpha)
         found |= {f"t{name}": float(run.t[run.peak]), f"v{name}": float(run.speed[run.peak])}
     return found
+
+
+def string() -> Values:
+    """Times at which a string without bending stiffness is wound to 98 %, s, for the three dampings."""
+    from evolvent import cases
+
+    found = {name: cases.load("wrapped-rib", {"damping.alpha": a}) for name, a in (("s0", 0), ("s2", 0.2), ("s5", 0.5))}
+    return {name: case.string.end_time for name, case in found.items()}
+
+
+def layers() -> Values:
+    """Time of the fastest tip where turns lie on one another, s, alpha = 0.2 1/s."""
+    from evolvent.papers.rib_runs import winding
+
+    run = winding(damping__alpha=0.2, solver__duration=68.0, contact__self=True)
+    return {"time": float(run.t[run.peak])}
 
 
 def force() -> Values:

@@ -120,7 +120,7 @@ def figure_2(options: Options) -> Made:
     tail = hub[-1] + (shown - R * wrap[-1]) * np.array([-math.sin(wrap[-1]), math.cos(wrap[-1]), 0.0])
     lines += [_line(np.vstack([hub, tail]), color=2, width=1.8, style="--"), _line([root], style="", marker="o")]
     notes = [
-        _note(_moved(root, 2.6, 0.0, 0.3), "rib at the start, e"),
+        _note(_moved(root, 3.6, 0.0, 0.4), "rib at the start, e"),
         _note(_moved(0.7 * tail + 0.3 * hub[-1], 0.0, 0.0, 0.25), "partly wound"),
     ]
     for unit, text in zip(np.eye(3), "xyz", strict=True):
