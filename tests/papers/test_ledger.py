@@ -1,8 +1,11 @@
 """The ledger of the papers' claims: quick ones are measured again, the command, names and counts."""
 
+import itertools
+import shlex
+
 import pytest
 
-from evolvent import papers
+from evolvent import cases, papers, studies
 from evolvent.papers import ledger
 from evolvent.papers.ledger import Claim
 
@@ -35,6 +38,16 @@ def test_figures_of_commands_exist():
         words = one.command.split()
         if words[:2] == ["evolvent", "figure"]:
             assert words[2] in papers.ENTRIES, one.name
+
+
+def test_cases_and_studies_of_commands_exist():
+    for one in ALL:
+        words = shlex.split(one.command)
+        if words[:2] == ["evolvent", "run"]:
+            changes = dict(word.split("=", 1) for flag, word in itertools.pairwise(words) if flag == "--set")
+            assert cases.load(words[2], changes), one.name
+        elif words[:2] == ["evolvent", "sweep"]:
+            assert words[2] in studies.built_in(), one.name
 
 
 def test_a_difference_is_a_sentence():

@@ -49,7 +49,7 @@ def scheme() -> Mapping[str, float]:
     import evolvent
 
     own = _deploy()
-    engine = evolvent.run("heliogyro", {"blade.stiffness": 1e3, "output.every": own.t[20]})
+    engine = evolvent.run("heliogyro", {"blade.stiffness": 1e3, "output.every": own.t[20], "output.fine": False})
     lag = np.degrees(engine.tip_lag.values[1:, 0])
     return {
         "rate": float(own.rate[-1]),
@@ -134,7 +134,7 @@ def paper_case() -> Mapping[str, float]:
     """The case `heliogyro-paper`, whole."""
     import evolvent
 
-    found = evolvent.run("heliogyro-paper")
+    found = evolvent.run("heliogyro-paper", {"output.fine": False})
     inside = (found.time.values >= 20.0) & (found.time.values <= 60.0)
     return {
         "rate": float(found.body_rate.values[-1]),
