@@ -102,7 +102,7 @@ _THEORY = (
     Claim(
         name="stand-one-knock",
         where="text on the method",
-        claim="One load that is let go sets all three modes in motion.",
+        claim="One load that is released at once sets all three modes in motion.",
         verdict="in part",
         ours="A mode whose axis of rotation passes through the loaded spring gets nothing: pitch at an x offset of "
         "sqrt(a^2 - Izz/M) = {at:.3f} m, and along curves that cross the plane.",
