@@ -221,7 +221,7 @@ BAD = {
     "unknown command": (["rn", "heliogyro"], "no command is called 'rn'; did you mean 'run'?"),
     "no command": (
         [],
-        "no command is given; known: equilibrium, export, figure, identify, info, list, modes, parts, plot",
+        "no command is given; known: calibrate, claims, equilibrium, export, figure, identify, info, list",
     ),
     "no case": (["run"], "missing argument 'CASE|FILE'; usage: "),
     "one word too many": (["show", "heliogyro", "more"], "got unexpected extra argument (more); usage: "),

@@ -254,9 +254,9 @@ def test_kill_9_loses_nothing_and_computes_nothing_twice(long_study, tmp_path):
 def test_no_worker_outlives_a_killed_sweep(long_study, tmp_path):
     (tmp_path / "study.yaml").write_text(dump(long_study))
     process = start(tmp_path, "--workers", "2")
-    wait_for(started(tmp_path, 1))
-    family = psutil.Process(process.pid).children(recursive=True)
-    assert len(family) >= 2
+    parent = psutil.Process(process.pid)
+    wait_for(lambda: len(parent.children(recursive=True)) >= 2)
+    family = parent.children(recursive=True)
     process.kill()
     process.communicate(timeout=30)
     wait_for(lambda: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in family), 20.0)

@@ -56,7 +56,8 @@ def test_form_of_a_stand(kind):
     shown = form.describe(description.model(kind))
     assert any(field.required for field in shown.fields())
     units = {field.key: field.unit for field in shown.fields()}
-    assert units["stand.stiffness" if kind in ("springs", "torsion") else "stand.length"] in ("N/m", "N m/rad", "m")
+    of_kind = {"springs": "stand.stiffness", "torsion": "stand.stiffness", "compound": "stand.distance"}
+    assert units[of_kind.get(kind, "stand.length")] in ("N/m", "N m/rad", "m")
 
 
 def test_fields_take_units_limits_and_defaults_from_the_schema():
