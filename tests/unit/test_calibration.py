@@ -121,6 +121,7 @@ def test_what_cannot_be_fitted_is_refused(tmp_path: pathlib.Path) -> None:
         ("title", "spin_rate", "only numbers are fitted"),
         ("wire.tip_mass,wire.tip_mass", "spin_rate", "twice"),
         ("wire.tip_mass", "lag", "holds spin_rate alone"),
+        ("start_lengths.3", "spin_rate", "start_lengths has entries 0 to 2"),
         ("wire.stiffness", "spin_rate", "do not depend on wire.stiffness"),
         ("wire.tip_mass,wire.line_density,body.inertia,rates", "spin_rate", "cannot separate"),
     ):

@@ -199,8 +199,20 @@ def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:
 
 
 def _at(values: Any, key: str) -> Any:
+    """The value of a key of a checked case."""
+    passed: list[str] = []
     for name in key.split("."):
-        values = values[int(name)] if isinstance(values, (list, tuple)) else values[name]
+        if isinstance(values, list | tuple):
+            if not name.isdigit() or int(name) >= len(values):
+                raise InputError(
+                    f"--fit names {key!r}, but {'.'.join(passed)} has entries 0 to {len(values) - 1}"
+                )
+            values = values[int(name)]
+        elif isinstance(values, Mapping) and name in values:
+            values = values[name]
+        else:
+            raise InputError(f"--fit names {key!r}, which the case does not give; set it to where the fit should start")
+        passed.append(name)
     return values
 
 

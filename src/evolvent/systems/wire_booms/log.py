@@ -160,6 +160,5 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
 _NOTES = (
     "The log holds spin rates before and after steps. It says nothing of the lag of the wires, of their tension, of "
     "their bending, or of the rate within a step.",
-    "Spin rates give masses in proportion to the moment of inertia of the spacecraft, body.inertia, which is not "
-    "fitted.",
+    "Spin rates give masses only in proportion to the moment of inertia of the spacecraft, body.inertia.",
 )
