@@ -15,6 +15,7 @@ _NAME = re.compile(
     r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
     r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[A-Za-z]))?"
 )
+_NUMBERED = re.compile(r"(?P<variable>\w+)\[(?P<number>\d+)\]")
 #: Dimensions that mean the same in every group.
 SHARED = ("time", "axis", "quaternion")
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
@@ -52,7 +53,8 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     ----------
     name : str
         'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node,
-        'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam.
+        'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam; of the root
+        'sensor_displacement[2]' that of the sensor 2 (of a dimension without coordinates the place, from 0).
 
     Raises
     ------
@@ -64,6 +66,9 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
         return root[name]
     match = _NAME.fullmatch(name)
     known = names(run, over_time=False)
+    numbered = _NUMBERED.fullmatch(name)
+    if numbered is not None and numbered["variable"] in root.variables:
+        return _numbered(root[numbered["variable"]], int(numbered["number"]), name)
     if match is None:
         raise InputError(f"no variable is called {name!r}; {nearest(name, known)}")
     part, variable = match["part"], match["variable"]
@@ -81,6 +86,18 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     if variable not in group.variables:
         raise InputError(f"no variable is called {name!r}; {nearest(full, known)}")
     return _entry(group[variable], match, name)
+
+
+def _numbered(found: xr.DataArray, number: int, name: str) -> xr.DataArray:
+    """Values of a variable of the root at a label of its other dimension, or at a place where it has no labels."""
+    dimension = next((d for d in found.dims if d not in SHARED), None)
+    if dimension is None:
+        raise InputError(f"{name!r}: {found.name} has one value at a time; leave [{number}] out")
+    labels = found[dimension].values
+    place = np.flatnonzero(labels == number)
+    if place.size != 1:
+        raise InputError(f"{name!r}: {found.name} has no {number}; it has {', '.join(map(str, labels[:20]))}")
+    return found.isel({dimension: int(place[0])})
 
 
 def _entry(found: xr.DataArray, match: re.Match[str], name: str) -> xr.DataArray:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import evolvent
 from evolvent import calibration, cases
-from evolvent.calibration import data
+from evolvent.calibration import data, report
 from evolvent.errors import InputError
 from evolvent.systems.wire_booms import closed_form, log
 from evolvent.systems.wire_booms.structure import timeline
@@ -99,6 +100,26 @@ def test_a_history_of_a_users_structure(tmp_path: pathlib.Path) -> None:
         calibration.calibrate(case, str(path), fit=["parts.load.mass,parts.spring.stiffness"], observe=observe)
 
 
+def test_moments_of_the_inertia_stand_from_one_sensor(tmp_path: pathlib.Path) -> None:
+    """Entries of a list with units are fitted, to the reading of one of four sensors."""
+    known = {"body.inertia": ["3600 kg m^2", "43920 kg m^2", "43000 kg m^2"], "solver.duration": "6 s"}
+    run = evolvent.run("inertia-stand", known)
+    noise = 0.01 * np.random.default_rng(0).standard_normal(run.time.size)
+    readings = 1e3 * run.sensor_true.sel(sensor=1).values + noise
+    rows = "".join(f"{t:.6f},{x:.9f}\n" for t, x in zip(run.time.values, readings, strict=True))
+    path = tmp_path / "swing.csv"
+    path.write_text(f"time (s),reading (mm)\n{rows}", encoding="utf-8")
+    case = cases.content_of("inertia-stand", {"solver.duration": "6 s"})
+    found = calibration.calibrate(
+        case, str(path), fit=["body.inertia.0,body.inertia.2"], observe=["sensor_true[1]=reading"]
+    )
+    assert np.all(np.abs(found.values - [3600.0, 43000.0]) < 4.0 * found.errors)
+    assert found.rms == pytest.approx(0.01, rel=0.2)
+    assert "kg m^2" in report.text(found)
+    with pytest.raises(InputError, match=r"'sensor_true\[7\]': sensor_true has no 7; it has 1, 2, 3, 4"):
+        calibration.calibrate(case, str(path), fit=["body.inertia.0"], observe=["sensor_true[7]=reading"])
+
+
 def test_a_table_of_runs(tmp_path: pathlib.Path) -> None:
     """One run a row, whose keys the row sets: the fall of a mass by a quarter of a second gives the gravity."""
     case = {
@@ -135,8 +156,6 @@ def test_what_cannot_be_fitted_is_refused(tmp_path: pathlib.Path) -> None:
 
 def test_the_report_of_the_flight_log(tmp_path: pathlib.Path) -> None:
     """The log of Van Allen Probe A: `docs/guide/calibrate.md` shows these numbers."""
-    from evolvent.calibration import report
-
     source = pathlib.Path(log.__file__).with_name("rbsp-a.csv")
     found = calibration.calibrate("wire-booms", str(source), fit=FIT, observe=["spin_rate"])
     assert found.rms <= 0.0080

@@ -126,6 +126,7 @@ def calibrate(
     measured = data.read(source, case, observe)
     content = cases.content_of(case, {**measured.overrides, **(fixed or {})})
     parameters = _parameters(content, fit)
+    content = cases.content_of(content, _plain_lists(content, parameters))
     weights = _weights(measured.series, deviations)
     closed_form = _is_closed_form(model, content)
     run = _Model(content, measured, parameters, weights, closed_form, folder, progress)
@@ -186,6 +187,13 @@ def _parameters(content: Mapping[str, Any], fit: Sequence[str]) -> tuple[Paramet
     return tuple(found)
 
 
+def _plain_lists(content: Mapping[str, Any], parameters: Sequence[Parameter]) -> dict[str, Any]:
+    """Lists of which entries are fitted, as plain numbers in SI units, as which the entries are then set."""
+    checked = cases.load(dict(content)).model_dump()
+    lists = {p.key.rpartition(".")[0] for p in parameters if p.key.rpartition(".")[2].isdigit()}
+    return {key: list(_at(checked, key)) for key in lists}
+
+
 def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:
     """Whether the system's closed form is fitted."""
     if model not in MODELS:
@@ -204,9 +212,7 @@ def _at(values: Any, key: str) -> Any:
     for name in key.split("."):
         if isinstance(values, list | tuple):
             if not name.isdigit() or int(name) >= len(values):
-                raise InputError(
-                    f"--fit names {key!r}, but {'.'.join(passed)} has entries 0 to {len(values) - 1}"
-                )
+                raise InputError(f"--fit names {key!r}, but {'.'.join(passed)} has entries 0 to {len(values) - 1}")
             values = values[int(name)]
         elif isinstance(values, Mapping) and name in values:
             values = values[name]
@@ -337,6 +343,7 @@ class _Model:
 
         plan = self.module.plan(case)
         names = [record.split(one.name)[0] if one.times is None else one.name for one in series]
+        names += [name.partition("[")[0] for name in names if name.endswith("]")]
         run = plan.observe(names) if plan.observe is not None else plan.run(None)
         if run.attrs["status"] == "failed":
             raise RunFailed(str(run.attrs["message"]), run)

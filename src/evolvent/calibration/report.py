@@ -11,7 +11,6 @@ import numpy as np
 from evolvent import cases
 from evolvent.calibration.fit import Calibration
 from evolvent.figures import Figure, Line, Panel
-from evolvent.units import unit_text
 
 #: Correlations that are named in the text.
 STRONG = 0.95
@@ -21,7 +20,7 @@ def rows(found: Calibration) -> list[tuple[str, str, str, str]]:
     """Key, fitted value, standard error and value at the start of every parameter."""
     table = []
     for p, value, error in zip(found.parameters, found.values, found.errors, strict=True):
-        unit = f" {unit_text(p.unit)}" if p.unit else ""
+        unit = f" {p.unit}" if p.unit else ""
         digits = max(2, int(np.ceil(np.log10(abs(value) / error))) + 2) if error > 0.0 and value != 0.0 else 6
         table.append((p.key, f"{value:.{min(digits, 12)}g}{unit}", f"{error:.2g}{unit}", f"{p.start:.6g}{unit}"))
     return table
