@@ -102,14 +102,14 @@ def test_a_history_of_a_users_structure(tmp_path: pathlib.Path) -> None:
 
 def test_moments_of_the_inertia_stand_from_one_sensor(tmp_path: pathlib.Path) -> None:
     """Entries of a list with units are fitted, to the reading of one of four sensors."""
-    known = {"body.inertia": ["3600 kg m^2", "43920 kg m^2", "43000 kg m^2"], "solver.duration": "6 s"}
+    known = {"body.inertia": ["3600 kg m^2", "43920 kg m^2", "43000 kg m^2"], "sensors.duration": "3 s"}
     run = evolvent.run("inertia-stand", known)
     noise = 0.01 * np.random.default_rng(0).standard_normal(run.time.size)
     readings = 1e3 * run.sensor_true.sel(sensor=1).values + noise
     rows = "".join(f"{t:.6f},{x:.9f}\n" for t, x in zip(run.time.values, readings, strict=True))
     path = tmp_path / "swing.csv"
     path.write_text(f"time (s),reading (mm)\n{rows}", encoding="utf-8")
-    case = cases.content_of("inertia-stand", {"solver.duration": "6 s"})
+    case = cases.content_of("inertia-stand", {"sensors.duration": "3 s"})
     found = calibration.calibrate(
         case, str(path), fit=["body.inertia.0,body.inertia.2"], observe=["sensor_true[1]=reading"]
     )
