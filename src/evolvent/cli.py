@@ -452,12 +452,12 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
     "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
 )
 def plot(path: str, figures: str | None, variables: str | None) -> None:
-    r"""Draw figures and an animation of a results file, or the variables that are named.
+    """Draw figures and an animation of a results file, or the variables that are named.
 
     \b
     evolvent plot slew.nc
     evolvent plot slew.nc --variables hub.rate,boom.tip_deflection.y
-    """
+    """  # noqa: D301
     from evolvent import results
 
     found = results.open(path)

@@ -87,6 +87,7 @@ class Panel:
     map : Map, drawn below the lines; None for none
     notes : text over the lines
     axes : bool, False hides axes and grid, as of a schematic
+    legend_outside : bool, whether the legend stands to the right of the axes, as it does with more than 6 labels
     """
 
     x_label: str
@@ -102,6 +103,7 @@ class Panel:
     map: Map | None = None
     notes: Sequence[Note] = ()
     axes: bool = True
+    legend_outside: bool = False
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -139,7 +139,11 @@ def _panel(axis: Any, panel: Panel) -> None:
         axis.set_axis_off()
     labelled = sum(bool(line.label) for line in panel.lines)
     if labelled:
-        outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if labelled > 6 else {"loc": "best"}
+        outside = (
+            {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+            if labelled > 6 or panel.legend_outside
+            else {"loc": "best"}
+        )
         axis.legend(**outside)
 
 

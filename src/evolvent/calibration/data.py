@@ -67,12 +67,16 @@ def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]
         raise InputError(
             f"the column {table.names[clock]!r} of {path!r} has the unit {unit!r}; a time is in s"
         ) from None
-    series = []
+    series, notes = [], []
     for name, column in pairs:
         values = table.column(column)
+        if not table.units[table.index(column)]:
+            notes.append(f"The column {column!r} states no unit; its values are taken in that of {name}.")
         good = np.isfinite(values) & np.isfinite(time)
         if good.sum() < 2:
             raise InputError(f"the column {column!r} of {path!r} has {good.sum()} values; it needs two or more")
+        if not good.all():
+            notes.append(f"{np.count_nonzero(~good)} of {good.size} rows have no value of {column!r} and are left out.")
         at = time[good]
         series.append(
             Series(
@@ -83,7 +87,7 @@ def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]
                 times=functools.partial(_fixed, at),
             )
         )
-    return Measurements(source=path, series=tuple(series))
+    return Measurements(source=path, series=tuple(series), notes=tuple(notes))
 
 
 def _fixed(times: Array, content: Mapping[str, Any]) -> Array:

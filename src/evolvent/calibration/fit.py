@@ -273,6 +273,7 @@ class _Model:
         self.count = sum(s.values.size for s in measured.series)
         self.evaluations = self.reused = 0
         self._known: dict[str, list[list[float]]] = {}
+        self._stored: set[str] = set()
         self._file: pathlib.Path | None = None
         if folder is not None:
             self._open(pathlib.Path(folder))
@@ -296,6 +297,7 @@ class _Model:
                 except ValueError:  # the line that was being written as the process ended
                     continue
                 self._known[key] = values
+        self._stored = set(self._known)
 
     def overrides(self, x: Array) -> dict[str, Any]:
         """The fitted keys and their values, SI."""
@@ -306,7 +308,8 @@ class _Model:
         given = self.overrides(x)
         key = json.dumps(given, sort_keys=True)
         if key in self._known:
-            self.reused += 1
+            self.reused += key in self._stored
+            self._stored.discard(key)
             return tuple(np.array(v) for v in self._known[key])
         if self.evaluations >= MOST_EVALUATIONS:
             raise RunFailed(f"the fit took {MOST_EVALUATIONS} evaluations and did not converge", None)
@@ -411,8 +414,8 @@ def _values(run: Any, one: Series, content: Any) -> Array:
     time, at = run.time.values, one.times(content)
     if at[0] < time[0] - 1e-9 or at[-1] > time[-1] * (1.0 + 1e-9):
         raise InputError(
-            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the run "
-            f"the data"
+            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the "
+            f"run cover the data"
         )
     from scipy.interpolate import CubicSpline
 

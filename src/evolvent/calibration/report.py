@@ -14,6 +14,8 @@ from evolvent.figures import Figure, Line, Panel
 
 #: Correlations that are named in the text.
 STRONG = 0.95
+#: Number of residuals from which their correlation is looked at.
+MANY = 10
 
 
 def rows(found: Calibration) -> list[tuple[str, str, str, str]]:
@@ -59,6 +61,13 @@ def summary(found: Calibration) -> list[str]:
     for key, value, error in zip(names, found.values, found.errors, strict=True):
         if error > abs(value):
             lines.append(f"the data do not determine {key}: its standard error exceeds its value")
+    r = found.residuals
+    following = float(r[1:] @ r[:-1] / (r @ r)) if r.size >= MANY and np.any(r) else 0.0
+    if following > 2.0 / np.sqrt(r.size):
+        lines.append(
+            f"residuals follow one another (correlation {following:.2f} from one value to the next): the model lacks "
+            f"something, and standard errors are too small"
+        )
     lines += [f"evaluations: {found.evaluations} new, {found.reused} kept from before"]
     return lines + [f"note: {note}" for note in found.notes]
 
@@ -77,7 +86,8 @@ def figure(found: Calibration) -> Figure:
             Line(y=one.values, label="measured", color=0, marker="o", **points),
             Line(y=modelled, label="model", color=1, marker="x", **points),
         ]
-        residuals = [Line(y=modelled - one.values, label="model", color=1, marker="x", **points)]
+        own = "model" if found.references else ""
+        residuals = [Line(y=modelled - one.values, label=own, color=1, marker="x", **points)]
         for c, (label, other) in enumerate(found.references.items(), start=2):
             residuals.append(Line(y=other.modelled[k] - one.values, label=label, color=c, marker="+", **points))
         residuals.append(Line(x=x[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
@@ -132,7 +142,7 @@ def page(found: Calibration) -> str:
         (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
     ]
     values = [
-        (label, f"{measured:.6g}", f"{model:.6g}", f"{model - measured:.3g}")
+        (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
         for one, modelled in zip(found.series, found.modelled, strict=True)
         for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
     ]

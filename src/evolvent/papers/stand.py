@@ -191,7 +191,10 @@ def figure_4(options: Options) -> Made:
         f"Linear model on the {data.least_energy.size} offsets of `evolvent sweep {STUDY}`; the table is over the "
         f"{int(inside.sum())} that lie within 20 % of the springs' spacing along each axis.\n"
     )
-    title = "Energy of the weakest mode over the offsets (figure 4 of Belyakov 2002); dashed: 20 % of the spacing"
+    title = (
+        "Energy of the weakest mode over the offsets (figure 4 of Belyakov 2002); dashed: 20 % of the spacing, "
+        f"white: 1 % of the largest, black: {chart.LEAST:g} J"
+    )
     figure = Figure(name="stand-figure-4", title=title, panels=drawn.panels, columns=2, size=drawn.size)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
 

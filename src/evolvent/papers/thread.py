@@ -145,8 +145,8 @@ def figure_4_3(options: Options) -> Made:
     first = [one for trial, one in runs if trial.overrides["blade.damping"] == dampings[0]]
     if len(first) == len(NODES):
         apart = np.abs(first[0].lag - first[1].lag)
-        differences.append(Line(x=first[0].t[1:], y=apart[1:], label="n = 20 and 40", color="0.5", width=0.8))
-    panels.append(Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True))
+        differences.append(Line(x=first[0].t[1:], y=apart[1:], label="n = 20 and n = 40", color="0.5", width=0.8))
+    panels.append(Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True, legend_outside=True))
     head = ["n", "d, N s/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "from the least d"]
     swing = ""
     if len(first) == len(NODES):

@@ -40,7 +40,7 @@ def identify(
     assignments: tuple[str, ...],
     quiet: bool,
 ) -> None:
-    r"""Find modes in recorded SIGNALS of free vibration, and with a stand the mass properties of the body on it.
+    """Find modes in recorded SIGNALS of free vibration, and with a stand the mass properties of the body on it.
 
     SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent. With a stand several recordings are
     averaged.
@@ -48,7 +48,7 @@ def identify(
     \b
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
-    """
+    """  # noqa: D301
     from evolvent import cases, results
     from evolvent.weighing import certificate, description
     from evolvent.weighing.weighing import vibration, weigh

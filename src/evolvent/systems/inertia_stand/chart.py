@@ -127,7 +127,7 @@ def least_energy_map(study: xr.Dataset) -> Figure:
         titles["least_energy_best"] = "loaded at the best spring for each offset"
     top = max(float(np.nan_to_num(study[name].values).max()) for name in titles) or 1.0
     limits, contours = (min(1e-3, 1e-4 * top), top), {0.01 * top: "white", LEAST: "black"}
-    label = f"energy, J (white line: 1 % of the top, black: {LEAST:g} J; grey: no run)"
+    label = "energy, J"
     panels = []
     for name, title in titles.items():
         values = study[name].values
@@ -135,10 +135,13 @@ def least_energy_map(study: xr.Dataset) -> Figure:
         text = "no case"
         if part.size:
             share = 100.0 * float(np.mean(part < 0.01 * top))
-            text = f"least {part.min():.2g} J, median {np.median(part):.2g} J, below 1 % of the top {share:.0f} %"
+            text = f"least {part.min():.2g} J, median {np.median(part):.2g} J, below 1 % of the largest: {share:.0f} %"
         title = f"{title}\nin the box: {text}"
         panels.append(_map(study, values, title, lines, label=label, limits=limits, contours=contours))
-    title = "Energy of the weakest of three modes; dashed: 20 % of the spacing"
+    title = (
+        "Energy of the weakest of three modes; dashed: 20 % of the spacing, "
+        f"white: 1 % of the largest, black: {LEAST:g} J, grey: no run"
+    )
     size = (6.5 * len(panels), 4.6)
     return Figure(name="least_energy", title=title, panels=panels, columns=len(panels), size=size)
 
