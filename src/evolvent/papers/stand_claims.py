@@ -329,7 +329,7 @@ _IDENTIFICATION = (
         name="stand-accuracy",
         where="text on the accuracy",
         claim="The moments are found within 0.1 %.",
-        verdict="holds",
+        verdict="in part",
         paper="0.1 %",
         ours="By the paper's method Ixx is off by up to {Ixx:.2f} %, Izz by up to {Izz:.2f} %, without noise. "
         "Most of it is the step of 6 ms, which gives {step_Ixx:.3f} and {step_Izz:.3f} % without offset.",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import datetime
-import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -59,7 +58,11 @@ def read(path: str) -> tuple[list[Row], list[str]]:
         Naming the row and the column that cannot be read.
     """
     with open(path, encoding="utf-8-sig", newline="") as file:
-        rows = [{(k or "").strip(): (v or "").strip() for k, v in row.items()} for row in csv.DictReader(file)]
+        read_rows = list(csv.DictReader(file))
+    for k, row in enumerate(read_rows, start=1):
+        if None in row:
+            raise InputError(f"row {k} of {path!r} has more fields than its first line names columns")
+    rows = [{name.strip(): (value or "").strip() for name, value in row.items()} for row in read_rows]
     for name in COLUMNS:
         if rows and name not in rows[0]:
             raise InputError(f"{path!r} has no column {name!r}; a log of wire booms has {', '.join(COLUMNS)}")
@@ -78,7 +81,8 @@ def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
     if min(before, after) < 0.0:
         raise InputError(f"row {k} of {path!r} has a stroke of {min(before, after):g} m; it must be 0 m or more")
     try:
-        start, end = (datetime.datetime.fromisoformat(row[name].rstrip("Z")) for name in ("start_utc", "end_utc"))
+        times = (datetime.datetime.fromisoformat(row[name].rstrip("Z")) for name in ("start_utc", "end_utc"))
+        start, end = (time if time.tzinfo else time.replace(tzinfo=datetime.UTC) for time in times)
     except ValueError:
         raise InputError(f"row {k} of {path!r} has a time that is not of the form 2012-09-13T19:44:10") from None
     duration = (end - start).total_seconds()
@@ -104,20 +108,23 @@ def _number(path: str, k: int, row: dict[str, str], name: str, *, missing: bool 
 
 
 def grouped(rows: Sequence[Row]) -> list[list[Row]]:
-    """Rows between spin-ups: the rate before a row is above that after the row before."""
-    groups = [[rows[0]]]
-    for previous, row in itertools.pairwise(rows):
-        if row.rate_before > previous.rate_after + SPIN_UP:
+    """Rows between spin-ups: the first rate of a row is above the last one before it; missing rates are passed over."""
+    groups: list[list[Row]] = [[]]
+    last = math.inf
+    for row in rows:
+        known = [rate for rate in (row.rate_before, row.rate_after) if math.isfinite(rate)]
+        if known and known[0] > last + SPIN_UP:
             groups.append([])
         groups[-1].append(row)
+        last = known[-1] if known else last
     return groups
 
 
 def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements | None:
     """Measured spin rates of a log, and the keys of a case that it sets; None of a file that is no such log.
 
-    The rate before the first step of every group and the rates after all steps are compared: within a group a rate
-    before a step repeats that after the step before.
+    The rate before the first step of every group and the rates after all steps are compared: within a group the rate
+    before a step is that after the step before, to within rounding.
     """
     from evolvent import cases
 
@@ -128,8 +135,12 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
     rows, notes = read(path)
     groups = grouped(rows)
     starts = [group[0].rate_before for group in groups]
-    if not all(map(math.isfinite, starts)):
-        raise InputError(f"the first row of {path!r} has no rate_before_rpm; the first step of a group needs one")
+    for group, rate in zip(groups, starts, strict=True):
+        if not math.isfinite(rate):
+            raise InputError(
+                f"row {rows.index(group[0]) + 1} of {path!r} has no rate_before_rpm; "
+                "the first step of a group needs one"
+            )
     overrides: dict[str, Any] = {
         "groups": [[[r.pair, r.before, r.after, r.duration] for r in group] for group in groups],
         "rates": [rate * RPM for rate in starts],
