@@ -52,7 +52,7 @@ def ours(method: str, n: int, repeat: int, step: float = STEP) -> tuple[float, f
 
 def place(assembly: Any, y: np.ndarray) -> np.ndarray:
     """Place of the tip."""
-    from evolvent.solvers.places import places
+    from evolvent.solvers.positions import places
 
     return places(assembly, y)["rod.tip"].position
 

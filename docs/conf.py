@@ -68,7 +68,7 @@ nitpick_ignore_regex = [
     ("py:class", r"(?!evolvent).*"),
     (
         "py:class",
-        r"evolvent\.(builder|model|system\.Part|parts\.(?:drive|profile|expression)|inertia\.problem|studies\.axes|weighing\.\w+)\b.*",
+        r"evolvent\.(builder|model|system\.Part|parts\.(?:drive|profile|expression)|massprops\.inertia\.problem|studies\.axes|massprops\.(?!inertia|identification|signals)\w+)\b.*",
     ),
 ]
 

@@ -53,6 +53,6 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     on_worker = hasattr(session.config, "workerinput")
     if not several or on_worker or session.config.option.collectonly:
         return
-    from evolvent import ahead
+    from evolvent import precompile
 
-    ahead.load_all()
+    precompile.load_all()

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from evolvent.errors import InputError, RunFailed
-from evolvent.studies.command import once
+from evolvent.options import once
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
@@ -24,11 +24,11 @@ def _claim(output: str | None, figures: str | None, case: str) -> None:
     from evolvent import results
 
     if output is not None:
-        results.claim(output)
+        results.check_writable(output)
         if os.path.exists(output) and os.path.exists(case) and os.path.samefile(case, output):
             raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
     if figures is not None:
-        results.claim_folder(figures)
+        results.check_writable_folder(figures)
 
 
 _SET = click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")

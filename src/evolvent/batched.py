@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 
 class BatchedDefinition(SystemDefinition):
-    """A system of one free body on ground springs; `lane` prepares those of its cases that the batch integrates."""
+    """A system of one free body on ground springs; `batch_case` prepares those that the batch integrates."""
 
-    def lane(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.Lane | None:
+    def batch_case(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.BatchCase | None:
         """A case, prepared for the batch (`evolvent.batch.plan`); None where the general engine takes it."""
-        raise NotImplementedError(f"{type(self).__name__} has no lane()")
+        raise NotImplementedError(f"{type(self).__name__} has no batch_case()")
 
     def prepare_run(
         self, case: Any, assembly: Assembly, times: np.ndarray, settings: Mapping[str, Any]
     ) -> tuple[str, Callable[[], tuple[Any, str]], str]:
-        """As of `SystemDefinition`; a lane where the case has one."""
-        lane = self.lane(case, assembly, times)
-        if lane is None:
+        """As of `SystemDefinition`; a batch_case where the case has one."""
+        batch_case = self.batch_case(case, assembly, times)
+        if batch_case is None:
             return super().prepare_run(case, assembly, times, settings)
-        return batch.NAME, lambda: (lane, "as asked for"), ""
+        return batch.NAME, lambda: (batch_case, "as asked for"), ""
 
     def run_batch(self, several: Sequence[Any]) -> list[Any]:
         """Runs of many cases, integrated side by side; each has the bits that it has alone.
@@ -44,11 +44,11 @@ class BatchedDefinition(SystemDefinition):
             try:
                 with naming_keys(self.keys):
                     assembly, times, _ = self.assembled(case, {})
-                    found.append(self.lane(case, assembly, times) or self.plan(case).run(None))
+                    found.append(self.batch_case(case, assembly, times) or self.plan(case).run(None))
             except InputError as error:
                 found.append(error)
-        lanes = [k for k, one in enumerate(found) if isinstance(one, batch.Lane)]
-        for k, solution in zip(lanes, batch.solve([found[k] for k in lanes]), strict=True):
+        batch_cases = [k for k, one in enumerate(found) if isinstance(one, batch.BatchCase)]
+        for k, solution in zip(batch_cases, batch.solve([found[k] for k in batch_cases]), strict=True):
             solution.message = in_keys(solution.message, self.keys)
             try:
                 found[k] = self.tree(several[k], solution, "as asked for")

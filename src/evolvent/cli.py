@@ -24,11 +24,12 @@ from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
+from evolvent.massprops.command import identify
+from evolvent.options import once
 from evolvent.papers.claims_command import claims
 from evolvent.papers.command import figure
-from evolvent.studies.command import once, sweep
+from evolvent.studies.command import sweep
 from evolvent.studio.command import studio
-from evolvent.weighing.command import identify
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -298,7 +299,7 @@ def _claim(case: str, output: str | None, figures: str | None, no_figures: bool)
     from evolvent import cases, results
 
     if output is not None:
-        results.claim(output)
+        results.check_writable(output)
         if case not in cases.built_in() and os.path.exists(output) and os.path.samefile(case, output):
             raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
     if no_figures:
@@ -307,7 +308,7 @@ def _claim(case: str, output: str | None, figures: str | None, no_figures: bool)
         return None
     folder = _beside(output if output is not None else os.path.basename(case)) if figures is None else figures
     try:
-        results.claim_folder(folder)
+        results.check_writable_folder(folder)
     except InputError as error:
         raise InputError(f"{error} (--no-figures draws none)") from None
     if output is not None and os.path.realpath(output) in _with_parents(os.path.realpath(folder)):
@@ -466,7 +467,7 @@ def plot(path: str, figures: str | None, variables: str | None) -> None:
         from evolvent import show
 
         drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
-    folder = results.claim_folder(_beside(path) if figures is None else figures)
+    folder = results.check_writable_folder(_beside(path) if figures is None else figures)
     if drawn is None:
         _draw(found, folder, quiet=False)
         return

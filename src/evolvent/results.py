@@ -323,7 +323,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[str]:
 
     A link is followed: the file that it points to is replaced.
     """
-    name = claim(path)
+    name = check_writable(path)
     real = os.path.realpath(name)
     short = os.path.basename(real)[:40]
     temporary = os.path.join(os.path.dirname(real), f".{short}.{uuid.uuid4().hex[:12]}.part")
@@ -337,7 +337,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[str]:
             os.unlink(temporary)
 
 
-def claim(path: str | os.PathLike[str]) -> str:
+def check_writable(path: str | os.PathLike[str]) -> str:
     """Refuse a file that could not be written, before any work is done for it; returns its name.
 
     Raises
@@ -360,7 +360,7 @@ def claim(path: str | os.PathLike[str]) -> str:
     return name
 
 
-def claim_folder(path: str | os.PathLike[str]) -> str:
+def check_writable_folder(path: str | os.PathLike[str]) -> str:
     """Refuse a folder that could not be made or written into, before any work is done for it; nothing is made yet.
 
     Raises
@@ -386,7 +386,7 @@ def make_folder(path: str | os.PathLike[str]) -> None:
     InputError
         If it cannot be made.
     """
-    name = claim_folder(path)
+    name = check_writable_folder(path)
     try:
         os.makedirs(os.path.realpath(name), exist_ok=True)
     except OSError as error:

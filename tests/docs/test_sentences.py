@@ -21,9 +21,9 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.inertia import Body, Stand, vertical_model
+from evolvent.massprops.inertia import Body, Stand, vertical_model
 from evolvent.papers import rib_runs
-from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
 
 ROOT = pathlib.Path(__file__).parents[2]
 _NUMBER = re.compile(r"\{(<?)([^{}]+)\}")

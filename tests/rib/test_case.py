@@ -13,8 +13,8 @@ from evolvent.errors import InputError
 from evolvent.kernels.ancf import WORK
 from evolvent.kernels.cable import cable_stretch_energy
 from evolvent.systems.wrapped_rib import SYSTEM
-from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio, warnings
 from evolvent.systems.wrapped_rib.case import Case
+from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio, warnings
 
 DRIVE = {"kind": "torque", "torque": "0.2 N m"}
 WIND = {"system": "wrapped-rib", "phase": "wind", "drive": DRIVE}

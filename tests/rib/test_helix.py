@@ -22,8 +22,8 @@ from evolvent.elements import (
 )
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib import structure
-from evolvent.systems.wrapped_rib.advice import warnings
-from evolvent.systems.wrapped_rib.start import start
+from evolvent.systems.wrapped_rib.case_checks import warnings
+from evolvent.systems.wrapped_rib.initial_state import start
 from rib.reading import balance, case_of, elastic, over_ribs, stored
 
 RADIUS, LENGTH = 0.6, 12.0

@@ -11,9 +11,9 @@ from evolvent import cases, closed_forms, plots, results
 from evolvent.cli import commands
 from evolvent.errors import InputError, RunFailed
 from evolvent.systems import wrapped_rib as system
-from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent.systems.wrapped_rib.initial_state import start
 from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
-from evolvent.systems.wrapped_rib.start import start
 from rib.reading import balance, case_of, elastic, over_ribs, stored, work
 
 FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}

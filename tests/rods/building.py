@@ -9,7 +9,7 @@ import numpy as np
 from evolvent import System, parts
 from evolvent.builder import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.places import places
+from evolvent.solvers.positions import places
 from evolvent.solvers.static import solve_static
 
 Array = np.ndarray

@@ -121,7 +121,7 @@ def composed(body):
 
 @pytest.mark.parametrize(("damping", "lateral"), [(0.0, 0.0), (0.7, 0.0), (0.7, 20.0)])
 def test_agrees_with_the_general_engine(damping, lateral):
-    """A lane of the batch is read from the assembled model, and ends in a solution of that model."""
+    """A batch_case of the batch is read from the assembled model, and ends in a solution of that model."""
     body = suspended(seed=3, damping=damping, lateral=lateral)
     times = np.linspace(0.0, 5.0, 101)
     assembly = composed(body).assemble()
@@ -130,8 +130,8 @@ def test_agrees_with_the_general_engine(damping, lateral):
         if name == "axis" and lateral == damping == 0.0:  # a spring without lateral forces keeps none
             continue
         assert getattr(read, name) == pytest.approx(value, abs=1e-15), name
-    lane = batch.plan(assembly, times, method="dop853", frequency=20.0, step=2.5e-3)
-    found, other = lane.run(), solve(assembly, samples=times, method="dopri5", rtol=1e-12, atol=1e-13)
+    batch_case = batch.plan(assembly, times, method="dop853", frequency=20.0, step=2.5e-3)
+    found, other = batch_case.run(), solve(assembly, samples=times, method="dopri5", rtol=1e-12, atol=1e-13)
     assert found.success
     assert other.success
     assert found.t == pytest.approx(other.t, abs=1e-12)
@@ -144,8 +144,8 @@ def test_agrees_with_the_general_engine(damping, lateral):
 
 
 def test_a_run_that_grows_without_bound_keeps_what_was_computed():
-    lane = batch.plan(composed(suspended()).assemble(), np.arange(401.0), method="rk4", frequency=1.0, step=1.0)
-    found = lane.run()
+    batch_case = batch.plan(composed(suspended()).assemble(), np.arange(401.0), method="rk4", frequency=1.0, step=1.0)
+    found = batch_case.run()
     assert found.status == "failed"
     assert found.message.startswith("the state stopped being finite after t = ")
     assert found.message.endswith("take a smaller step than 1 s")

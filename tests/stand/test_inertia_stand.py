@@ -5,7 +5,7 @@ import pytest
 
 import evolvent
 from evolvent import cases, variables
-from evolvent.batch import lanes
+from evolvent.batch import batch_cases
 from evolvent.systems.inertia_stand import SYSTEM, identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}
@@ -414,7 +414,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
     overrides = {"solver.method": method, "sensors.rate": "8 Hz", "solver.step": "0.125 s", "sensors.duration": "60 s"}
     with pytest.raises(evolvent.InputError, match="stability limit"):
         evolvent.run("inertia-stand", overrides)
-    monkeypatch.setattr(lanes, "stability_limit", lambda method: 10.0)
+    monkeypatch.setattr(batch_cases, "stability_limit", lambda method: 10.0)
     with pytest.raises(evolvent.RunFailed, match=r"energy balance|finite"):
         evolvent.run("inertia-stand", overrides)
 

@@ -14,7 +14,7 @@ from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.modes import modes
-from evolvent.solvers.places import places, rigid_motions
+from evolvent.solvers.positions import places, rigid_motions
 from helpers import rotation
 from static.composing import STEEL, beam
 

@@ -19,7 +19,7 @@ from distributed.scheduler import KilledWorker
 import evolvent
 from evolvent import studies
 from evolvent.errors import InputError
-from evolvent.studies import conduct, draw, record, store
+from evolvent.studies import draw, record, runner, store
 from evolvent.studies.command import sweep as command
 from evolvent.systems import heliogyro
 
@@ -334,7 +334,7 @@ def test_a_case_that_ends_its_process_is_given_up_alone(study, reference, tmp_pa
     client = _Client()
     asked = studies.read(study | {"batch": 2})
     with store.opened(tmp_path / "s", asked) as there:
-        conduct._Spread(conduct._Sweep(there, None, None), client).run()
+        runner._Spread(runner._Sweep(there, None, None), client).run()
         rows = record.join(there.rows)
     assert rows.cases == tuple(range(6))
     assert [c for c, s in zip(rows.cases, rows.status, strict=True) if s == "failed"] == [2]
@@ -424,13 +424,13 @@ def test_figures(study, reference, tmp_path, monkeypatch):
 
 
 def test_a_long_sweep_is_forecast(study, monkeypatch):
-    from evolvent.studies import conduct
+    from evolvent.studies import runner
 
-    monkeypatch.setattr(conduct, "_MANY", 1)
-    monkeypatch.setattr(conduct, "_TASK", 0.0)
-    monkeypatch.setattr(conduct, "_LONG", 0.0)
+    monkeypatch.setattr(runner, "_MANY", 1)
+    monkeypatch.setattr(runner, "_TASK", 0.0)
+    monkeypatch.setattr(runner, "_LONG", 0.0)
     told = []
     studies.sweep(study, tell=told.append)
     assert len(told) == 1
     assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one process", told[0])
-    assert [conduct._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]
+    assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]

@@ -16,7 +16,7 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases, results, studies
-from evolvent.inertia import Body, Stand, linear_model
+from evolvent.massprops.inertia import Body, Stand, linear_model
 from evolvent.studies import draw
 from studio.serving import LONG, SHORT, WAIT, choose, part, serving
 
@@ -293,7 +293,7 @@ def test_signal_to_certificate(page, folder, shots):
     page.click(part("tab-measure"))
     page.set_input_files(f"{part('signals')} input[type=file]", folder.parent / "knock.csv")
     page.wait_for_selector(part("columns"))
-    assert not page.locator(part("weigh")).is_enabled(), "the stand is not described yet"
+    assert not page.locator(part("measure")).is_enabled(), "the stand is not described yet"
     choose(page, "stand", "stand.yaml")
     page.wait_for_function(
         "s => document.querySelector(s)?.value === '2'", arg=part("point-2")
@@ -303,8 +303,8 @@ def test_signal_to_certificate(page, folder, shots):
     page.locator(f"{part('form-error')} >> text=signals.sensors.1.point").wait_for()
     page.locator(part("point-2")).fill("2")
     page.wait_for_timeout(600)
-    page.click(part("weigh"))
-    page.wait_for_selector(part("weighed"))
+    page.click(part("measure"))
+    page.wait_for_selector(part("measured"))
     row = page.locator(f"{part('weighed')} tr", has_text="Ixx").inner_text().split("\t")
     assert float(row[1]) == pytest.approx(3703.0, abs=3.0 * float(row[2]))
     certificate = page.frame_locator(part("certificate"))

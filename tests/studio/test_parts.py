@@ -16,12 +16,12 @@ import pytest
 from evolvent import cases, results, schema, studies
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
+from evolvent.massprops import description
 from evolvent.studio import charts, form, gate
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Jobs
 from evolvent.studio.state import Studio
 from evolvent.studio.worker import CASE
-from evolvent.weighing import description
 from studio.serving import LONG, SHORT
 
 # ------------------------------------------------------------------------------------------------ form

@@ -6,7 +6,7 @@ import pytest
 from evolvent import System, identified, parts, plots, show
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Map, Panel
-from evolvent.identification import identify
+from evolvent.massprops.identification import identify
 
 
 def test_the_peak_of_a_spectrum_is_the_amplitude():

@@ -162,7 +162,7 @@ def test_the_whip_of_a_rib_is_among_its_samples():
 
 
 def test_fine_samples_are_marked_in_files_and_left_out_of_spectra_studies_and_signals(tmp_path):
-    from evolvent.signals import formats
+    from evolvent.massprops.signals import formats
 
     run = bouncing()
     even = results.regular(run)

@@ -1,6 +1,6 @@
 """A body on ground springs, many at a time: compiled blocks of fixed steps, checked against the general engine."""
 
-from evolvent.batch.lanes import Lane, plan, solve, suspended_of, warning_of
+from evolvent.batch.cases import BatchCase, plan, solve, suspended_of, warning_of
 from evolvent.batch.suspended import (
     METHODS,
     NAME,
@@ -17,7 +17,7 @@ from evolvent.batch.suspended import (
 __all__ = [
     "METHODS",
     "NAME",
-    "Lane",
+    "BatchCase",
     "Scheme",
     "Suspended",
     "accurate_step",

@@ -6,7 +6,8 @@ import sys
 
 import click
 
-from evolvent.studies.command import INTERRUPTED, once
+from evolvent.options import once
+from evolvent.studies.command import INTERRUPTED
 
 
 @click.command()
@@ -42,11 +43,11 @@ def calibrate(
     from evolvent.calibration import fit as fitting
     from evolvent.calibration import report
     from evolvent.errors import InputError
-    from evolvent.studies import conduct
+    from evolvent.studies import runner
 
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")
-    results.claim_folder(str(folder))
+    results.check_writable_folder(str(folder))
     try:
         deviations = None if std is None else [float(x) for x in std.split(",")]
     except ValueError:
@@ -57,7 +58,7 @@ def calibrate(
         if watched:
             click.echo(f"\revolvent: {count} evaluations, root mean square {rms:.4g}   ", err=True, nl=False)
 
-    with conduct.compilation(lambda sentence: None if quiet else click.echo(f"evolvent: {sentence}", err=True)):
+    with runner.compilation(lambda sentence: None if quiet else click.echo(f"evolvent: {sentence}", err=True)):
         try:
             found = fitting.calibrate(
                 case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,

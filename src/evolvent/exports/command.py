@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from evolvent.errors import InputError, nearest
-from evolvent.studies.command import once
+from evolvent.options import once
 
 #: Formats: ending of what is written unless named.
 ENDINGS = {"vtk": "-vtk", "csv": "-csv", "mat": ".mat", "gif": ".gif", "mp4": ".mp4", "html": ".html"}
@@ -93,9 +93,9 @@ def _claim(path: str, target: str, *, folder: bool) -> None:
     if os.path.exists(target) and os.path.samefile(path, target):
         raise InputError(f"-o {target!r} is the run itself; name another")
     if folder:
-        results.claim_folder(target)
+        results.check_writable_folder(target)
     else:
-        results.claim(target)
+        results.check_writable(target)
 
 
 def _tell(found: Any) -> None:

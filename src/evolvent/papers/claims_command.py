@@ -42,7 +42,7 @@ def claims(name: str | None, markdown: bool) -> None:
 def _show(one: object) -> None:
     """Print a claim, and measure it where there is something to measure."""
     from evolvent.papers.ledger import Claim
-    from evolvent.studies import conduct
+    from evolvent.studies import runner
 
     assert isinstance(one, Claim)
     click.echo(f"{one.where}: {one.claim}")
@@ -54,7 +54,7 @@ def _show(one: object) -> None:
     if one.measure is None:
         return
     _report(f"measuring, about {max(one.seconds, 1)} s of CPU time")
-    with conduct.compilation(_report):
+    with runner.compilation(_report):
         values = one.measure()
     click.echo(f"measured now: {one.text(values)}")
     differences = one.differences(values)

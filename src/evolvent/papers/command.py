@@ -8,7 +8,8 @@ import pathlib
 import click
 
 from evolvent.errors import InputError
-from evolvent.studies.command import INTERRUPTED, once
+from evolvent.options import once
+from evolvent.studies.command import INTERRUPTED
 
 #: Endings of the files of each kind.
 ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}
@@ -30,12 +31,12 @@ def figure(name: str, output: str | None, quick: bool) -> None:
         for key, one in papers.ENTRIES.items():
             click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
         return
-    from evolvent.studies import conduct
+    from evolvent.studies import runner
 
     entry = papers.entry(name)
     path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.png", entry.kind)
     _report(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
-    with conduct.compilation(_report):
+    with runner.compilation(_report):
         made = entry.make(papers.Options(quick=quick, report=_report))
     click.echo(made.text)
     if path is not None:
@@ -62,7 +63,7 @@ def _claimed(path: str | None, kind: str) -> str | None:
 
     if os.path.splitext(path)[1].lower() not in ENDINGS[kind]:
         raise InputError(f"cannot write {path!r}: the file of a {kind} ends with {' or '.join(ENDINGS[kind])}")
-    return results.claim(path)
+    return results.check_writable(path)
 
 
 def _write(made: object, path: str) -> None:

@@ -378,7 +378,7 @@ def couple() -> Values:
     """A couple of 1e-3 N m on the root in place of the field torque, over 60 s: most turns, angle of the root, rad."""
     from evolvent import cases, parts
     from evolvent.papers.rib_runs import simulated
-    from evolvent.systems.wrapped_rib.start import start
+    from evolvent.systems.wrapped_rib.initial_state import start
     from evolvent.systems.wrapped_rib.structure import build
 
     case = cases.load("wrapped-rib", {"drive.torque": 1e-9, "solver.duration": 60.0})

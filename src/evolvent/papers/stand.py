@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Panel
-from evolvent.inertia import Body, NormalModes, Stand, partial_frequencies, vertical_model
+from evolvent.massprops.inertia import Body, NormalModes, Stand, partial_frequencies, vertical_model
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
 

@@ -55,7 +55,7 @@ def of_the_step(step: float = 6e-3) -> tuple[float, float]:
     A frequency is lower by (w dt)^2/48 of itself, and the moments go with the squares of w_heave / w_roll and
     w_heave / w_pitch.
     """
-    from evolvent.inertia import Body, Stand, partial_frequencies
+    from evolvent.massprops.inertia import Body, Stand, partial_frequencies
 
     case = cases.load(CASE)
     stand = Stand(points=case.stand.springs, stiffness=case.stand.stiffness, length=case.stand.natural_length)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import batch, inertia
-from evolvent.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
+from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
 from evolvent.papers import stand
 from evolvent.papers.stand import Grid
 
@@ -153,7 +153,7 @@ def beside_pendulum() -> Values:
 
     Frequencies to 100 ppm, lengths to 0.5 mm (a and b to 0.3 mm), the mass to 0.02 %, stiffnesses to 0.1 %.
     """
-    from evolvent.inertia.pendulums import budget, compound
+    from evolvent.massprops.inertia.pendulums import budget, compound
 
     over = _over()
     case = over.case

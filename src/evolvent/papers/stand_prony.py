@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Panel
-from evolvent.identification import Modes, cramer_rao, prony, varpro
+from evolvent.massprops.identification import Modes, cramer_rao, prony, varpro
 from evolvent.papers import Made, Options
 from evolvent.papers.stand import grid
 from evolvent.papers.winding import markdown

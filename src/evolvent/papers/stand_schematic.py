@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.figures import Figure, Line, Note, Panel
-from evolvent.inertia import NormalModes, Stand
+from evolvent.massprops.inertia import NormalModes, Stand
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.builder import Assembly
 from evolvent.errors import InputError, nearest
-from evolvent.solvers.places import Place, find_moving
+from evolvent.solvers.positions import Place, find_moving
 
 Array = np.ndarray
 
@@ -66,7 +66,7 @@ def channels(
     ----------
     kind : {"inputs", "outputs"}, as messages call them
     names : sequence of str, "place.quantity.axis" or "place.quantity"
-    known : places by name (`evolvent.solvers.places.places`)
+    known : places by name (`evolvent.solvers.positions.places`)
     assembly : Assembly
     quantities : `INPUTS` or `OUTPUTS`
 

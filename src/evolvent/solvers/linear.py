@@ -14,7 +14,7 @@ from evolvent.errors import InputError, nearest
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
 from evolvent.solvers.modes import Where, at_equilibrium
-from evolvent.solvers.places import Place, places
+from evolvent.solvers.positions import Place, places
 from evolvent.solvers.reduction import Basis, Structure
 from evolvent.solvers.solution import Solution
 

@@ -21,7 +21,7 @@ from evolvent.references import split_reference
 from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
-from evolvent.solvers.places import Place, find_moving, moving, places, rigid_motions
+from evolvent.solvers.positions import Place, find_moving, moving, places, rigid_motions
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from evolvent.solvers.alpha_state import displace
 from evolvent.solvers.eigenproblem import Problem, along_axes
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.modal import Modes
-from evolvent.solvers.places import rigid_motions
+from evolvent.solvers.positions import rigid_motions
 from evolvent.solvers.redundancy import independent
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static

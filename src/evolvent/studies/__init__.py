@@ -47,12 +47,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.studies.catalogue import built_in, text
-    from evolvent.studies.conduct import sweep
+    from evolvent.studies.runner import sweep
     from evolvent.studies.study import Study, read
 
 __all__ = ["Study", "built_in", "open", "read", "sweep", "text"]
 
-_LAZY = {"Study": "study", "built_in": "catalogue", "read": "study", "sweep": "conduct", "text": "catalogue"}
+_LAZY = {"Study": "study", "built_in": "catalogue", "read": "study", "sweep": "runner", "text": "catalogue"}
 
 
 def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as evolvent.open is)
@@ -63,9 +63,9 @@ def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as
     InputError
         If the folder holds no study, or one that is not finished.
     """
-    from evolvent.studies import conduct, store
+    from evolvent.studies import runner, store
 
-    conduct.check_installed()
+    runner.check_installed()
     return store.read(folder)
 
 

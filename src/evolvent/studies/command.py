@@ -11,20 +11,13 @@ from typing import TYPE_CHECKING
 import click
 
 from evolvent.errors import RunFailed
+from evolvent.options import once
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Exit code of a sweep that was interrupted.
 INTERRUPTED = 130
-
-
-def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
-    """The value of an option that may be given once."""
-    if len(values) > 1:
-        name = max(parameter.opts, key=len)
-        raise click.UsageError(f"{name} is given {len(values)} times, as {', '.join(map(repr, values))}", ctx)
-    return values[0] if values else None
 
 
 @click.command()
@@ -43,20 +36,20 @@ def sweep(
 
     The same command goes on after Ctrl-C or any other end; cases that are done are not computed again.
     """
-    from evolvent.studies import conduct, store
     from evolvent.studies import read as read_study
+    from evolvent.studies import runner, store
 
-    conduct.check_installed()
+    runner.check_installed()
     with _progress(quiet) as (progress, tell):
-        with conduct.compilation(tell):  # the variables of a run are found by observing its start
+        with runner.compilation(tell):  # the variables of a run are found by observing its start
             asked = read_study(study)
         folder = output or asked.name
         if figures is not None:
             from evolvent import results
 
-            results.claim_folder(figures)
+            results.check_writable_folder(figures)
         try:
-            found = conduct.sweep(
+            found = runner.sweep(
                 asked, output=folder, workers=workers, scheduler=scheduler, progress=progress.reach, tell=tell
             )
         except KeyboardInterrupt:

@@ -146,7 +146,7 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Store]:
         If the folder holds something else, belongs to another study, or another process works in it.
     """
     place = pathlib.Path(folder)
-    results.claim_folder(place)
+    results.check_writable_folder(place)
     manifest = {"study": study.name, "cases": study.count, "versions": versions()}
     manifest["hashes"] = {**study.digests, "sources": sources()}
     existing = sorted(set(os.listdir(place)) - {_LOCK}) if place.is_dir() else []

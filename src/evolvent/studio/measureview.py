@@ -16,6 +16,7 @@ from nicegui import events, ui
 from evolvent import cases, signals
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
+from evolvent.massprops import description
 from evolvent.studio import charts, form
 from evolvent.studio.elements import ChartElement, upload
 from evolvent.studio.folder import LARGEST, SIGNALS
@@ -23,7 +24,6 @@ from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
 from evolvent.studio.runspanel import STATUS, progress_text
 from evolvent.studio.state import View
-from evolvent.weighing import description
 
 if TYPE_CHECKING:
     from evolvent.studio.page import Page
@@ -85,7 +85,7 @@ class MeasurePanel:
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
             self._go = ui.button("Find mass properties", on_click=self._submit)
-            self._go.props('unelevated color=primary data-testid="weigh"')
+            self._go.props('unelevated color=primary data-testid="measure"')
             self._hint = ui.label("").classes("ev-status")
         self.draw()
 
@@ -380,7 +380,7 @@ class MeasurePanel:
         if not rows:
             return
         head = ("result", "value", "standard uncertainty", "expanded uncertainty", "unit")
-        card = ui.element("div").classes("ev-card ev-tablebox").props('data-testid="weighed"')
+        card = ui.element("div").classes("ev-card ev-tablebox").props('data-testid="measured"')
         with card, ui.element("table").classes("ev-table"):
             for k, row in enumerate([head, *rows]):
                 with ui.element("tr"):

@@ -91,9 +91,9 @@ class StudyPanel:
     async def _submit(self) -> None:
         def read() -> Study:
             from evolvent import studies
-            from evolvent.studies import conduct
+            from evolvent.studies import runner
 
-            conduct.check_installed()
+            runner.check_installed()
             kind, _, name = self._source.partition(":")
             source = name
             if kind == "file":

@@ -131,12 +131,12 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     import numpy as np
 
-    from evolvent.weighing import certificate, description
-    from evolvent.weighing.numbers import rounded
-    from evolvent.weighing.weighing import weigh
+    from evolvent.massprops import certificate, description
+    from evolvent.massprops.measurement import mass_properties
+    from evolvent.massprops.rounding import rounded
 
     report.reached(0.0, 1.0)
-    found = weigh(job["signals"], description.load(os.fspath(place / CASE)))
+    found = mass_properties(job["signals"], description.load(os.fspath(place / CASE)))
     rows = []
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]

@@ -9,8 +9,9 @@ springs acting along the line between their ends. `hanging` leaves the body free
 holds x and z of its centre of mass and its yaw, as the paper's limiters do. `standing` bodies on springs without
 lateral stiffness fall over sideways, and are refused.
 
-Identification: the displacements at the sensors are read as a sum of damped cosines (`evolvent.identification`), and
-the moments of inertia follow from the frequencies (`evolvent.inertia`).
+Identification: the displacements at the sensors are read as a sum of damped cosines
+(`evolvent.massprops.identification`), and the moments of inertia follow from the frequencies
+(`evolvent.massprops.inertia`).
 
 What the paper says, with verdicts and our numbers: `evolvent claims stand`.
 """
@@ -69,7 +70,7 @@ class InertiaStand(BatchedDefinition):
             )
         return self.settings(case)
 
-    def lane(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.Lane | None:
+    def batch_case(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.BatchCase | None:
         """The case in the batch; None with dopri5."""
         solver = case.solver
         if solver.method == "dopri5":

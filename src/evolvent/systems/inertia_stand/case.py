@@ -51,9 +51,9 @@ class Body(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Body:
-        from evolvent.inertia.stand import broken
+        from evolvent.massprops.inertia.stand import inertia_defect
 
-        if reason := broken(self.tensor):
+        if reason := inertia_defect(self.tensor):
             raise InputError(f"body.inertia with body.products is no inertia of a body: {reason}")
         return self
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent import batch
-from evolvent.identification import recorded
-from evolvent.inertia import NormalModes, energy, partial_frequencies
-from evolvent.inertia.problem import MOMENTS
+from evolvent.massprops.identification import recorded
+from evolvent.massprops.inertia import NormalModes, energy, partial_frequencies
+from evolvent.massprops.inertia.problem import MOMENTS
 from evolvent.motion import quaternions
 from evolvent.observe import View
 from evolvent.observe.view import Pose

@@ -9,8 +9,8 @@ import numpy as np
 
 from evolvent import batch
 from evolvent.errors import InputError, in_keys
-from evolvent.identification import Modes, frequencies_in, identify, mode_variables
-from evolvent.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
+from evolvent.massprops.identification import Modes, frequencies_in, identify, mode_variables
+from evolvent.massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.structure import Setup
 
@@ -29,7 +29,7 @@ SWING = 1e-5
 PLAIN = {
     name: f"{name} gives no standard deviations; take varpro" for name in ("esprit", "matrix-pencil", "tls-prony")
 } | {"prony": "noise biases the frequencies and decay rates of prony, which gives no standard deviations; take varpro"}
-#: Names in `evolvent.inertia.from_modes` -> keys of the case.
+#: Names in `evolvent.massprops.inertia.from_modes` -> keys of the case.
 _KEYS = {"way": "identification.way", "order": "identification.order"}
 
 

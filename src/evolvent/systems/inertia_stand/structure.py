@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.inertia import Body, NormalModes, Pose, Stand, Start, displaced, linear_model, released, struck
+from evolvent.massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, linear_model, released, struck
 from evolvent.motion import quaternions
 from evolvent.systems.inertia_stand.case import Case
 

@@ -24,8 +24,8 @@ from evolvent.systems.wrapped_rib import derived as fields
 from evolvent.systems.wrapped_rib import structure
 from evolvent.systems.wrapped_rib.case import ALPHA, IMPLICIT, Case
 from evolvent.systems.wrapped_rib.chart import study_figures
+from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, start
 from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
-from evolvent.systems.wrapped_rib.start import Start, check_follows, start
 
 if TYPE_CHECKING:
     from evolvent.cases import Plan

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.systems.wrapped_rib import advice
+from evolvent.systems.wrapped_rib import case_checks
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
-from evolvent.systems.wrapped_rib.start import Start
+from evolvent.systems.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
@@ -81,17 +81,17 @@ def warning(case: Case, begin: Start, solution: Solution) -> str:
     from evolvent.solvers import balance as eb
 
     view, t = View.of(solution), solution.t
-    found = [begin.warning, *advice.warnings(case)]
+    found = [begin.warning, *case_checks.warnings(case)]
     names = [f"rib-{k + 1}" for k in range(case.rib.count)]
     strains = [element_means(view.part(name), view.nodes(view.index(name))[0], "strain")[0] for name in names]
     strain = np.abs(strains).max(axis=(0, 2))
-    if strain.max() > advice.STRAIN_WARNED:
+    if strain.max() > case_checks.STRAIN_WARNED:
         at = f"at t = {t[np.argmax(strain)]:.6g} s"
-        found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {advice.BEYOND}")
+        found.append(f"the rib was strained by up to {100.0 * strain.max():.3g} %, {at}, {case_checks.BEYOND}")
     hubs = [view.model.flexible.cylinders[view.index(f"contact-{k + 1}")] for k in range(case.rib.count)]
     gaps = np.concatenate([view.contacts[1][:, int(row["first"]) : int(row["last"])] for row in hubs], axis=1)
     gap = np.fmin.reduce(gaps, axis=1, initial=np.inf)
-    if gap.min() < -advice.SUNK_WARNED * case.hub.radius:
+    if gap.min() < -case_checks.SUNK_WARNED * case.hub.radius:
         sunk = f"the rib sank {-gap.min():.3g} m into the hub at t = {t[np.argmin(gap)]:.6g} s"
         found.append(f"{sunk}; take a greater contact.stiffness, or auto")
     pivot = solution.statistics.get("smallest_pivot", 1.0)

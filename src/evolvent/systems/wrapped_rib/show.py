@@ -11,8 +11,8 @@ import numpy as np
 from evolvent import cases, closed_forms, show, variables
 from evolvent.figures import Figure, Line, Number, Panel
 from evolvent.results import regular
-from evolvent.systems.wrapped_rib.advice import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
+from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent.errors import InputError
 from evolvent.systems.wrapped_rib.case import IMPLICIT, Case
-from evolvent.systems.wrapped_rib.start import Start
+from evolvent.systems.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
     from evolvent.parts import RampDrive

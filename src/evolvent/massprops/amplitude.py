@@ -1,0 +1,192 @@
+"""What a swing of finite amplitude does to the frequencies of a body on springs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent import units
+from evolvent.errors import InputError
+from evolvent.massprops.identification import identify
+from evolvent.massprops.inertia.problem import mac, matching
+from evolvent.massprops.inertia.stand import Setup
+from evolvent.massprops.inertia.statics import Z, guides, rotation_matrix, spring_state
+from evolvent.massprops.inertia.vibration import linearise
+from evolvent.massprops.modal import Modal
+
+#: Steps in a period of the fastest mode, and at most in all.
+STEPS, MOST_STEPS = 16, 400
+#: Amplitude over the natural length below which nothing is computed: the shift is of the order of its square.
+SMALL = 1e-3
+#: Motion over the natural length above which a failure may be due to it.
+LARGE = 0.3
+#: Share of the amplitude that stands for an infinitely small one.
+TINY = 1e-4
+
+
+class Shift(NamedTuple):
+    """What the amplitude does.
+
+    Attributes
+    ----------
+    largest : m, of a spring's end, all modes together
+    frequency : (m,) rad/s, measured less those of small motion; nan where the motion cannot be followed
+    """
+
+    largest: float
+    frequency: np.ndarray
+
+
+def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, directions: np.ndarray) -> Shift | None:
+    """Change of the frequencies by the amplitude that the sensors show; None where they show no length.
+
+    Notes
+    -----
+    The body that was found is let go as the measured modes have it, in full geometry and with the measured decay, once
+    at the measured amplitude and once at a tiny one; the modes of both motions are identified as those of the signals.
+    """
+    order = _derivatives(modal.reading.unit)
+    if order is None:
+        return None
+    rows = list(used)
+    modes = linearise(s).modes(refuse_unstable=False)
+    w = np.sqrt(np.maximum(modes.eigenvalue, 0.0))
+    v = modes.at(sensors, directions)
+    frequency = modal.frequency[rows]
+    cost = np.abs(np.log(np.maximum(w, 1e-9) / frequency[:, None]))
+    cost = cost + 1.0 - np.nan_to_num(mac(modal.shapes[rows][:, None], v[None]))
+    pick = matching(cost)
+    v, phi = v[pick], modes.shapes[:, pick]
+    pole = -modal.modes.decay_rate[rows] + 1j * modal.modes.frequency[rows]
+    length, n = order
+    z = np.sum(v * modal.modes.complex_amplitude[rows], axis=1) / np.maximum(np.sum(v * v, axis=1), 1e-300)
+    z = length * z / pole**n
+    reach = np.abs(z) @ np.abs(modes.at(s.points)[pick])
+    spring = int(np.argmax(reach / s.length))
+    if reach[spring] < SMALL * s.length[spring]:
+        return Shift(float(reach[spring]), np.zeros(len(rows)))
+    step = 2.0 * np.pi / (STEPS * float(frequency.max()))
+    step = min(step, 2.0 / float(np.nanmax(w)))
+    count = int(min(MOST_STEPS, modal.reading.time[-1] / step))
+    state = (phi @ z).real, (phi @ (z * pole)).real
+    D = modes.model.mass @ phi @ np.diag(2.0 * modal.modes.decay_rate[rows]) @ phi.T @ modes.model.mass
+    x = _motion(s, D, modes.model.pose.position, modes.model.pose.rotation, state, step, count, sensors, directions)
+    found = []
+    for motion in x:
+        try:
+            if not np.all(np.isfinite(motion)):
+                raise InputError("the motion grows without bound")
+            got = identify(motion, rate=1.0 / step, order=len(rows)).natural_frequency
+            found.append(got[matching(np.abs(np.log(got / frequency[:, None])))])
+        except (InputError, np.linalg.LinAlgError):
+            return Shift(float(reach[spring]), np.full(len(rows), np.nan))
+    return Shift(float(reach[spring]), found[0] - found[1])
+
+
+def refuse(length: np.ndarray, modal: Modal) -> None:
+    """Refuse signals that move as far as the springs are long."""
+    name, far = _furthest(modal)
+    if far >= length.min():
+        raise InputError(
+            f"{name} moves by {far:.3g} m, but the springs are {length.min():.3g} m long; check units, sensitivities "
+            "and how far the body swings"
+        )
+
+
+def large(length: np.ndarray, modal: Modal) -> str:
+    """What to say of a swing too large for a linear model; else nothing."""
+    name, far = _furthest(modal)
+    if far < LARGE * length.min():
+        return ""
+    return (
+        f"{name} moves by {far:.3g} m on springs of {length.min():.3g} m, too far for modes that do not depend on each "
+        "other: let it swing less"
+    )
+
+
+def _furthest(modal: Modal) -> tuple[str, float]:
+    """The sensor that moves most, and how far, m; 0 where the signals are no lengths."""
+    order = _derivatives(modal.reading.unit)
+    if order is None:
+        return "", 0.0
+    each = (order[0] * modal.modes.amplitude / modal.frequency[:, None] ** order[1]).sum(axis=0)
+    return modal.reading.names[int(np.argmax(each))], float(each.max())
+
+
+def _derivatives(unit: str) -> tuple[float, int] | None:
+    """Factor to SI and how often a displacement was differentiated: 0, 1, 2 for m, m/s, m/s^2."""
+    for n, wanted in enumerate(("m", "m/s", "m/s^2")):
+        try:
+            return units.parse(f"1 {unit}", wanted), n
+        except units.UnitError:
+            continue
+    return None
+
+
+def _motion(
+    s: Setup,
+    D: np.ndarray,
+    position: np.ndarray,
+    rotation: np.ndarray,
+    state: tuple[np.ndarray, np.ndarray],
+    step: float,
+    count: int,
+    sensors: np.ndarray,
+    directions: np.ndarray,
+) -> np.ndarray:
+    """(2, count, c) displacements at the sensors: at full amplitude, and at a tiny one scaled up; RK4."""
+    scale = np.array([1.0, TINY])
+    q, v = scale[:, None] * state[0], scale[:, None] * state[1]
+    load = np.array([0.0, -float(s.mass) * float(s.gravity), 0.0])
+
+    def rate(q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        R = rotation_matrix(q[:, 3:]) @ rotation
+        r, _, _, f = spring_state(s, position + q[:, :3], R)
+        w = v[:, 3:]
+        inertia = R @ s.inertia @ np.swapaxes(R, -1, -2)
+        F = np.concatenate([f.sum(axis=-2) + load, _cross(r, f).sum(axis=-2)], axis=-1) - v @ D
+        F[:, 3:] -= _cross(w, np.einsum("nij,nj->ni", inertia, w))
+        c = 3 if s.guided else 0
+        A, b = np.zeros((2, 6 + c, 6 + c)), np.zeros((2, 6 + c))
+        A[:, range(3), range(3)], A[:, 3:6, 3:6], b[:, :6] = s.mass, inertia, F
+        if c:
+            C, e = guides(s, R), R[..., :, 0]
+            A[:, :6, 6:], A[:, 6:, :6] = -np.swapaxes(C, -1, -2), C
+            b[:, 8] = -np.sum(_cross(_cross(w, e), Z) * w, axis=-1)
+        return np.concatenate([v[:, :3], _turn_rate(q[:, 3:], w)], axis=-1), np.linalg.solve(A, b[..., None])[:, :6, 0]
+
+    held = np.empty((count, 2, len(sensors)))
+    base = np.einsum("ij,cj->ci", rotation, sensors - s.centre)
+    for k in range(count):
+        arms = np.einsum("nij,cj->nci", rotation_matrix(q[:, 3:]), base)
+        held[k] = np.sum((q[:, None, :3] + arms - base) * directions, axis=-1)
+        q1, v1 = rate(q, v)
+        q2, v2 = rate(q + 0.5 * step * q1, v + 0.5 * step * v1)
+        q3, v3 = rate(q + 0.5 * step * q2, v + 0.5 * step * v2)
+        q4, v4 = rate(q + step * q3, v + step * v3)
+        q = q + step / 6.0 * (q1 + 2.0 * q2 + 2.0 * q3 + q4)
+        v = v + step / 6.0 * (v1 + 2.0 * v2 + 2.0 * v3 + v4)
+        if not np.all(np.abs(q) < 1e3):
+            return np.full((2, count, len(sensors)), np.nan)
+    return np.swapaxes(held, 0, 1) / scale[:, None, None]
+
+
+def _turn_rate(theta: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Rate of a rotation vector whose body turns with w, level axes, to the second order.
+
+    Notes
+    -----
+    theta' = w - theta x w / 2 + theta x (theta x w) / 12 + ... (Bortz 1971, for a rate in level axes).
+    """
+    first = _cross(theta, w)
+    return w - 0.5 * first + _cross(theta, first) / 12.0
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector product over the last axis; several times as fast as NumPy's on few rows."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product[..., 0], product[..., 1], product[..., 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return product

@@ -1,0 +1,551 @@
+"""What a user writes about a stand: the signals, the stand, the body, and what is asked."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, TypeAlias
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError, core_schema
+
+from evolvent import cases, schema, units
+from evolvent.errors import InputError, nearest
+from evolvent.massprops import uncertain
+from evolvent.massprops.uncertain import Uncertain
+from evolvent.schema import Section
+
+DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+#: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
+PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
+    name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+}
+KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
+
+
+class _Read:
+    """A pydantic annotation with a `read` of its own."""
+
+    allowed = ""
+
+    def read(self, value: Any) -> Any:
+        """The checked value."""
+        raise NotImplementedError
+
+    def refuse(self) -> PydanticCustomError:
+        """The error that says what is allowed."""
+        return PydanticCustomError("value", "it must be {allowed}", {"allowed": self.allowed})
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        """A validator."""
+        return core_schema.no_info_plain_validator_function(
+            self.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.write, when_used="json"),
+        )
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        """What is allowed, in words."""
+        return {"description": self.allowed}
+
+    def write(self, value: Any) -> Any:
+        """`value` as a description holds it."""
+        return value
+
+
+class _Column(_Read):
+    allowed = "a column's name, or its number from 1"
+
+    def read(self, value: Any) -> str | int:
+        if isinstance(value, bool) or not isinstance(value, (str, int)) or value == "":
+            raise self.refuse()
+        return value
+
+
+class _Text(_Read):
+    """A number or a text with a unit, whose unit the sensor gives."""
+
+    def __init__(self, allowed: str) -> None:
+        self.allowed = allowed
+
+    def read(self, value: Any) -> str:
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)) or value == "":
+            raise self.refuse()
+        return str(value)
+
+
+class _Point(_Read):
+    allowed = "the number of a spring, or three lengths (x, y, z), such as [2 m, 0 m, 0.87 m +- 1 mm]"
+    _place = uncertain._place()
+
+    def read(self, value: Any) -> int | tuple[Uncertain, ...]:
+        if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+            return value
+        if not isinstance(value, (list, tuple)) or len(value) != 3:
+            raise self.refuse()
+        return tuple(self._place.read(v) for v in value)
+
+    def write(self, value: Any) -> Any:
+        return value if isinstance(value, int) else [self._place.write(v) for v in value]
+
+
+class _Direction(_Read):
+    allowed = "vertical, x, y, z, or three numbers that are not all zero"
+
+    def read(self, value: Any) -> str | tuple[float, ...]:
+        if isinstance(value, str) and value in DIRECTIONS:
+            return value
+        numbers = isinstance(value, (list, tuple)) and all(isinstance(v, (int, float)) for v in value)
+        if not numbers or len(value) != 3 or not any(value) or not np.all(np.isfinite(value)):
+            raise self.refuse()
+        return tuple(float(v) for v in value)
+
+    def write(self, value: Any) -> Any:
+        return value if isinstance(value, str) else list(value)
+
+
+Column = Annotated[str | int, _Column()]
+Point = Annotated[Any, _Point()]
+
+
+class Sensor(Section):
+    """A column of the file and what stands behind it."""
+
+    column: Column
+    name: str | None = Field(None, description="in tables and figures; the column's unless given")
+    point: Point | None = Field(None, description="where it sits on the body; not needed for a pendulum")
+    direction: Annotated[Any, _Direction()] = Field("vertical", description="along which it is positive, level axes")
+    unit: str | None = Field(None, description="of the column, where file and signals.unit state none: mm, V, px, ...")
+    sensitivity: Annotated[str, _Text("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
+        None, description="the column is divided by it; a standard uncertainty may follow +-"
+    )
+    noise: Annotated[str, _Text("a value in the column's unit, such as '0.1 mm'")] | None = Field(
+        None, description="standard deviation of its noise, if known; estimated unless given"
+    )
+
+
+class Signals(Section):
+    """How the columns of a file are to be read."""
+
+    time: Column | None = Field(None, description="column that holds the time; found by itself if called time or t")
+    rate: Annotated[float, units.Quantity(what="a sampling rate", unit="Hz", example="50 Hz", above=0.0)] | None = (
+        Field(None, description="in place of a time column, where the file does not state it")
+    )
+    clock: Annotated[
+        Uncertain, uncertain.Measured(quantity=units.Quantity(what="a plain number", unit="", example="1 +- 1e-5"))
+    ] = Field(Uncertain(1.0), description="true time over the file's time, with the uncertainty of its clock")
+    unit: str | None = Field(None, description="of all sensors' columns that state none themselves")
+    sensors: tuple[Sensor, ...] = Field((), description="left out for a pendulum: all columns but the time")
+    start: units.Time | None = Field(None, description="samples before this time are left out")
+    end: units.Time | None = Field(None, description="samples after this time are left out")
+    gaps: Literal["bridge", "refuse"] = Field(
+        "bridge", description="samples that are missing (empty, nan, no row): fitted around, or refused"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Signals:
+        if self.time is not None and self.rate is not None:
+            raise InputError("signals.time and signals.rate are both given; give one of them")
+        if self.start is not None and self.end is not None and self.end <= self.start:
+            raise InputError(f"signals.end is {self.end:g} s; it must be after signals.start, {self.start:g} s")
+        if self.clock.value <= 0.0:
+            raise InputError(f"signals.clock is {self.clock.value:g}; it must be above 0")
+        used = [s.column for s in self.sensors]
+        twice = [c for c in used if used.count(c) > 1]
+        if twice:
+            raise InputError(f"signals.sensors names the column {twice[0]!r} twice")
+        if self.time is not None and self.time in used:
+            raise InputError(f"signals.sensors names {self.time!r}, which is the time")
+        return self
+
+
+class Springs(Section):
+    """Springs that hold the body; axes x and z horizontal, y up, from the stiffness centre."""
+
+    kind: Literal["springs"] = "springs"
+    support: Literal["hanging", "guided", "standing"] = Field(
+        "hanging", description="hanging, standing: free in six degrees of freedom; guided: lateral motion and yaw held"
+    )
+    half_length: uncertain.Length | None = Field(None, description="a: four springs at x = +-a")
+    half_width: uncertain.Length | None = Field(None, description="b: and z = +-b")
+    points: tuple[tuple[uncertain.Place, uncertain.Place, uncertain.Place], ...] | None = Field(
+        None, description="attachment points of any number of springs, in place of half_length and half_width"
+    )
+    stiffness: uncertain.Stiffnesses = Field(description="of each spring by itself: uncertainties are independent")
+    common_factor: uncertain.FactorOrUnknown = Field(
+        Uncertain(1.0), description="on all stiffnesses: what their calibrations have in common"
+    )
+    natural_length: uncertain.Lengths
+    lateral_stiffness: uncertain.Laterals = (Uncertain(0.0),)
+    damping: uncertain.Dampings = Field(
+        (Uncertain(0.0),), description="of each spring; checked, but not used: the decay is measured"
+    )
+    lateral_damping: uncertain.Dampings = Field((Uncertain(0.0),), description="as damping: not used")
+    gravity: uncertain.Gravity = Uncertain(9.80665)
+
+    @model_validator(mode="after")
+    def _check(self) -> Springs:
+        sides = [k for k in ("half_length", "half_width") if getattr(self, k) is not None]
+        if self.points is not None and sides:
+            raise InputError(f"stand.points and stand.{sides[0]} are both given; give one of them")
+        if self.points is None and len(sides) < 2:
+            missing = "half_width" if sides == ["half_length"] else "half_length"
+            raise InputError(f"stand.{missing} is missing; give half_length and half_width, or points")
+        if self.points is not None and len(self.points) < 3:
+            raise InputError(f"stand.points has {len(self.points)}; at least three springs hold a body")
+        for key in ("stiffness", "natural_length", "lateral_stiffness", "damping", "lateral_damping"):
+            given = len(getattr(self, key))
+            if given not in (1, self.number):
+                raise InputError(f"stand.{key} has {given} values, but there are {self.number} springs")
+        return self
+
+    @property
+    def number(self) -> int:
+        """Number of springs."""
+        return 4 if self.points is None else len(self.points)
+
+    @property
+    def places(self) -> np.ndarray:
+        """(n, 3) attachment points, m; (a, b), (a, -b), (-a, -b), (-a, b) in (x, z) for a rectangle."""
+        if self.points is not None:
+            return np.array([[c.value for c in point] for point in self.points])
+        assert self.half_length is not None
+        assert self.half_width is not None
+        a, b = self.half_length.value, self.half_width.value
+        return np.array([[a, 0.0, b], [a, 0.0, -b], [-a, 0.0, -b], [-a, 0.0, b]])
+
+
+class SpringBody(Section):
+    """The body on springs: each number known, or 'unknown'."""
+
+    name: str = "body"
+    mass: uncertain.MassOrUnknown
+    offset_x: uncertain.PlaceOrUnknown = Field(description="of the centre of mass from the stiffness centre")
+    offset_z: uncertain.PlaceOrUnknown = Field(description="of the centre of mass from the stiffness centre")
+    height: uncertain.PlaceOrUnknown = Field(description="of the attachment plane above the centre of mass")
+    Ixx: uncertain.InertiaOrUnknown = Field(Uncertain(np.nan, 0.0, True), description="about the centre of mass")
+    Iyy: uncertain.InertiaOrUnknown | None = Field(None, description="left out: anything that a body can have")
+    Izz: uncertain.InertiaOrUnknown = Uncertain(np.nan, 0.0, True)
+    Ixy: uncertain.ProductOrUnknown | None = Field(None, description="element of the tensor; left out: 0")
+    Ixz: uncertain.ProductOrUnknown | None = None
+    Iyz: uncertain.ProductOrUnknown | None = None
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Keys that are asked."""
+        return tuple(k for k in PROPERTIES if (v := getattr(self, k)) is not None and v.unknown)
+
+
+class _Wires(Section):
+    """A body that turns about the vertical on parallel or leaning wires of equal length."""
+
+    radius: uncertain.Length = Field(description="of the wires' ends at the body, from the axis")
+    top_radius: uncertain.Length | None = Field(None, description="of their ends above; as radius unless given")
+    length: uncertain.Length = Field(description="of the wires")
+    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 stands for a small one")
+    wire_stiffness: uncertain.TorsionOrZero = Field(Uncertain(0.0), description="torsional, of all wires together")
+    gravity: uncertain.Gravity = Uncertain(9.80665)
+
+
+class Trifilar(_Wires):
+    """Three wires."""
+
+    kind: Literal["trifilar"] = "trifilar"
+
+
+class Bifilar(_Wires):
+    """Two wires."""
+
+    kind: Literal["bifilar"] = "bifilar"
+
+
+class TorsionWire(Section):
+    """A body that turns about the vertical on one wire or a torsion spring."""
+
+    kind: Literal["torsion"] = "torsion"
+    stiffness: uncertain.Torsion
+
+
+class CompoundPendulum(Section):
+    """A body that swings about a horizontal axis."""
+
+    kind: Literal["compound"] = "compound"
+    distance: uncertain.Length = Field(description="of the body's centre of mass from the axis of the pivot")
+    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 stands for a small one")
+    gravity: uncertain.Gravity = Uncertain(9.80665)
+
+
+class Tare(Section):
+    """Something that swings along, not asked for: what it adds is taken off."""
+
+    name: str = "tare"
+    mass: uncertain.Mass | None = Field(None, description="0 unless given")
+    radius: uncertain.LengthOrZero = Field(Uncertain(0.0), description="of its centre of mass from the axis")
+    inertia: uncertain.InertiaOrZero = Field(
+        Uncertain(0.0), description="about the axis through its own centre of mass, parallel to that of the rotation"
+    )
+
+
+class PendulumBody(Section):
+    """The body on wires; its moment of inertia about the vertical axis is asked."""
+
+    name: str = "body"
+    mass: uncertain.Mass | None = Field(None, description="needed on two or three wires")
+    offset: uncertain.LengthOrZero | None = Field(
+        None, description="of its centre of mass from the axis: the moment about its own axis is given as well"
+    )
+
+
+class CompoundBody(Section):
+    """The body that swings; its moment about the axis through its centre of mass is asked."""
+
+    name: str = "body"
+    mass: uncertain.Mass
+
+
+class Identification(Section):
+    """How modes are read from the signals."""
+
+    method: Literal["varpro", "esprit", "matrix-pencil", "tls-prony", "prony"] = Field(
+        "varpro", description="only varpro gives uncertainties, and only it is certified"
+    )
+    order: Annotated[int, units.Whole(least=1, most=50)] | Literal["auto"] = Field(
+        "auto", description="number of modes; auto: found from the signal"
+    )
+    band: (
+        tuple[
+            Annotated[float, units.Quantity(what="an angular rate", unit="rad/s", example="6 rad/s", least=0.0)],
+            Annotated[float, units.Quantity(what="an angular rate", unit="rad/s", example="6 rad/s", above=0.0)],
+        ]
+        | None
+    ) = Field(None, description="modes are looked for inside it")
+    detrend: Literal["constant", "linear"] = Field("constant", description="an offset of each sensor, or also a drift")
+    shapes: bool = Field(True, description="whether mode shapes are used beside the frequencies (springs)")
+    model: Literal["full", "vertical"] = Field(
+        "full",
+        description="about the true rest in six degrees of freedom; vertical: heave, roll, pitch of a level body",
+    )
+
+
+class Uncertainty(Section):
+    """How uncertainty is propagated."""
+
+    method: Literal["gum", "monte-carlo"] = "gum"
+    draws: Annotated[int, units.Whole(least=1000, most=1_000_000)] = 5000
+    seed: Annotated[int, units.Whole(least=0, most=2**62)] = 1
+    coverage_factor: Annotated[
+        float, units.Quantity(what="a plain number", unit="", example="2", above=0.0, most=10.0)
+    ] = Field(2.0, description="k of the expanded uncertainty U = k u")
+
+
+Recordings = dict[str, dict[str, Any]]
+_RECORDINGS: Any = Field({}, description="what differs from file to file: file name -> {key.path: value}")
+
+
+class Signalling(Section):
+    """How signals are read, and modes found in them."""
+
+    title: str = ""
+    remarks: str = ""
+    signals: Signals = Signals()
+    identification: Identification = Identification()
+
+
+class _Description(Signalling):
+    """A description of a stand."""
+
+    uncertainty: Uncertainty = Uncertainty()
+    recordings: Recordings = _RECORDINGS
+
+
+class OnSprings(_Description):
+    """A body on springs."""
+
+    stand: Springs
+    body: SpringBody
+
+    @model_validator(mode="after")
+    def _check(self) -> OnSprings:
+        if not self.signals.sensors:
+            raise InputError("signals.sensors is missing; name each column with the point where its sensor sits")
+        for k, sensor in enumerate(self.signals.sensors):
+            if sensor.point is None:
+                raise InputError(f"signals.sensors.{k}.point is missing; it must be {_Point.allowed}")
+            if isinstance(sensor.point, int) and sensor.point > self.stand.number:
+                raise InputError(
+                    f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"
+                )
+        if not self.body.unknown:
+            raise InputError("body asks for nothing; write 'unknown' for what is to be found, such as Ixx: unknown")
+        factor = self.stand.common_factor.unknown
+        if factor and "mass" in self.body.unknown and not (self.body.mass.std or self.stand.common_factor.std):
+            raise InputError(
+                "body.mass and stand.common_factor are both unknown; vibrations tell only their ratio: give one of them"
+            )
+        return self
+
+
+class OnTorsion(_Description):
+    """A body on a torsion wire."""
+
+    stand: TorsionWire
+    body: PendulumBody = PendulumBody()
+    tare: tuple[Tare, ...] = ()
+
+
+class OnBifilar(_Description):
+    """A body on two wires."""
+
+    stand: Bifilar
+    body: PendulumBody
+    tare: tuple[Tare, ...] = ()
+
+
+class OnTrifilar(_Description):
+    """A body on three wires."""
+
+    stand: Trifilar
+    body: PendulumBody
+    tare: tuple[Tare, ...] = ()
+
+
+class OnPivot(_Description):
+    """A body that swings about a pivot; what swings along hangs below the axis too."""
+
+    stand: CompoundPendulum
+    body: CompoundBody
+    tare: tuple[Tare, ...] = ()
+
+
+_CLASSES: dict[str, type[_Description]] = {
+    "springs": OnSprings,
+    "torsion": OnTorsion,
+    "bifilar": OnBifilar,
+    "trifilar": OnTrifilar,
+    "compound": OnPivot,
+}
+OnWires: TypeAlias = OnTorsion | OnBifilar | OnTrifilar
+Pendulum: TypeAlias = OnWires | OnPivot
+Description: TypeAlias = OnSprings | Pendulum
+
+
+def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
+    """A checked description of a stand.
+
+    Parameters
+    ----------
+    stand : path, mapping, or a description
+    overrides : mapping, dotted key -> value
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    content = _content(stand)
+    for key, value in (overrides or {}).items():
+        cases.override(content, key, cases.copied(value))
+    return _checked(content)
+
+
+def without_stand(columns: Sequence[str], overrides: Mapping[str, Any] | None = None) -> Signalling:
+    """What is known of signals where no stand is described: which columns are sensors, and how modes are found.
+
+    Parameters
+    ----------
+    columns : names of the sensors' columns; empty for all but the time
+    overrides : mapping, dotted key -> value
+
+    Raises
+    ------
+    InputError
+        One sentence that names the key, its value and what is allowed.
+    """
+    content: dict[str, Any] = {"signals": {"unit": "dimensionless"}}
+    if columns:
+        content["signals"]["sensors"] = [{"column": name} for name in columns]
+    for key, value in (overrides or {}).items():
+        cases.override(content, key, cases.copied(value))
+    try:
+        return Signalling.model_validate(content)
+    except ValidationError as error:
+        raise InputError(schema.sentence(error.errors(include_url=False), Signalling)) from None
+
+
+def for_recording(description: Description, name: str) -> tuple[Description, tuple[str, ...]]:
+    """The description for one file, with the keys that are its own.
+
+    Raises
+    ------
+    InputError
+        If the description lists recordings, and this file is not among them.
+    """
+    if not description.recordings:
+        return description, ()
+    if name not in description.recordings:
+        raise InputError(f"recordings does not name {name!r}; {nearest(name, description.recordings)}")
+    content = description.model_dump(mode="json", exclude_none=True)
+    own = description.recordings[name]
+    for key, value in own.items():
+        cases.override(content, key, cases.copied(value))
+    try:
+        return _checked(content), tuple(own)
+    except InputError as error:
+        raise InputError(f"recordings.{name}: {error}") from None
+
+
+def model(kind: str) -> type[Section]:
+    """The model of the descriptions of a kind of stand.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
+    """
+    if kind not in _CLASSES:
+        raise InputError(f"no stand is of kind {kind!r}; {nearest(kind, _CLASSES)}")
+    return _CLASSES[kind]
+
+
+def json_schema(kind: str) -> dict[str, Any]:
+    """JSON schema of the descriptions of a kind of stand, for editors."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **model(kind).model_json_schema()}
+
+
+def _content(stand: Any) -> dict[str, Any]:
+    if isinstance(stand, _Description):
+        return stand.model_dump(mode="json", exclude_none=True)
+    if isinstance(stand, Mapping):
+        copied: dict[str, Any] = cases.copied(stand)
+        return copied
+    if not isinstance(stand, (str, os.PathLike)):
+        raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
+    name = os.fspath(stand)
+    try:
+        source = pathlib.Path(name).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"cannot read {name!r}: it is not a text file") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
+    content = cases.parse_yaml(source, name)
+    if not isinstance(content, dict):
+        what = "is empty" if content is None else "is no mapping of keys to values"
+        raise InputError(f"{name!r} {what}; it must describe signals, stand and body")
+    return content
+
+
+def _checked(content: dict[str, Any]) -> Description:
+    stand = content.get("stand")
+    if not isinstance(stand, Mapping):
+        raise InputError(f"stand is missing; it must be a mapping with a kind: {', '.join(KINDS)}")
+    kind = stand.get("kind")
+    if not isinstance(kind, str) or kind not in _CLASSES:
+        what = "missing" if kind is None else repr(kind)
+        raise InputError(f"stand.kind is {what}; {nearest(str(kind), KINDS)}")
+    model: Any = _CLASSES[kind]
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        raise InputError(schema.sentence(error.errors(include_url=False), model)) from None

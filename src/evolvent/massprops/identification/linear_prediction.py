@@ -1,0 +1,124 @@
+"""Prony's method: poles are roots of the polynomial by which each sample follows from those before it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from evolvent.errors import InputError
+from evolvent.massprops.identification.modes import Modes, make_modes
+from evolvent.massprops.identification.signals import (
+    Array,
+    Signal,
+    check_order,
+    noise_and_highest_frequency,
+    read_signal,
+)
+from evolvent.massprops.identification.subspace import check_poles, choose_stride, hankel_subspace, without_gaps
+
+
+def prony(
+    data: Any,
+    order: int,
+    *,
+    rate: float | None = None,
+    time: Any = None,
+    names: Sequence[str] | None = None,
+    noise: Any = None,
+    band: Sequence[float] | None = None,
+    detrend: str = "constant",
+    samples_per_period: float | None = 2.5,
+) -> Modes:
+    """Least-squares Prony with decimation: the historical method, for comparison.
+
+    Parameters
+    ----------
+    data, order, rate, time, names, noise, band, detrend : as for `esprit`
+    samples_per_period : optional, above 2
+        Every n-th sample is used, n such that the highest mode has at least so many samples a period; None for all.
+
+    Returns
+    -------
+    Modes
+        With NaN as covariance: none follows from this method.
+
+    Raises
+    ------
+    InputError
+        As `esprit`.
+
+    Notes
+    -----
+    Belyakov (2002): x[n] = A0 + sum of P damped cosines satisfies a linear prediction of order 2 P + 1, solved by
+    least squares, for all sensors at once; the roots of its polynomial are the poles, and amplitudes are fitted
+    linearly (to all samples). It is biased by noise, the more the more samples a period there are; see
+    benchmarks/identification.py.
+    """
+    signal = without_gaps(
+        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "prony"
+    )
+    order = check_order(signal, order)
+    stride = _decimation(signal, samples_per_period)
+    size = 2 * order + 1 + signal.degree
+    kept = signal.data[::stride]
+    if len(kept) < 2 * size:
+        raise InputError(
+            f"every {stride}-th sample leaves {len(kept)}; prony of order {order} needs {2 * size}: "
+            "ask for more samples_per_period"
+        )
+    windows = np.concatenate([sliding_window_view(column, size + 1) for column in kept.T])
+    prediction = np.linalg.lstsq(windows[:, :-1], -windows[:, -1], rcond=None)[0]
+    roots = np.roots(np.concatenate(([1.0], prediction[::-1])))
+    return _from_roots("prony", roots[roots.imag > 0.0], stride, signal, order)
+
+
+def tls_prony(
+    data: Any,
+    order: int,
+    *,
+    rate: float | None = None,
+    time: Any = None,
+    names: Sequence[str] | None = None,
+    noise: Any = None,
+    band: Sequence[float] | None = None,
+    detrend: str = "constant",
+) -> Modes:
+    """Total-least-squares Prony: the least-norm prediction that is orthogonal to the signal subspace.
+
+    Parameters, returns and errors are those of `esprit`.
+
+    Notes
+    -----
+    Rahman & Yu (1987), with backward prediction over a third of the record as in Kumaresan & Tufts (1982): of the
+    polynomial's roots those of the signal are the innermost. Interleaved subsequences as in `esprit`.
+    """
+    signal = without_gaps(
+        read_signal(data, rate=rate, time=time, names=names, noise=noise, band=band, detrend=detrend), "tls_prony"
+    )
+    order = check_order(signal, order)
+    floor, highest = noise_and_highest_frequency(signal)
+    stride = choose_stride(len(signal.time), signal.step, highest)
+    rows = max(2 * order + 2, min(64, len(signal.time) // (3 * stride)))
+    complement = hankel_subspace(signal, 1.0 / floor, rows=rows, stride=stride).vectors[:, : rows - 2 * order]
+    prediction = complement @ complement[0]
+    roots = np.roots(prediction[::-1])
+    roots = roots[roots.imag > 0.0]
+    return _from_roots("tls prony", roots[np.argsort(np.abs(roots))[:order]], stride, signal, order)
+
+
+def _decimation(signal: Signal, samples_per_period: float | None) -> int:
+    if samples_per_period is None:
+        return 1
+    if not samples_per_period > 2.0:
+        raise InputError(f"samples_per_period is {samples_per_period!r}; it must be above 2")
+    highest = noise_and_highest_frequency(signal)[1]
+    return max(1, int(2.0 * np.pi / (highest * signal.step * samples_per_period)))
+
+
+def _from_roots(method: str, roots: Array, stride: int, signal: Signal, order: int) -> Modes:
+    roots = roots[np.abs(roots) > 0.0]
+    poles = np.log(roots) / (stride * signal.step)
+    return make_modes(method, check_poles(signal, order, poles, method), signal)

@@ -1,0 +1,80 @@
+"""Inertia of a rigid body from how it vibrates on springs, or swings on wires."""
+
+from evolvent.massprops.inertia.initial_motion import Start, displaced, released, struck
+from evolvent.massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
+from evolvent.massprops.inertia.pendulums import (
+    bifilar,
+    compound,
+    multifilar,
+    tared,
+    torsion,
+    torsion_stiffness,
+    trifilar,
+)
+from evolvent.massprops.inertia.problem import mac, mode_energies, partners
+from evolvent.massprops.inertia.stand import Body, Stand
+from evolvent.massprops.inertia.statics import Pose, energy, equilibrium, wrench
+from evolvent.massprops.inertia.three_frequencies import candidates
+from evolvent.massprops.inertia.uncertainty import (
+    Budget,
+    Candidate,
+    Inertia,
+    Sample,
+    inertia_variables,
+    monte_carlo,
+    propagate,
+    sample,
+    with_budget,
+)
+from evolvent.massprops.inertia.vibration import (
+    LinearModel,
+    NormalModes,
+    linear_model,
+    partial_frequencies,
+    spring_energies,
+    vertical_model,
+)
+
+__all__ = [
+    "Body",
+    "Budget",
+    "Candidate",
+    "Inertia",
+    "LinearModel",
+    "NormalModes",
+    "Pose",
+    "Sample",
+    "Stand",
+    "Start",
+    "bifilar",
+    "candidates",
+    "compound",
+    "displaced",
+    "energy",
+    "equilibrium",
+    "fit",
+    "from_modes",
+    "from_shapes",
+    "from_six_modes",
+    "from_three_frequencies",
+    "inertia_variables",
+    "linear_model",
+    "mac",
+    "mode_energies",
+    "monte_carlo",
+    "multifilar",
+    "partial_frequencies",
+    "partners",
+    "propagate",
+    "released",
+    "sample",
+    "spring_energies",
+    "struck",
+    "tared",
+    "torsion",
+    "torsion_stiffness",
+    "trifilar",
+    "vertical_model",
+    "with_budget",
+    "wrench",
+]

@@ -1,0 +1,340 @@
+"""From the columns of a file to sensors: time, units, sensitivities, range and gaps."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Any
+
+import numpy as np
+
+from evolvent import units
+from evolvent.errors import InputError, nearest
+from evolvent.massprops import description as schema
+from evolvent.massprops.identification.signals import check_rate, check_times
+from evolvent.massprops.signals import Signals
+
+#: Names that a column of times goes by.
+_TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
+#: Words for the unit of a picture's points, which the units library does not take as it is.
+_PIXELS = ("px", "pixel", "pixels")
+#: Largest share of missing samples, and distance of a time from the even grid in steps.
+MOST_MISSING, UNEVEN = 0.5, 0.01
+#: Relative difference of a stated rate from the file's own that is refused.
+RATE = 1e-3
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Reading:
+    """What the sensors of one recording read.
+
+    Attributes
+    ----------
+    source : Signals
+    names : c names
+    time : (N,) s, from the first sample
+    start : s, the file's time of the first sample
+    data : (N, c) in `unit`, NaN where a sample is missing
+    unit : of all sensors together
+    noise : (c,) in `unit`, or None
+    sensitivity_std : (c,) relative
+    notes : sentences on what was done to the file's samples
+    """
+
+    source: Signals
+    names: tuple[str, ...]
+    time: np.ndarray
+    start: float
+    data: np.ndarray
+    unit: str
+    noise: np.ndarray | None
+    sensitivity_std: np.ndarray
+    notes: tuple[str, ...]
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, Hz."""
+        return (len(self.time) - 1) / float(self.time[-1])
+
+
+def read(source: Signals, given: schema.Signals) -> Reading:
+    """Map a file's columns to sensors.
+
+    Raises
+    ------
+    InputError
+        Columns that are not there, no time, no unit, units of different kinds, uneven times, an empty range, gaps that
+        are not wanted or too large.
+    """
+    time, clock = _time(source, given)
+    sensors = given.sensors or tuple(schema.Sensor(column=name) for k, name in enumerate(source.names) if k != clock)
+    if not sensors:
+        raise InputError(
+            f"{source.path!r} holds no column of numbers but the time, {source.names[0]!r}; at least one must be a "
+            "signal"
+        )
+    places = [source.index(s.column, f"signals.sensors.{k}.column") for k, s in enumerate(sensors)]
+    names = tuple(s.name or source.names[c] for s, c in zip(sensors, places, strict=True))
+    if len(set(names)) < len(names):
+        raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
+    data = source.data[:, places]
+    notes: list[str] = []
+    if time is None:
+        rate = given.rate or source.rate
+        assert rate is not None
+        check_rate(rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
+        time = np.arange(len(data)) / rate
+    else:
+        time, data, filled = _even(time, data)
+        if filled:
+            notes.append(f"{filled} rows that are missing in the file stand as gaps")
+    time, data = _cut(time, data, given, notes)
+    converted = [_converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
+    unit = converted[0].unit
+    factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(converted)]
+    data = data * np.array(factors)
+    noise = _noise(converted, factors, names)
+    _gaps(data, names, given, notes)
+    start = float(time[0])
+    time = (time - start) * given.clock.value
+    check_times(time)
+    return Reading(
+        source=source,
+        names=names,
+        time=time,
+        start=start,
+        data=data,
+        unit=unit,
+        noise=noise,
+        sensitivity_std=np.array([item.std for item in converted]),
+        notes=tuple(notes),
+    )
+
+
+# ------------------------------------------------------------------------------------------------ time
+
+
+def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, int | None]:
+    """Times in s, None where a rate stands for them; and the place of their column."""
+    if given.rate is not None:
+        lowered = [name.lower() for name in source.names]
+        place = next((lowered.index(t) for t in _TIMES if t in lowered), None)
+        _same_rate(source, place, given.rate)
+        return None, place
+    if given.time is not None:
+        place = source.index(given.time, "signals.time")
+    else:
+        lowered = [name.lower() for name in source.names]
+        found = [lowered.index(t) for t in _TIMES if t in lowered]
+        if not found and source.rate is not None:
+            return None, None
+        if not found:
+            raise InputError(
+                f"{source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
+                f"one of its columns {', '.join(source.names)}"
+            )
+        place = found[0]
+    unit = source.units[place] or "s"
+    try:
+        factor = units.parse(f"1 {unit}", "s")
+    except units.UnitError:
+        raise InputError(f"the column {source.names[place]!r} has the unit {unit!r}; a time is in s, ms, min") from None
+    return source.data[:, place] * factor, place
+
+
+def _same_rate(source: Signals, place: int | None, rate: float) -> None:
+    """Refuse a rate that is not the file's own; a time column that is none, or in a unit unknown, says nothing."""
+    own, what = source.rate, "its own rate"
+    if place is not None:
+        time = source.data[:, place]
+        try:
+            factor = units.parse(f"1 {source.units[place] or 's'}", "s")
+        except units.UnitError:
+            return
+        steps = np.diff(time)
+        if not (steps.size and np.all(np.isfinite(steps)) and np.all(steps > 0.0)):
+            return
+        own, what = steps.size / float((time[-1] - time[0]) * factor), f"the column {source.names[place]!r}"
+        if not source.units[place] and any(abs(own * other / rate - 1.0) < RATE for other in (1e3, 1e6, 60.0)):
+            return  # a time in ms, us or min
+    if own is not None and abs(own / rate - 1.0) > RATE:
+        raise InputError(
+            f"signals.rate is {rate:.6g} Hz, but by {what} {source.path!r} has {own:.6g} Hz; leave signals.rate out, "
+            "or correct the file's clock by signals.clock"
+        )
+
+
+def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Samples on an even grid, with empty rows where rows are missing; and their number."""
+    if len(time) < 3:
+        raise InputError(f"the file has {len(time)} samples; at least 8 are needed")
+    check_times(time)
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    count = np.round(steps / step)
+    if np.all(count <= 1):
+        return time, data, 0  # evenness is checked by the identification
+    place = np.concatenate([[0.0], np.cumsum(np.maximum(count, 1.0))])
+    step = float(time[-1] - time[0]) / float(place[-1])
+    off = np.abs(time - time[0] - step * place) / step
+    if off.max() > 50.0 * UNEVEN or place[-1] > 100 * len(time):
+        worst = int(np.argmax(off))
+        raise InputError(
+            f"the time is not even: sample {worst + 1} at {time[worst]:.9g} s is off the grid of {step:.6g} s"
+        )
+    rows = place.astype(int)
+    whole = np.full((rows[-1] + 1, data.shape[1]), np.nan)
+    whole[rows] = data
+    return time[0] + step * np.arange(len(whole)), whole, len(whole) - len(rows)
+
+
+def _cut(time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """The samples from start to end."""
+    kept = np.ones(len(time), dtype=bool)
+    slack = 1e-9 * (time[-1] - time[0])
+    if given.start is not None:
+        kept &= time >= given.start - slack
+    if given.end is not None:
+        kept &= time <= given.end + slack
+    if np.count_nonzero(kept) < 8:
+        raise InputError(
+            f"signals.start and signals.end leave {np.count_nonzero(kept)} of {len(time)} samples, which run from "
+            f"{time[0]:g} to {time[-1]:g} s; at least 8 are needed"
+            if not kept.all()
+            else f"the file has {len(time)} samples; at least 8 are needed"
+        )
+    if not kept.all():
+        notes.append(f"samples from {time[kept][0]:.6g} s to {time[kept][-1]:.6g} s of the file were used")
+    return time[kept], data[kept]
+
+
+def _gaps(data: np.ndarray, names: tuple[str, ...], given: schema.Signals, notes: list[str]) -> None:
+    """Refuse gaps that are not wanted or too large; tell of the others."""
+    missing = np.isnan(data).sum(axis=0)
+    if not missing.any():
+        return
+    worst = int(np.argmax(missing))
+    told = f"{names[worst]} lacks {missing[worst]} of {len(data)} samples"
+    if given.gaps == "refuse":
+        raise InputError(f"{told}, and signals.gaps is 'refuse'")
+    if missing[worst] == len(data):
+        raise InputError(f"{names[worst]} holds no sample in this range; leave it out")
+    if missing[worst] > MOST_MISSING * len(data):
+        raise InputError(f"{told}, more than half; leave it out, or choose another range")
+    notes.append(f"{told} ({100.0 * missing[worst] / len(data):.2g} %); the fit goes around gaps")
+
+
+# ------------------------------------------------------------------------------------------------ units
+
+
+@dataclasses.dataclass(frozen=True)
+class _Converted:
+    """A column's way to its quantity: quantity = factor * column, in `unit`; relative std; noise of the column."""
+
+    factor: float
+    unit: str
+    std: float
+    noise: float | None
+
+
+def _converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) -> _Converted:
+    key = f"signals.sensors.{k}"
+    unit = sensor.unit or found or given.unit
+    if sensor.unit and found:
+        _ratio(found, sensor.unit, f"the file's column {sensor.column!r}", f"{key}.unit", same=True)
+    if not unit:
+        raise InputError(
+            f"{key}: neither the file nor the description states the unit of {sensor.column!r}; "
+            f"give signals.unit or {key}.unit, such as mm, m/s^2, V or px"
+        )
+    _check_unit(unit, f"{key}.unit" if sensor.unit else "the unit")
+    noise = None
+    if sensor.noise is not None:
+        noise = _value(sensor.noise, unit, f"{key}.noise", "0.1 " + unit)
+        if noise <= 0.0:
+            raise InputError(f"{key}.noise is {sensor.noise!r}; it must be above 0, or left out to be estimated")
+    if sensor.sensitivity is None:
+        return _Converted(1.0, unit, 0.0, noise)
+    value, std, per = _sensitivity(sensor.sensitivity, f"{key}.sensitivity")
+    if not per:
+        return _Converted(1.0 / value, unit, std, noise)
+    registry = units._registry()
+    quotient = registry.parse_units(unit) / registry.parse_units(per)
+    factor = registry.Quantity(1.0 / value, quotient).to_reduced_units()
+    numerator = registry.parse_units(per.split("/")[0].strip() or "1")
+    read = registry.parse_units(unit)
+    # the column is divided by the sensitivity, so that the reading's own unit must go out
+    if registry.parse_units(per).is_compatible_with(read) or ("/" in per and not numerator.is_compatible_with(read)):
+        raise InputError(
+            f"{key}.sensitivity is {sensor.sensitivity!r}; the column {sensor.column!r} is in {unit}, so it must be in "
+            f"{unit} per quantity, such as {unit}/mm"
+        )
+    return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise)
+
+
+def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
+    """Value, relative standard uncertainty, and unit of a sensitivity."""
+    head, *tail = re.split(r"\s*(?:\+-|\+/-|±)\s*", text.strip())
+    match = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", head)
+    wrong = f"{key} is {text!r}; it must be a reading per quantity, such as '0.5 V/mm +- 0.2 %'"
+    if match is None or len(tail) > 1 or float(match[1]) == 0.0:
+        raise InputError(wrong)
+    value, unit = float(match[1]), match[2].strip()
+    if unit:
+        _check_unit(unit, key)
+    if not tail:
+        return value, 0.0, unit
+    percent = tail[0].rstrip().endswith("%")
+    number = _value(tail[0].rstrip("% "), "" if percent else unit, key, "0.2 %")
+    std = number / 100.0 if percent else number / abs(value)
+    if std < 0.0:
+        raise InputError(wrong)
+    return value, std, unit
+
+
+def _value(text: str, unit: str, key: str, example: str) -> float:
+    if unit in _PIXELS:
+        text, unit = re.sub(r"\s*(px|pixels?)\s*$", "", text), ""
+    try:
+        return units.parse(text, unit)
+    except units.UnitError as error:
+        raise InputError(f"{key} is {text!r}; it must be a value such as {example!r}; {error}") from None
+
+
+def _check_unit(unit: str, key: str) -> None:
+    if unit in _PIXELS:
+        return
+    try:
+        units._registry().parse_units(unit)
+    except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
+        guess = nearest(unit, ("m", "mm", "um", "m/s", "m/s^2", "mm/s", "rad", "deg", "rad/s", "V", "mV", "g_0", "px"))
+        raise InputError(f"{key} is {unit!r}, not a known unit; {guess}") from None
+
+
+def _ratio(unit: str, wanted: str, one: str, other: str, *, same: bool = False) -> float:
+    """Factor from `unit` to `wanted`; refused where they are of different kinds, or with `same` not equal."""
+    if unit == wanted or (unit in _PIXELS and wanted in _PIXELS):
+        return 1.0
+    try:
+        ratio = units.parse(f"1 {unit}", wanted)
+    except units.UnitError:
+        ratio = np.nan
+    if np.isnan(ratio) or (same and abs(ratio - 1.0) > 1e-12):
+        raise InputError(
+            f"{one} is in {unit}, {other} in {wanted}; they must be of one kind"
+            if not same
+            else f"{one} states the unit {unit}, but {other} is {wanted}; leave one of them out"
+        )
+    return float(ratio)
+
+
+def _noise(converted: list[_Converted], factors: list[float], names: tuple[str, ...]) -> np.ndarray | None:
+    """(c,) or None where none is known; all or none must be."""
+    known = [item.noise for item in converted]
+    if all(n is None for n in known):
+        return None
+    if any(n is None for n in known):
+        lacking = names[known.index(None)]
+        raise InputError(f"signals.sensors: the noise of {lacking} is not given, that of others is; give all or none")
+    values: Any = known
+    return np.abs(np.array(factors)) * np.array(values, dtype=float)

@@ -1,0 +1,16 @@
+r"""Recorded signals from files: CSV and TSV, TDMS, UFF 58, MAT, HDF5, WAV, and the runs of this package.
+
+>>> import pathlib, tempfile
+>>> from evolvent.massprops import signals
+>>> with tempfile.TemporaryDirectory() as folder:
+...     path = pathlib.Path(folder) / "knock.csv"
+...     _ = path.write_text("time (s),left (mm)\n0,1.5\n0.1,\n0.2,-1.5\n")
+...     found = signals.read(path)
+>>> found.names, found.units
+(('time', 'left'), ('s', 'mm'))
+"""
+
+from evolvent.massprops.signals.formats import read
+from evolvent.massprops.signals.recording import Signals
+
+__all__ = ["Signals", "read"]

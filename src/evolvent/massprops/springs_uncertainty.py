@@ -1,0 +1,276 @@
+"""Uncertainty of what is found of a body on springs: shares of the inputs, data and amplitude; Monte Carlo."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent.errors import InputError
+from evolvent.massprops import amplitude
+from evolvent.massprops.estimates import Share
+from evolvent.massprops.inertia.problem import Problem, assign
+from evolvent.massprops.springs_inputs import LABELS, Input, Task
+
+#: A second-order part of the standard uncertainty above this gives a warning.
+BENT = 0.1
+#: A shift by the amplitude above this share of the standard uncertainty gives a warning.
+SHIFT_WARNED = 0.3
+#: Contributions below this share of an output's size are rounding of the arithmetic.
+ROUNDING = 1e-13
+
+
+def moved(p: Problem, inputs: Sequence[Input], shifts: np.ndarray) -> tuple[Problem, np.ndarray, np.ndarray | None]:
+    """The problem, frequencies and shapes with inputs changed: one row of `shifts` (n, q) a case."""
+    n = len(shifts)
+    s = p.base
+    springs = s.points.shape[-2]
+    own: dict[str, Any] = {
+        "points": np.broadcast_to(s.points, (n, springs, 3)).copy(),
+        "ground": np.broadcast_to(s.ground, (n, springs, 3)).copy(),
+        **{
+            f: np.broadcast_to(getattr(s, f), (n, springs)).copy() for f in ("stiffness", "length", "lateral_stiffness")
+        },
+    }
+    named: dict[str, np.ndarray] = {}
+    frequency = np.broadcast_to(p.frequency, (n, len(p.frequency))).copy()
+    shapes = None if p.shapes is None else np.broadcast_to(p.shapes, (n, *p.shapes.shape)).copy()
+    sensors = None if p.points is None else np.broadcast_to(p.points, (n, *p.points.shape)).copy()
+    factor = np.ones(n)
+    for item, d in zip(inputs, shifts.T, strict=True):
+        match item.target:
+            case ("clock",):
+                frequency /= (1.0 + d / item.value)[:, None]
+            case ("sensitivity", c) if shapes is not None:
+                shapes[..., c] /= (1.0 + d)[:, None]
+            case ("sensor", c, axis) if sensors is not None:
+                sensors[:, c, axis] += d
+            case ("factor",):
+                factor = 1.0 + d / item.value
+            case ("a" | "b" as side,):
+                axis = 0 if side == "a" else 2
+                outwards = own["points"][..., axis] * (d / item.value)[:, None]
+                own["points"][..., axis] += outwards
+                own["ground"][..., axis] += outwards
+            case ("point", i, axis):
+                own["points"][:, i, axis] += d
+                own["ground"][:, i, axis] += d
+            case ("length", i):
+                up = np.sign(s.ground[i, 1] - s.points[i, 1])
+                own["length"][:, i] += d
+                own["ground"][:, i, 1] += up * d
+            case ("stiffness" | "lateral_stiffness" as field, i):
+                own[field][:, i] += d
+            case (str() as name,):
+                named[name] = item.value + d
+    own["stiffness"] *= factor[:, None]
+    own["lateral_stiffness"] = np.maximum(own["lateral_stiffness"], 0.0)
+    base = s._replace(**own)
+    if named:
+        base = assign(base, tuple(named), np.stack(list(named.values()), axis=-1))
+    return dataclasses.replace(p, base=base, points=sensors), frequency, shapes
+
+
+def _residual(
+    p: Problem, values: np.ndarray, inputs: Sequence[Input], shifts: np.ndarray, noise: tuple[Any, Any] = (0.0, 0.0)
+) -> np.ndarray:
+    shifted, frequency, shapes = moved(p, inputs, shifts)
+    frequency = frequency + noise[0]
+    shapes = None if shapes is None else shapes + noise[1]
+    values = np.broadcast_to(values, (len(shifts), values.shape[-1]))
+    return shifted.residual(values, (), None, frequency, shapes)
+
+
+def _ends(p: Problem, values: np.ndarray, inputs: Sequence[Input], share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
+
+    Raises
+    ------
+    InputError
+        Where no stand or body can have the input so far off; it names the input.
+    """
+    steps = np.diag([share * i.std for i in inputs])
+    shifts = np.concatenate([steps, -steps])
+    with np.errstate(all="ignore"):
+        try:
+            r = _residual(p, values, inputs, shifts)
+            if np.all(np.isfinite(r)):
+                return shifts, r
+        except (InputError, np.linalg.LinAlgError):
+            pass
+        for k, shift in enumerate(shifts):
+            item = inputs[k % len(inputs)]
+            reason = "the model has no modes"
+            try:
+                if np.all(np.isfinite(_residual(p, values, inputs, shift[None]))):
+                    continue
+            except InputError as error:
+                reason = str(error)
+            except np.linalg.LinAlgError:
+                pass
+            raise InputError(
+                f"the standard uncertainty of {item.key}, {item.std:.3g} {item.unit}, leads to what cannot be "
+                f"evaluated, at {item.value + shift[k % len(inputs)]:.6g} {item.unit}: {reason}"
+            )
+    raise InputError("the uncertainties lead to what cannot be evaluated; state smaller ones")
+
+
+def _bent(p: Problem, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray) -> np.ndarray:
+    """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
+
+    Notes
+    -----
+    GUM (2008), 5.1.2, note: of a quadratic input f'' du^2 / 2 the variance is f''^2 u^4 / 2. Products of different
+    inputs are left out.
+    """
+    if not inputs:
+        return np.zeros((0, len(values)))
+    shifts, _ = _ends(p, values, inputs, 1.0)
+    shifts = np.concatenate([shifts, np.zeros((1, len(inputs)))])
+    found = np.broadcast_to(values, (len(shifts), len(values)))
+    with np.errstate(all="ignore"):
+        for _ in range(4):
+            try:
+                found = found - _residual(p, found, inputs, shifts) @ P.T
+            except (InputError, np.linalg.LinAlgError):
+                found = np.full_like(found, np.nan)
+    q = len(inputs)
+    return np.asarray((found[:q] + found[q:-1] - 2.0 * found[-1]) / np.sqrt(2.0))
+
+
+class Budget(NamedTuple):
+    """Uncertainty of the unknowns before what the amplitude adds.
+
+    Attributes
+    ----------
+    shares : Share of each input and group of data
+    covariance : (p, p)
+    consistency : float, root mean square of the misfit, of the deviations that hold for all inputs; nan if unknown
+    widened : float, factor on the deviations of the data, 1 or more
+    P : (p, r), dp = -P dr of a change of the residual
+    warnings : sentences on inputs that do not act in proportion
+    """
+
+    shares: tuple[Share, ...]
+    covariance: np.ndarray
+    consistency: float
+    widened: float
+    P: np.ndarray
+    warnings: list[str]
+
+
+def budget_of(task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str]) -> Budget:
+    """Shares of inputs and data; `own` holds keys of inputs that are each recording's own.
+
+    Notes
+    -----
+    GUM (2008), eq. 10 and 13, at the least squares: an input shifts the unknowns by -J^+ (dr/dx) dx. The residual r
+    should have the covariance 1 + D D^T, D = dr/dx u(x); what is left of it off the columns of J is held against that,
+    and where it is larger the data's deviations are widened by the root of the mean square (Birge 1932).
+    """
+    scale, certain = p.scale, task.modal.certain
+    J = p.jacobian(values) * scale
+    P = scale[:, None] * np.linalg.pinv(J)
+    D = np.zeros((len(J), 0))
+    if inputs:
+        plus, minus = np.split(_ends(p, values, inputs, 0.5)[1], 2)
+        D = (plus - minus).T
+    r = p.residual(values)
+    free = len(r) - len(values) - (0 if p.shapes is None else len(p.shapes))
+    consistency = np.nan
+    if free > 0 and certain:
+        U, sigma, _ = np.linalg.svd(J)
+        N = U[:, np.count_nonzero(sigma > 1e-12 * sigma[0]) :]
+        z, E = N.T @ r, N.T @ D
+        consistency = float(np.sqrt(z @ np.linalg.solve(np.eye(len(z)) + E @ E.T, z) / free))
+    widened = max(1.0, consistency) if np.isfinite(consistency) else 1.0
+    m = len(p.frequency)
+    last = len(r) - len(p.prior)
+    first, second = -(P @ D).T, np.nan_to_num(_bent(p, values, inputs, P), posinf=0.0, neginf=0.0)
+    sign = np.sign(np.where(np.abs(first) >= np.abs(second), first, second))
+    given = sign * np.hypot(first, second)
+    given[np.abs(given) < ROUNDING * scale] = 0.0
+    shares = [
+        Share(i.key, i.unit, i.value, i.std, given[k], i.key in own or any(i.key.startswith(o) for o in own))
+        for k, i in enumerate(inputs)
+    ]
+    groups = []
+    if certain:
+        groups = [("noise: frequencies", P[:, :m], widened), ("noise: mode shapes", P[:, m:last], widened)]
+    groups += [("other measurements of the unknowns", P[:, last:], 1.0)]
+    covariance = given.T @ given
+    for label, part, factor in groups:
+        if part.shape[1]:
+            covariance = covariance + factor**2 * part @ part.T
+            contribution = factor * np.sqrt(np.sum(part**2, axis=1))
+            contribution[contribution < ROUNDING * scale] = 0.0
+            shares.append(Share(label, "", np.nan, np.nan, contribution, label.startswith("noise")))
+    std = np.sqrt(np.diag(covariance))
+    bent = [
+        f"{i.key} with +- {i.std:.3g} {i.unit} does not act on {' and '.join(name for name in acted)} in proportion; "
+        "the second order is in u, but for the coverage interval take uncertainty.method=monte-carlo"
+        for k, i in enumerate(inputs)
+        if (acted := [n for j, n in enumerate(task.keys) if abs(second[k, j]) > BENT * std[j]])
+    ]
+    return Budget(tuple(shares), covariance, consistency, widened, P, bent)
+
+
+def amplitude_share(
+    task: Task, p: Problem, values: np.ndarray, P: np.ndarray
+) -> tuple[Share, Callable[[np.ndarray], list[str]]] | None:
+    """Shift by the amplitude of the swing, as a share of the budget, and its warnings for given deviations."""
+    found = amplitude.shift(assign(p.base, p.unknown, values), task.modal, task.used, task.sensors, task.directions)
+    if found is None:
+        return None
+    message = f"the springs' ends move by {1e3 * found.largest:.3g} mm, so that their stiffness is not quite linear"
+    lost = not np.all(np.isfinite(found.frequency))
+    step = (
+        np.zeros(len(values))
+        if lost
+        else P @ (p.residual(values, frequency=p.frequency - found.frequency) - p.residual(values))
+    )
+
+    def warnings(std: np.ndarray) -> list[str]:
+        if lost:
+            return [f"{message}; what this does to the result cannot be estimated, and is not in u; let it swing less"]
+        shown = [
+            f"{k} by about {x:.2g} {LABELS[k][1]}"
+            for k, x, u in zip(task.keys, step, std, strict=True)
+            if abs(x) > SHIFT_WARNED * u
+        ]
+        return [f"{message}: this shifts {' and '.join(shown)}, which is in u; let it swing less"] if shown else []
+
+    return Share("amplitude of the swing", "", np.nan, np.nan, step), warnings
+
+
+def monte_carlo(
+    task: Task, p: Problem, values: np.ndarray, inputs: Sequence[Input], widened: float, P: np.ndarray
+) -> np.ndarray:
+    """(n, p) unknowns identified from drawn inputs and data (GUM Supplement 1); Gauss-Newton with a fixed P."""
+    n = task.given.uncertainty.draws
+    random = np.random.default_rng(task.given.uncertainty.seed)
+    shifts = random.standard_normal((n, len(inputs))) * np.array([i.std for i in inputs])
+    L = widened * np.linalg.cholesky(p.frequency_covariance)
+    noise: list[Any] = [random.standard_normal((n, len(L))) @ L.T, 0.0]
+    if p.shapes is not None and p.shape_covariance is not None:
+        L = widened * np.linalg.cholesky(p.shape_covariance)
+        noise[1] = np.einsum("mij,nmj->nmi", L, random.standard_normal((n, *p.shapes.shape)))
+    other = random.standard_normal((n, len(p.prior)))
+    found = np.broadcast_to(values, (n, len(values)))
+    for _ in range(6):
+        try:
+            r = _residual(p, found, inputs, shifts, (noise[0], noise[1]))
+        except (InputError, np.linalg.LinAlgError) as error:
+            widest = max(inputs, key=lambda i: i.std / abs(i.value) if i.value else 0.0)
+            raise InputError(
+                f"the Monte Carlo draws inputs that no stand or body can have ({error}); the widest is {widest.key}, "
+                f"{widest.value:.6g} +- {widest.std:.3g} {widest.unit}"
+            ) from None
+        if p.prior:
+            r[..., -len(p.prior) :] -= other
+        found = found - r @ P.T
+    if not np.all(np.isfinite(found)):
+        raise InputError("the Monte Carlo leaves what the stand can hold; the uncertainties are too large for it")
+    return np.asarray(found)
