@@ -3,11 +3,11 @@
     python benchmarks/identification.py [-o benchmarks/identification.json] [--trials 500]
 
 Three set-ups (tests/massprops/identification/setups.py): 12.24 s, four sensors, white noise of 1 % of the largest
-amplitude of any mode at any sensor, N = 100 (8.17 Hz; the fastest mode has 2.1 samples a period) and N = 1000
-(81.7 Hz). A trial fails where the method raises, or its worst frequency is off by more than half the distance to the next mode. The ratio
-is the worst mode's root mean square error of frequency, over the trials that did not fail, to its bound for all four
-sensors. Times are of one call, warm: the tenth percentile, since a machine has other things to do as well, and the
-median. Run with OPENBLAS_NUM_THREADS=1 for one core.
+amplitude of any mode at any sensor, N = 100 (8.17 Hz; the fastest mode has 2.1 samples a period) and N = 1000 (81.7
+Hz). A trial fails where the method raises, or its worst frequency is off by more than half the distance to the next
+mode. The ratio is the worst mode's root mean square error of frequency, over the trials that did not fail, to its
+bound for all four sensors. Times are of one call, warm: the tenth percentile, since a machine has other things to do
+as well, and the median. Run with OPENBLAS_NUM_THREADS=1 for one core.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import InputError, System, parts, signals
-from evolvent.massprops import vibration
+from evolvent import InputError, System, parts
+from evolvent.massprops import signals, vibration
 from massprops.test_refusals import call
 
 #: Two masses on three springs between walls, x, moved apart: frequencies sqrt(k/m) and sqrt(3 k/m).

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from evolvent import System, identified, parts, plots, show
+from evolvent import System, parts, plots, show
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Map, Panel
+from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
 
 
@@ -72,7 +73,7 @@ def test_figures_of_identified_modes():
     read = np.stack([np.cos(9.0 * t) + 0.2 * np.cos(21.0 * t), np.cos(9.0 * t) - 0.2 * np.cos(21.0 * t)], axis=1)
     read[100:110, 0] = np.nan
     modes = identify({"left": read[:, 0], "right": read[:, 1]}, rate=50.0, order=2)
-    signals, spectra, amplitudes = identified.figures(modes, "mm")
+    signals, spectra, amplitudes = mode_figures.figures(modes, "mm")
     assert [panel.title for panel in signals.panels] == ["left", "left", "right", "right"]
     assert np.nanmax(np.abs(signals.panels[1].lines[0].y)) < 1e-6
     peak = spectra.panels[0].lines[0]

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases, schema, signals, units
+from evolvent import cases, schema, units
 from evolvent.errors import InputError, nearest
+from evolvent.massprops import signals
 from evolvent.measurements import Measurements, Series
 
 Array = np.ndarray

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import batch, inertia
+from evolvent import batch
+from evolvent.massprops import inertia
 from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
 from evolvent.papers import stand
 from evolvent.papers.stand import Grid

@@ -13,10 +13,10 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent import cases, signals
+from evolvent import cases
 from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
-from evolvent.massprops import description
+from evolvent.massprops import description, signals
 from evolvent.studio import charts, form
 from evolvent.studio.elements import ChartElement, upload
 from evolvent.studio.folder import LARGEST, SIGNALS

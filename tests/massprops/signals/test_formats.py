@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from evolvent import InputError, signals
+from evolvent import InputError
+from evolvent.massprops import signals
 
 RATE = 50.0
 
@@ -244,7 +245,8 @@ def test_a_library_that_is_missing_is_named(tmp_path: pathlib.Path) -> None:
     (tmp_path / "a.tdms").write_bytes(b"TDSm" + bytes(100))
     code = (
         "import sys; sys.modules['nptdms'] = None\n"
-        "from evolvent import InputError, signals\n"
+        "from evolvent import InputError\n"
+        "from evolvent.massprops import signals\n"
         "try:\n    signals.read(sys.argv[1])\nexcept InputError as error:\n    print(error)\n"
     )
     done = subprocess.run(

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases, identified, show
+from evolvent import cases, show
 from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.massprops import mode_figures
 from evolvent.systems.inertia_stand.case import Case
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def numbers(run: Any) -> list[Number]:
     found = [_mode(run, int(k)) for k in np.flatnonzero(np.isfinite(run.mode_frequency.values))]
     if np.any(np.isfinite(energies := run.mode_energy.values)):
         found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(energies)):.5g} J"))
-    found += [_moment(run, int(k)) for k in np.flatnonzero(np.isfinite(run.inertia_identified.values))]
+    found += [_moment(run, int(k)) for k in np.flatnonzero(np.isfinite(run.inertia_mode_figures.values))]
     for name, unit in (("mass", "kg"), ("offset_x", "m"), ("offset_z", "m"), ("height", "m")):
         value = float(run[f"{name}_identified"])
         if np.isfinite(value):
@@ -94,8 +95,8 @@ def figures(run: Any) -> list[Figure]:
     names = [f"sensor {k}" for k in run.sensor.values]
     rows = {"energy_kinetic": "kinetic", "energy_potential": "springs and gravity, above the rest"}
     return [
-        identified.signals(time, read, fitted, names, unit="mm"),
-        identified.spectra(time, read, names, run.mode_frequency.values, unit="mm"),
+        mode_figures.signals(time, read, fitted, names, unit="mm"),
+        mode_figures.spectra(time, read, names, run.mode_frequency.values, unit="mm"),
         _shapes(run, names),
         _inertia(run),
         _motion(run),
@@ -112,7 +113,7 @@ def _shapes(run: Any, names: list[str]) -> Figure:
         near = partner(run, k)
         if near is not None:
             model[k] = 1e3 * np.where(wave[k] < 0.0, -1.0, 1.0) * run.linear_amplitude.values[near]
-    return identified.amplitudes(names, 1e3 * run.mode_amplitude.values * wave, titles, unit="mm", model=model)
+    return mode_figures.amplitudes(names, 1e3 * run.mode_amplitude.values * wave, titles, unit="mm", model=model)
 
 
 def _inertia(run: Any) -> Figure:
