@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Set up a virtual environment beside this file and run evolvent, its tests, benchmarks or documentation in it.
 
-    python3 start.py run heliogyro     results in run.nc, figures in run-figures/
+    python3 start.py run heliogyro     results, figures, animation and report in heliogyro-run/
     python3 start.py test              lint, types, layers, tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
@@ -85,12 +85,9 @@ def set_up(extra: str | None) -> int:
 
 
 def run(arguments: list[str]) -> int:
-    """`evolvent run` with its results, and figures beside them, left beside this file unless told otherwise."""
+    """`evolvent run` in this folder; without -o it keeps all it writes in the new folder CASE-run."""
     if code := set_up(None):
         return code
-    names = [a.split("=")[0] for a in arguments]
-    if not {"-h", "--help", "-o", "--output"} & set(names):
-        arguments = [*arguments, "-o", "run.nc"]
     return call([str(BIN / "evolvent"), "run", *arguments])
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
+from evolvent.console import once
 from evolvent.errors import InputError, RunFailed
-from evolvent.options import once
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:

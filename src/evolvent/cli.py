@@ -7,25 +7,25 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import itertools
 import json
-import math
 import os
 import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, Protocol, get_args, get_origin, runtime_checkable
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Protocol, get_args, get_origin, runtime_checkable
 
 import click
 
-from evolvent import __version__, startup
+from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
+from evolvent.console import note, once, watch
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.massprops.command import identify
-from evolvent.options import once
 from evolvent.papers.claims_command import claims
 from evolvent.papers.command import figure
 from evolvent.studies.command import sweep
@@ -234,89 +234,96 @@ def schema(system: str) -> None:
 @commands.command()
 @click.argument("case", metavar="CASE|FILE")
 @click.option("--set", "assignments", multiple=True, metavar="KEY.PATH=VALUE", help="Change a key of the case.")
-@click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
+@click.option(
+    "-o",
+    "--output",
+    multiple=True,
+    callback=once,
+    metavar="RUN.NC",
+    help="File of the results (NetCDF).  [default: run.nc in the new folder CASE-run]",
+)
 @click.option(
     "--figures",
     multiple=True,
     callback=once,
     metavar="DIR",
-    help="Folder for figures and animation.  [default: RUN-figures, or CASE-figures]",
+    help="Folder for figures and animation.  [default: RUN-figures, or CASE-run]",
 )
-@click.option("--no-figures", is_flag=True, help="Draw none.")
+@click.option("--no-figures", is_flag=True, help="Write the results only: no figures, animation or report.")
 @click.option("--quiet", is_flag=True, help="Print no table and no progress.")
 def run(
     case: str, assignments: tuple[str, ...], output: str | None, figures: str | None, no_figures: bool, quiet: bool
 ) -> None:
     """Run a built-in CASE or a case FILE, print its results and draw figures.
 
-    Ctrl-C ends the run and keeps what was computed.
+    Without -o the new folder CASE-run keeps all of it: run.nc, figures, animation.html and report.html. Ctrl-C ends the
+    run and keeps what was computed.
     """
     from evolvent import cases
 
     loaded = cases.load(case, cases.parse_assignments(assignments))
     module = cases.system(loaded.system)
-    folder = _claim(case, output, figures, no_figures)
-    _spare(loaded, output)
+    targets = _targets(case, output, figures, no_figures)
+    _refuse_input(loaded, output)
     plan = module.plan(loaded)
     if plan.note and not quiet:
-        click.echo(f"evolvent: {plan.note}", err=True)
-    with _compilation(plan), _progress(plan.duration, quiet) as progress:
-        found = plan.run(progress)
-    _keep(found, output, folder, quiet)
+        note(plan.note)
+    with watch(quiet=quiet or not plan.solver):
+        found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
+    _keep(found, targets, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":
         raise RunFailed(message, found)
     if status == "interrupted":
-        click.echo(f"evolvent: {message}", err=True)
+        note(message)
         raise click.exceptions.Exit(INTERRUPTED)
 
 
-@contextlib.contextmanager
-def _compilation(plan: Any) -> Iterator[None]:
-    """Show how far compilation is, on one line of a terminal."""
-    if not plan.solver:
-        yield
-        return
-    from evolvent import jit
+class _Targets(NamedTuple):
+    """Where a run is kept: folder that is made for it, file of the results, folder of figures, file of the report."""
 
-    def show(state: jit.Progress) -> None:
-        text = f"compiling for this machine, once: {state.done} of {state.needed} functions"
-        if math.isfinite(state.left) and state.done < state.needed:
-            text += f", about {state.left:.0f} s left"
-        if sys.stderr.isatty():
-            end = "\n" if state.done == state.needed else ""
-            click.echo(f"\r\x1b[Kevolvent: {text}{end}", err=True, nl=False)
-        elif state.done == 0:
-            what = "1 function" if state.needed == 1 else f"{state.needed} functions"
-            click.echo(f"evolvent: compiling {what} for this machine, once", err=True)
-
-    with jit.reporting(show):
-        yield
+    folder: str | None
+    results: str
+    figures: str | None
+    report: str | None
 
 
-def _claim(case: str, output: str | None, figures: str | None, no_figures: bool) -> str | None:
-    """Refuse files that could not be written; returns the folder for figures, None for none."""
+def _targets(case: str, output: str | None, figures: str | None, no_figures: bool) -> _Targets:
+    """Where a run is kept; what could not be written is refused."""
     from evolvent import cases, results
 
-    if output is not None:
-        results.check_writable(output)
-        if case not in cases.built_in() and os.path.exists(output) and os.path.samefile(case, output):
-            raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
+    if no_figures and figures is not None:
+        raise InputError(f"--figures {figures!r} and --no-figures are both given; give one of them")
+    if output is None:
+        folder = _unused(os.path.splitext(os.path.basename(case))[0] + "-run")
+        for needed in (figures, folder):
+            if needed is not None:
+                results.check_writable_folder(needed)
+        drawings = None if no_figures else folder if figures is None else figures
+        report = None if no_figures else os.path.join(folder, "report.html")
+        return _Targets(folder, os.path.join(folder, "run.nc"), drawings, report)
+    results.check_writable(output)
+    if case not in cases.built_in() and os.path.exists(output) and os.path.samefile(case, output):
+        raise InputError(f"-o {output!r} is the case file itself; name another, such as 'run.nc'")
     if no_figures:
-        if figures is not None:
-            raise InputError(f"--figures {figures!r} and --no-figures are both given; give one of them")
-        return None
-    folder = _beside(output if output is not None else os.path.basename(case)) if figures is None else figures
+        return _Targets(None, output, None, None)
+    drawings = _beside(output) if figures is None else figures
     try:
-        results.check_writable_folder(folder)
+        results.check_writable_folder(drawings)
     except InputError as error:
         raise InputError(f"{error} (--no-figures draws none)") from None
-    if output is not None and os.path.realpath(output) in _with_parents(os.path.realpath(folder)):
-        raise InputError(f"--figures {folder!r} cannot be a folder, for -o writes the file {output!r}")
-    return folder
+    if os.path.realpath(output) in _with_parents(os.path.realpath(drawings)):
+        raise InputError(f"--figures {drawings!r} cannot be a folder, for -o writes the file {output!r}")
+    return _Targets(None, output, drawings, None)
 
 
-def _spare(case: Section, output: str | None) -> None:
+def _unused(folder: str) -> str:
+    """`folder`, or the first of `folder`-2, `folder`-3, ... that does not exist."""
+    names = itertools.chain([folder], (f"{folder}-{k}" for k in itertools.count(2)))
+    return next(name for name in names if not os.path.lexists(name))
+
+
+def _refuse_input(case: Section, output: str | None) -> None:
     """Refuse to write over a file that the case reads, such as the run that it starts from."""
     if output is None or not os.path.exists(output):
         return
@@ -345,35 +352,56 @@ def _with_parents(path: str) -> list[str]:
     return [path] if above == path else [path, *_with_parents(above)]
 
 
-def _keep(found: xr.Dataset, output: str | None, figures: str | None, quiet: bool) -> None:
-    """Table, results file and figures of a run: what is wanted first and is quick comes first."""
+def _keep(found: xr.Dataset, targets: _Targets, quiet: bool) -> None:
+    """Table, results file, figures and report of a run: what is wanted first and is quick comes first."""
     from evolvent import results
 
     try:
         if not quiet:
             _table(found)
     finally:  # where it cannot be printed the results are kept all the same
-        if output is not None:
-            results.save(found, output)
-    if output is not None and not quiet:
-        _say(f"results: {output}")
-    if figures is not None:
-        _draw(found, figures, quiet)
+        if targets.folder is not None:
+            results.make_folder(targets.folder)
+        results.save(found, targets.results)
+    written = [] if targets.figures is None else _draw(found, targets.figures, quiet)
+    if targets.report is not None:
+        from evolvent.exports import report
+
+        with watch(quiet=quiet):
+            progress.report("writing the report")
+            report.write(found, targets.report)
+    if quiet:
+        return
+    if targets.folder is None:
+        _say(f"results: {targets.results}")
+        _list(written, targets.figures)
+    elif targets.figures in (None, targets.folder):
+        names = ["run.nc", *map(os.path.basename, written), *(["report.html"] if targets.report else [])]
+        _say(f"results: {', '.join(names)} in {targets.folder}")
+    else:
+        _say(f"results: run.nc, report.html in {targets.folder}")
+        _list(written, targets.figures)
 
 
-def _draw(found: xr.Dataset, folder: str, quiet: bool) -> None:
-    """Figures and animation of a run."""
+def _list(written: Sequence[str], folder: str | None) -> None:
+    """Print the names of figures."""
+    if written:
+        _say(f"figures: {', '.join(map(os.path.basename, written))} in {folder}")
+
+
+def _draw(found: xr.Dataset, folder: str, quiet: bool) -> list[str]:
+    """Figures and animation of a run; returns the files' paths."""
     from evolvent import animation, cases
 
-    figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
-    if not figures and motion is None:
-        click.echo("evolvent: no figures, for the run holds too little to draw", err=True)
-        return
-    from evolvent.exports import drawings  # what draws takes longer to load than most runs take
+    with watch(quiet=quiet):
+        progress.report("drawing figures")
+        figures, motion = cases.presenter(found).figures(found), animation.of_run(found)
+        if not figures and motion is None:
+            note("no figures, for the run holds too little to draw")
+            return []
+        from evolvent.exports import drawings  # what draws takes longer to load than most runs take
 
-    paths = drawings.write(found, figures, motion, folder)
-    if not quiet:
-        _say(f"figures: {', '.join(os.path.basename(p) for p in paths)} in {folder}")
+        return drawings.write(found, figures, motion, folder)
 
 
 def _table(found: xr.Dataset) -> None:
@@ -401,21 +429,6 @@ def _print_rows(rows: Sequence[tuple[str, str]], *, status: str = "") -> None:
         for line in lines:
             _say(f"{name}  {line}")
             name = " " * wide
-
-
-@contextlib.contextmanager
-def _progress(end: float, quiet: bool) -> Iterator[Callable[[float], None] | None]:
-    """A progress bar on stderr if somebody watches; yields what to call with the time reached."""
-    if quiet or sys.stderr is None or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.completed:.1f} of {task.total:.1f} s"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("run", total=end)
-        yield lambda reached: bar.update(task, completed=reached)
 
 
 @commands.command()
@@ -469,7 +482,7 @@ def plot(path: str, figures: str | None, variables: str | None) -> None:
         drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
     folder = results.check_writable_folder(_beside(path) if figures is None else figures)
     if drawn is None:
-        _draw(found, folder, quiet=False)
+        _list(_draw(found, folder, quiet=False), folder)
         return
     from evolvent import plots
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import progress
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Map, Note, Panel
 from evolvent.results import make_folder, writing
@@ -41,7 +42,7 @@ def draw(figures: Sequence[Figure], folder: str | os.PathLike[str], *, label: st
     """
     make_folder(folder)
     paths = []
-    for figure in figures:
+    for figure in progress.track(figures, "drawing figures"):
         path = os.path.join(os.fspath(folder), f"{figure.name}.png")
         with writing(path) as temporary:
             pathlib.Path(temporary).write_bytes(picture(figure, "png", label=label))

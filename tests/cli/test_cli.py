@@ -114,15 +114,32 @@ def test_run_leaves_table_results_and_figures(call, tmp_path):
         assert {p.name for p in (tmp_path / folder).iterdir()} == FIGURES
 
 
-def test_figures_are_left_beside_the_results_unless_told_otherwise(call, tmp_path):
+def test_a_run_without_output_keeps_everything_in_a_new_folder(call, tmp_path):
+    quick = [*QUICK, "--set", "blade.nodes=3"]
+    everything = FIGURES | {"run.nc", "report.html"}
+    for folder in ("heliogyro-run", "heliogyro-run-2"):  # a folder that exists is never written into
+        code, out, err = call("run", "heliogyro", *quick)
+        assert (code, err) == (0, "")
+        last = out.splitlines()[-1]
+        assert last.startswith("results: run.nc, ")
+        assert last.endswith(f"animation.html, report.html in {folder}")
+        assert {p.name for p in (tmp_path / folder).iterdir()} == everything
+        assert evolvent.open(tmp_path / folder / "run.nc").attrs["status"] == "success"
+    assert call("run", "heliogyro", *quick, "--quiet", "--no-figures")[1] == ""
+    assert {p.name for p in (tmp_path / "heliogyro-run-3").iterdir()} == {"run.nc"}
+    code, out, _ = call("run", "heliogyro", *quick, "--figures", "f")
+    assert out.splitlines()[-2] == "results: run.nc, report.html in heliogyro-run-4"
+    assert {p.name for p in (tmp_path / "f").iterdir()} == FIGURES
+
+
+def test_figures_are_left_beside_the_results(call, tmp_path):
     quick = [*QUICK, "--set", "blade.nodes=3", "--quiet"]
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "mine.yaml").write_text(cases.text("heliogyro"))
-    assert call("run", "heliogyro", *quick)[0] == 0
     assert call("run", "a/mine.yaml", *quick)[0] == 0
+    assert FIGURES < {p.name for p in (tmp_path / "mine-run").iterdir()}
     assert call("run", "heliogyro", *quick, "-o", "a/run.nc")[0] == 0
-    for folder in ("heliogyro-figures", "mine-figures", "a/run-figures"):
-        assert {p.name for p in (tmp_path / folder).iterdir()} == FIGURES
+    assert {p.name for p in (tmp_path / "a/run-figures").iterdir()} == FIGURES
     assert call("run", "heliogyro", *quick, "-o", "b.nc", "--no-figures")[0] == 0
     assert not (tmp_path / "b-figures").exists()
 
@@ -136,7 +153,7 @@ def test_what_draws_is_loaded_after_the_table(tmp_path):
     command = [sys.executable, "-W", "ignore", "-c", code, *QUICK]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("False status")
-    assert done.stdout.splitlines()[-1].startswith("True figures: body_rate.png")
+    assert done.stdout.splitlines()[-1].startswith("True results: run.nc, body_rate.png")
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-
 import click
 
-from evolvent.options import once
+from evolvent import progress
+from evolvent.console import once, watch
 from evolvent.studies.command import INTERRUPTED
 
 
@@ -43,7 +42,6 @@ def calibrate(
     from evolvent.calibration import fit as fitting
     from evolvent.calibration import report
     from evolvent.errors import InputError
-    from evolvent.studies import runner
 
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")
@@ -52,23 +50,19 @@ def calibrate(
         deviations = None if std is None else [float(x) for x in std.split(",")]
     except ValueError:
         raise InputError(f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2") from None
-    watched = sys.stderr.isatty() and not quiet
 
-    def progress(count: int, rms: float) -> None:
-        if watched:
-            click.echo(f"\revolvent: {count} evaluations, root mean square {rms:.4g}   ", err=True, nl=False)
+    def show(count: int, rms: float) -> None:
+        progress.report(f"fitting: root mean square {rms:.4g}", count, unit="evaluations")
 
-    with runner.compilation(lambda sentence: None if quiet else click.echo(f"evolvent: {sentence}", err=True)):
+    with watch(quiet=quiet) as say:
         try:
             found = fitting.calibrate(
                 case, data, fit=fit, observe=observe, model=model, deviations=deviations, folder=folder,
-                progress=progress,
+                progress=show,
             )  # fmt: skip
         except KeyboardInterrupt:
-            click.echo(f"\nevolvent: stopped; every evaluation is kept in {folder}, the same command goes on", err=True)
+            say(f"stopped; every evaluation is kept in {folder}, and the same command continues")
             raise click.exceptions.Exit(INTERRUPTED) from None
-    if watched:
-        click.echo("", err=True)
     click.echo(report.text(found))
     paths = report.write(found, folder)
     click.echo(f"results: {', '.join(paths)} in {folder}")

@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
+from evolvent import progress
+from evolvent.console import once, watch
 from evolvent.errors import InputError, nearest
-from evolvent.options import once
 
 #: Formats: ending of what is written unless named.
 ENDINGS = {"vtk": "-vtk", "csv": "-csv", "mat": ".mat", "gif": ".gif", "mp4": ".mp4", "html": ".html"}
@@ -63,9 +64,11 @@ def export(
     _claim(path, target, folder=kind in _FOLDERS)
     from evolvent.exports.request import Request
 
-    said = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
-    click.echo(f"{kind}: {said}")
-    _tell(found)
+    with watch():
+        progress.report(f"writing {kind}")
+        written = _writer(kind)(found, target, Request(frames=frames, speed=speed, axes=axes, large=large))
+    click.echo(f"{kind}: {written}")
+    _print_label(found)
 
 
 @click.command()
@@ -81,9 +84,11 @@ def report(path: str, output: str | None) -> None:
     from evolvent.exports import report as page
     from evolvent.exports.request import shown_size
 
-    size = page.write(found, target)
+    with watch():
+        progress.report("writing the report")
+        size = page.write(found, target)
     click.echo(f"report: {target} ({shown_size(size)})")
-    _tell(found)
+    _print_label(found)
 
 
 def _claim(path: str, target: str, *, folder: bool) -> None:
@@ -98,12 +103,12 @@ def _claim(path: str, target: str, *, folder: bool) -> None:
         results.check_writable(target)
 
 
-def _tell(found: Any) -> None:
-    """Say of a run that did not end as it should."""
+def _print_label(found: Any) -> None:
+    """Print the label of a run that did not reach its end."""
     from evolvent.results import unfinished
 
     if label := unfinished(found):
-        click.echo(f"the run is labelled: {label}")
+        click.echo(f"label on the files: {label}")
 
 
 def _writer(kind: str) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent import progress
 from evolvent.animation import default_speed
 from evolvent.errors import InputError
 from evolvent.exports.pictures import pictures
@@ -59,7 +60,8 @@ def gif(run: Any, path: str, request: Request) -> str:
     tones = np.array(palette.getpalette()).reshape(-1, 3)
     tones[(tones > 248).all(axis=1)] = 255  # white is not a mean of light tones
     palette.putpalette(tones.ravel().tolist())
-    frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in drawn(time))
+    images = progress.track(drawn(time), "drawing frames", time.size)
+    frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     # times are kept in hundredths of a second; rounding must not add up
     ends = np.round(100.0 * length * np.arange(time.size + 1) / max(time.size - 1, 1))
     with writing(path) as temporary:
@@ -115,7 +117,9 @@ def mp4(run: Any, path: str, request: Request) -> str:
             assert process.stdin is not None
             assert process.stderr is not None
             try:
-                for picture in _drawn(run, motion, time, _MP4.size, request):
+                for picture in progress.track(
+                    _drawn(run, motion, time, _MP4.size, request), "drawing frames", time.size
+                ):
                     process.stdin.write(picture.tobytes())
                 process.stdin.close()
             except BrokenPipeError:  # what it has to say comes below

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import progress
 from evolvent.errors import InputError
 from evolvent.exports.request import Request, about, kept, motion_of, shown_size, size_of
 from evolvent.motion import turned
@@ -80,7 +81,7 @@ def write(run: Any, path: str, request: Request) -> str:
     try:
         for kind, make in kinds.items():
             collection = group(os.path.join(path, f"{kind}{suffix}"))
-            for k, time in enumerate(motion.time):
+            for k, time in enumerate(progress.track(motion.time, f"writing {kind}", motion.time.size)):
                 name = os.path.join(data, f"{kind}-{k:05d}.vtp")
                 make(motion, k).write(file, name)
                 collection.addFile(os.path.abspath(name), float(time))

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from evolvent import progress
+from evolvent.console import once, watch
 from evolvent.errors import InputError
-from evolvent.options import once
 
 if TYPE_CHECKING:
     from evolvent.massprops.estimates import MassProperties
@@ -62,7 +63,8 @@ def identify(
             raise InputError(
                 f"-o {output!r} asks for a certificate, which needs a description of the stand: give --stand"
             )
-        found_modes = [vibration(path, columns, overrides) for path in signals]
+        with watch(quiet=quiet):
+            found_modes = [vibration(path, columns, overrides) for path in progress.track(signals, "finding modes")]
         for found in found_modes if not quiet else ():
             _vibration(found)
         _draw(figures, found_modes)
@@ -73,9 +75,11 @@ def identify(
     if columns:
         overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides
     given = description.load(stand, overrides)
-    measured = mass_properties(signals, given)
-    if output is not None:
-        certificate.write(measured, output)
+    with watch(quiet=quiet):
+        measured = mass_properties(signals, given)
+        if output is not None:
+            progress.report("writing the certificate")
+            certificate.write(measured, output)
     _draw(figures, [one.modal for one in measured.evaluations])
     if not quiet:
         _table(measured)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
+from evolvent import progress
 from evolvent.errors import InputError
 from evolvent.massprops import modal, pendulum, springs
 from evolvent.massprops import signals as files
@@ -69,7 +70,7 @@ def mass_properties(
     if same:
         raise InputError(f"{same[0]!r} holds the same bytes as another of the files; a recording counts once")
     evaluations = []
-    for source in sources:
+    for source in progress.track(sources, "evaluating recordings"):
         try:
             evaluations.append(_evaluation(given, source))
         except InputError as error:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from evolvent.console import note, watch
+
 
 @click.command()
 @click.argument("name", metavar="[PAPER|CLAIM]", required=False)
@@ -42,7 +44,6 @@ def claims(name: str | None, markdown: bool) -> None:
 def _show(one: object) -> None:
     """Print a claim, and measure it where there is something to measure."""
     from evolvent.papers.ledger import Claim
-    from evolvent.studies import runner
 
     assert isinstance(one, Claim)
     click.echo(f"{one.where}: {one.claim}")
@@ -53,16 +54,12 @@ def _show(one: object) -> None:
         click.echo(f"shown by: {one.command}")
     if one.measure is None:
         return
-    _report(f"measuring, about {max(one.seconds, 1)} s of CPU time")
-    with runner.compilation(_report):
+    note(f"measuring, about {max(one.seconds, 1)} s of CPU time")
+    with watch():
         values = one.measure()
     click.echo(f"measured now: {one.text(values)}")
     differences = one.differences(values)
     for sentence in differences:
-        _report(sentence)
+        note(sentence)
     if differences:
         raise click.exceptions.Exit(1)
-
-
-def _report(sentence: str) -> None:
-    click.echo(f"evolvent: {sentence}", err=True)

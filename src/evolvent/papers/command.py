@@ -7,8 +7,8 @@ import pathlib
 
 import click
 
+from evolvent.console import note, once, watch
 from evolvent.errors import InputError
-from evolvent.options import once
 from evolvent.studies.command import INTERRUPTED
 
 #: Endings of the files of each kind.
@@ -31,23 +31,17 @@ def figure(name: str, output: str | None, quick: bool) -> None:
         for key, one in papers.ENTRIES.items():
             click.echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
         return
-    from evolvent.studies import runner
-
     entry = papers.entry(name)
     path = _claimed(output if output is not None or entry.kind == "table" else f"{name}.png", entry.kind)
-    _report(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
-    with runner.compilation(_report):
-        made = entry.make(papers.Options(quick=quick, report=_report))
+    note(f"{entry.paper}, {entry.title}: {_minutes(entry.seconds[quick])}")
+    with watch() as say:
+        made = entry.make(papers.Options(quick=quick, report=say))
     click.echo(made.text)
     if path is not None:
         _write(made, path)
     if not made.complete:
-        _report("interrupted; what was computed is kept")
+        note("interrupted; what was computed is kept")
         raise click.exceptions.Exit(INTERRUPTED)
-
-
-def _report(sentence: str) -> None:
-    click.echo(f"evolvent: {sentence}", err=True)
 
 
 def _minutes(seconds: int) -> str:
@@ -80,4 +74,4 @@ def _write(made: object, path: str) -> None:
 
         with results.writing(path) as temporary:
             pathlib.Path(temporary).write_text(f"{made.text}\n", encoding="utf-8")
-    click.echo(f"evolvent: written to {path}", err=True)
+    note(f"written to {path}")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import sys
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import click
 
+from evolvent import progress
+from evolvent.console import once, watch
 from evolvent.errors import RunFailed
-from evolvent.options import once
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,9 +38,9 @@ def sweep(
     from evolvent.studies import runner, store
 
     runner.check_installed()
-    with _progress(quiet) as (progress, tell):
-        with runner.compilation(tell):  # the variables of a run are found by observing its start
-            asked = read_study(study)
+    reached = _Reached()
+    with watch(quiet=quiet) as say:
+        asked = read_study(study)  # the variables of a run are found by observing its start: this compiles
         folder = output or asked.name
         if figures is not None:
             from evolvent import results
@@ -50,18 +48,19 @@ def sweep(
             results.check_writable_folder(figures)
         try:
             found = runner.sweep(
-                asked, output=folder, workers=workers, scheduler=scheduler, progress=progress.reach, tell=tell
+                asked, output=folder, workers=workers, scheduler=scheduler, progress=reached.reach, tell=say
             )
         except KeyboardInterrupt:
             done = f"{store.kept(folder)} of {asked.count} cases are kept in {folder}"
-            tell(f"stopped; {done}, and the same command goes on from there")
+            say(f"stopped; {done}, and the same command continues from there")
             raise click.exceptions.Exit(INTERRUPTED) from None
     if not quiet:
-        _summary(found, folder, progress)
+        _summary(found, folder, reached)
     if figures is not None:
         from evolvent.studies import draw
 
-        paths = draw.write(found, figures)
+        with watch(quiet=quiet):
+            paths = draw.write(found, figures)
         if not quiet:
             click.echo(f"figures: {len(paths)} in {figures}" if paths else "figures: none, for nothing varies")
     if bool((found.status == "failed").all()):
@@ -71,40 +70,22 @@ def sweep(
 class _Reached:
     """How far a sweep is."""
 
-    def __init__(self, show: Callable[[int, int], None]) -> None:
-        self.before, self.done, self._show = -1, 0, show
+    def __init__(self) -> None:
+        self.before, self.done = -1, 0
 
     def reach(self, done: int, count: int) -> None:
         """Called with the number of cases done and of all."""
         self.before = done if self.before < 0 else self.before
         self.done = done
-        self._show(done, count)
+        progress.report("running cases", done, count, "cases")
 
 
-@contextlib.contextmanager
-def _progress(quiet: bool) -> Iterator[tuple[_Reached, Callable[[str], None]]]:
-    """A progress bar on stderr if somebody watches; yields what to call with progress and with sentences."""
-    if quiet or not sys.stderr.isatty():
-        yield _Reached(lambda done, count: None), lambda sentence: click.echo(f"evolvent: {sentence}", err=True)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = MofNCompleteColumn(), TextColumn("cases"), BarColumn(), TimeRemainingColumn(), TextColumn("left")
-    with Progress(*columns, console=Console(stderr=True, highlight=False), transient=True) as bar:
-        task = bar.add_task("sweep", total=None)
-        yield (
-            _Reached(lambda done, count: bar.update(task, completed=done, total=count)),
-            lambda sentence: bar.console.print(f"evolvent: {sentence}", markup=False),
-        )
-
-
-def _summary(found: xr.Dataset, folder: str, progress: _Reached) -> None:
+def _summary(found: xr.Dataset, folder: str, reached: _Reached) -> None:
     """Print what came of the cases."""
     count = found.status.size
-    here = progress.done - progress.before
-    there = f", {progress.before} of them before" if progress.before else ""
-    click.echo(f"{found.attrs['title']}: {count} cases, {here} computed now{there}")
+    here = reached.done - reached.before
+    there = f", {reached.before} of them before" if reached.before else ""
+    click.echo(f"{found.attrs['title']}: {count} cases, {here} run now{there}")
     failed = (found.status == "failed").values
     if failed.any():
         click.echo(f"failed: {failed.sum()} of {count}; the first: {found.reason.values[failed][0]}")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent import cases
+from evolvent import cases, progress
 from evolvent.figures import Figure as Described
 from evolvent.figures import Line, Map, Panel
 from evolvent.plots import sheet
@@ -43,7 +43,7 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str]) -> list[str]:
         found = figures(dataset) | found
     make_folder(folder)
     paths = []
-    for name, figure in found.items():
+    for name, figure in progress.track(list(found.items()), "drawing figures"):
         path = os.path.join(os.fspath(folder), f"{name}.png")
         with writing(path) as temporary:
             pathlib.Path(temporary).write_bytes(picture(figure))

@@ -17,6 +17,7 @@ from typing import Any
 import xarray as xr
 
 from evolvent import cases
+from evolvent.console import compiling
 from evolvent.errors import EvolventError, InputError
 from evolvent.studies import label, record, tasks
 from evolvent.studies.store import Store, opened, read
@@ -117,19 +118,6 @@ def check_installed() -> None:
         raise InputError(f"a sweep needs {', '.join(missing)}; install them with: pip install 'evolvent[sweep]'")
 
 
-@contextlib.contextmanager
-def compilation(tell: Tell) -> Iterator[None]:
-    """Call `tell` with a sentence before functions are compiled."""
-    from evolvent import jit
-
-    def show(state: jit.Progress) -> None:
-        if state.done == 0:
-            tell(f"compiling {state.needed} functions for this machine, once")
-
-    with jit.reporting(show):
-        yield
-
-
 class _Sweep:
     """One call of `sweep`."""
 
@@ -205,7 +193,7 @@ class _Sweep:
         from evolvent import codecache
 
         if not codecache.is_warm(solver):
-            with compilation(self.tell):
+            with compiling(self.tell):
                 self._here([self.pending.popleft()])
 
     def _cost_of_a_case(self) -> float:

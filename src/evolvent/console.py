@@ -1,0 +1,100 @@
+"""What the commands share: progress on the terminal, and checks of options."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from evolvent import progress
+
+if TYPE_CHECKING:
+    from evolvent.jit import Progress
+
+#: A stage is shown when it has taken this long, s.
+DELAY = 1.0
+
+
+def once(ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> str | None:
+    """The value of an option that may be given once."""
+    if len(values) > 1:
+        name = max(parameter.opts, key=len)
+        raise click.UsageError(f"{name} is given {len(values)} times, as {', '.join(map(repr, values))}", ctx)
+    return values[0] if values else None
+
+
+def note(sentence: str) -> None:
+    """Print one sentence to stderr."""
+    click.echo(f"evolvent: {sentence}", err=True)
+
+
+@contextlib.contextmanager
+def watch(*, quiet: bool = False) -> Iterator[Callable[[str], None]]:
+    """Show on stderr how far the operations inside are.
+
+    On a terminal every operation that takes longer than a second has a bar with the time left. Elsewhere one line says
+    that functions are compiled. Yields a function that prints a sentence without disturbing the bar.
+
+    Parameters
+    ----------
+    quiet : bool, show nothing
+    """
+    if quiet or sys.stderr is None or not sys.stderr.isatty():
+        with compiling(None if quiet else note):
+            yield note
+        return
+    bars = _bars()
+    with bars, progress.shown_by(bars.show), compiling(None):
+        yield lambda sentence: bars.console.print(f"evolvent: {sentence}", markup=False, highlight=False)
+
+
+@contextlib.contextmanager
+def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
+    """Report compilation as progress, and its start as a sentence to `tell`."""
+    from evolvent import jit
+
+    def show(state: Progress) -> None:
+        progress.report("compiling for this machine, once", state.done, state.needed, "functions")
+        if tell is not None and state.done == 0:
+            count = "1 function" if state.needed == 1 else f"{state.needed} functions"
+            tell(f"compiling {count} for this machine, once")
+
+    with jit.reporting(show):
+        yield
+
+
+def _bars() -> Any:
+    """Bars on stderr, one at a time, each from `DELAY` after its start on."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Amount(ProgressColumn):
+        """Done and total with their unit."""
+
+        def render(self, task: Task) -> Text:
+            if not task.total:
+                return Text("")
+            return Text(f"{task.completed:.4g} of {task.total:.4g} {task.fields['unit']}".rstrip())
+
+    class Bars(Progress):
+        """The bar of the operation that reported last."""
+
+        def get_renderables(self) -> Any:
+            yield self.make_tasks_table([task for task in self.tasks if (task.elapsed or 0.0) > DELAY])
+
+        def show(self, stage: progress.Stage) -> None:
+            current = self.tasks[-1] if self.tasks else None
+            if current is None or current.description != stage.what:
+                for task in self.tasks:
+                    self.remove_task(task.id)
+                new = self.add_task(stage.what, total=stage.total or None, unit=stage.unit)
+                self.update(new, completed=stage.done)
+            else:
+                self.update(current.id, completed=stage.done, total=stage.total or None)
+
+    columns = TextColumn("{task.description}"), BarColumn(), Amount(), TimeRemainingColumn(), TextColumn("left")
+    return Bars(*columns, console=Console(stderr=True), transient=True)
