@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import pathlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import events, ui
 
@@ -13,16 +13,14 @@ from evolvent import cases
 from evolvent.errors import EvolventError
 from evolvent.schema import Section
 from evolvent.studio import parts
+from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import COMPUTED
 from evolvent.studio.partsview import PartsView
+from evolvent.studio.startview import StartView
 from evolvent.studio.state import Draft, view_of
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
-
 
 #: What the analyses beside a run find.
 _TIPS = {
@@ -36,14 +34,15 @@ class CasePanel:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
         self._parts: PartsView | None = None
         self._form: FormView | None = None
         self._wrong: dict[str, str] = {}
+        self.start = StartView(page, self)
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
@@ -158,7 +157,7 @@ class CasePanel:
         for button in self._analyses:
             if isinstance(button, ui.button):
                 button.set_enabled(not count)
-        self.page.start.soon()
+        self.start.soon()
         self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
 
     def _submit(self, kind: str = "run") -> None:
@@ -204,28 +203,10 @@ class CasePanel:
             return self.studio.folder.name(path)
 
         stem = pathlib.PurePosixPath(self.draft.source.partition(":")[2] or "case").stem
-        ask_name(self.page, "Save the case in the working folder", f"{stem}-2.yaml", keep)
+        self.page.ask_name("Save the case in the working folder", f"{stem}-2.yaml", keep)
 
 
 def _place_in(kind: type[Section]) -> Callable[[str], int]:
     """Places of a section's keys; what it does not know comes last."""
     known = list(kind.model_fields)
     return lambda name: known.index(name) if name in known else len(known)
-
-
-def ask_name(page: Page, title: str, name: str, keep: Callable[[str], str]) -> None:
-    """Ask for the name of a file, and write it; `keep` does so, and returns the name that it has then."""
-    with page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:360px"):
-        ui.label(title).classes("ev-title")
-        typed = ui.input("name", value=name).props('outlined dense autofocus data-testid="file-name"').classes("w-full")
-
-        def done() -> None:
-            written: list[str] = []
-            if page.attempt(lambda: written.append(keep(typed.value or ""))):
-                dialog.close()
-                ui.notify(f"Saved as {written[0]}", type="positive", position="bottom")
-
-        typed.on("keydown.enter", done)
-        with ui.row():
-            ui.button("Save", on_click=done).props('unelevated color=primary data-testid="file-save"')
-            ui.button("Cancel", on_click=dialog.close).props("flat")

@@ -7,7 +7,7 @@ import functools
 import pathlib
 import urllib.parse
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import yaml
@@ -18,15 +18,13 @@ from evolvent.errors import EvolventError, InputError
 from evolvent.figures import Figure, Line, Panel
 from evolvent.massprops import description, signals
 from evolvent.studio import charts, form
+from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, upload
 from evolvent.studio.folder import LARGEST, SIGNALS
 from evolvent.studio.formview import FormView
 from evolvent.studio.jobs import Job
-from evolvent.studio.runspanel import STATUS, progress_text
+from evolvent.studio.jobview import STATUS, progress_text
 from evolvent.studio.state import View
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
 
 #: Largest file that may be dropped on the page, bytes, and number of signal columns that are drawn.
 _LARGEST, _DRAWN = 200_000_000, 6
@@ -42,10 +40,10 @@ class MeasurePanel:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
         state = self.studio.measure
         state.setdefault("files", [])

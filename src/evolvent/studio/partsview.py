@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
 from evolvent.parts.registry import kinds
 from evolvent.studio import form, parts
+from evolvent.studio.context import Context
 from evolvent.studio.formview import FormView
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
 
 
 class PartsView:
@@ -20,13 +18,13 @@ class PartsView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     key : str, of the case, that holds them
     content : mapping, what it shows at first: name -> keys of a part
     changed : called after each change
     """
 
-    def __init__(self, page: Page, key: str, content: Any, changed: Callable[[], None]) -> None:
+    def __init__(self, page: Context, key: str, content: Any, changed: Callable[[], None]) -> None:
         self.page, self.key, self._changed = page, key, changed
         self.content: parts.Parts = dict(content) if isinstance(content, Mapping) else {}
         self._wrong = {} if isinstance(content, Mapping | None) else parts.problems(content, key)

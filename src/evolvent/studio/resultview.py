@@ -13,14 +13,13 @@ from nicegui import ui
 from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
 from evolvent.studio import charts
+from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, MotionElement
-from evolvent.studio.jobs import COMPUTED, Job
-from evolvent.studio.runspanel import STATUS, progress_text
+from evolvent.studio.jobview import STATUS, draw_job
 from evolvent.studio.state import Loaded
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
-    from evolvent.studio.page import Page
 
 
 class ResultView:
@@ -28,33 +27,19 @@ class ResultView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
     """
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio
-        self._job: Job | None = None
-        self._bar: ui.element | None = None
-        self._text: ui.label | None = None
         self._asked = 0
         self._names: dict[str, list[str]] = {}  # variables that were chosen last, of each system
 
     def draw(self, refs: Sequence[str]) -> None:
         """Draw runs, or how far the one that is computed is."""
-        self._job = self._bar = self._text = None
         self._asked += 1
-        if len(refs) == 1 and refs[0].startswith("job:"):
-            key = refs[0].partition(":")[2]
-            job = self.studio.jobs.jobs.get(key)
-            if job is None:
-                ui.label("This run was removed.").classes("ev-empty")
-                return
-            if job.open:
-                self._progress(job)
-                return
-            if self.studio.jobs.result(key) is None:
-                self._without(job)
-                return
+        if len(refs) == 1 and refs[0].startswith("job:") and draw_job(self.page, refs[0].partition(":")[2]):
+            return
         asked = self._asked
         wait = ui.label("reading the results").classes("ev-dim")
 
@@ -75,38 +60,6 @@ class ResultView:
                     self._several(loaded)
 
         ui.timer(0.01, load, once=True)
-
-    def follow(self) -> None:
-        """Follow the job that is shown."""
-        if self._job is not None and self._bar is not None and self._text is not None:
-            self._bar.style(f"width:{100.0 * self._job.share:.1f}%")
-            self._text.set_text(progress_text(self._job))
-
-    # -------------------------------------------------------------------------------------------- a job
-
-    def _progress(self, job: Job) -> None:
-        self._job = job
-        with ui.element("div").classes("ev-empty").props('data-testid="progress"'):
-            word = {"waiting": "waits", "running": "is computed", "cancelling": "is being ended"}[job.status]
-            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])}: {word}").classes("ev-h1")
-            with ui.element("div").classes("ev-track").style("margin:10px 0 6px"):
-                self._bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            self._text = ui.label(progress_text(job))
-            if job.status != "cancelling":
-                ui.button("Cancel", on_click=lambda: self.page.attempt(lambda: self.studio.jobs.cancel(job.key))).props(
-                    'outline color=primary data-testid="cancel"'
-                ).style("margin-top:12px")
-
-    def _without(self, job: Job) -> None:
-        with ui.element("div").classes("ev-titlebar"):
-            ui.label(f"{COMPUTED.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}").classes("ev-h1")
-            ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
-        kind = "bad" if job.status == "failed" else "warn"
-        ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
-        if job.kind in COMPUTED:
-            ui.button("Open its case", on_click=lambda: self.page.runs.open_case(job.key)).props(
-                "outline color=primary"
-            )
 
     # -------------------------------------------------------------------------------------------- one run
 
@@ -148,7 +101,7 @@ class ResultView:
                 item = ui.menu_item(label, lambda w=what: ui.download(f"/studio/{w}?ref={ref}"))
                 item.props(f'data-testid="download-{what}"')
             if loaded.ref.startswith("job:"):
-                ui.menu_item("keep the run in the folder", lambda: self.page.runs.keep(loaded.ref))
+                ui.menu_item("keep the run in the folder", lambda: self.page.keep(loaded.ref))
 
     def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
         """Charts, one tab for each figure, and last the variables that one chooses."""

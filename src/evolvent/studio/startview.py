@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import asyncio
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from nicegui import ui
 
 from evolvent.errors import EvolventError
+from evolvent.studio.context import Context
 from evolvent.studio.elements import MotionElement
-
-if TYPE_CHECKING:
-    from evolvent.studio.page import Page
+from evolvent.studio.state import Draft
 
 #: Seconds after the last change before the start is assembled.
 _PAUSE = 0.5
+
+
+class Written(Protocol):
+    """The case that is being written."""
+
+    draft: Draft
+
+    def wrong(self) -> dict[str, str]:
+        """What is wrong with it: dotted key -> sentence."""
+
+    def note(self, sentence: str) -> None:
+        """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
 
 
 class StartView:
@@ -23,11 +34,12 @@ class StartView:
 
     Parameters
     ----------
-    page : Page
+    page : Context
+    case : Written
     """
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.studio = page, page.studio
+    def __init__(self, page: Context, case: Written) -> None:
+        self.page, self.studio, self.case = page, page.studio, case
         self._asked = 0
         self._lock = asyncio.Lock()
         self._timer: ui.timer | None = None
@@ -63,7 +75,7 @@ class StartView:
             self._note.set_text(self._doing)
 
     async def _assemble(self) -> None:
-        asked, case = self._asked, self.page.case
+        asked, case = self._asked, self.case
         async with self._lock:  # one at a time; of those that wait, the last one
             if asked != self._asked:
                 return

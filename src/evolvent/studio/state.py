@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases, families
 from evolvent.errors import InputError
+from evolvent.studio import studydraft
 from evolvent.studio.folder import Folder
 from evolvent.studio.jobs import Job, Jobs
 from evolvent.studio.worker import CASE, MODE
@@ -102,7 +103,9 @@ class Studio:
         self.tab = "case"
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
+        self.study = studydraft.opened(folder, "new:study")
         self._lock = threading.Lock()
+        self.computing = threading.Lock()  # held by a thread that assembles or compiles: functions are loaded by one
         self._starts: dict[str, bytes] = {}
         self.open_case(FIRST)
 
@@ -120,7 +123,7 @@ class Studio:
         """Studies that can be run."""
         from evolvent import studies
 
-        found = {f"case:{name}": name for name in studies.built_in()}
+        found = {"new:study": "new study"} | {f"case:{name}": name for name in studies.built_in()}
         every = self.folder.yaml().items()
         return found | {f"file:{name}": name for name, content in every if {"case", "over"} <= set(content)}
 
@@ -141,6 +144,16 @@ class Studio:
         InputError
             If it cannot be read, or is no case.
         """
+        self.draft = self.read_case(source)
+
+    def read_case(self, source: str) -> Draft:
+        """A case for the form.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read, or is no case.
+        """
         kind, _, name = source.partition(":")
         if kind == "case":
             content, about = cases.content_of(name), cases.built_in()[name]
@@ -152,16 +165,16 @@ class Studio:
             if not isinstance(content, Mapping):
                 raise InputError(f"{name}: it holds no case; a case is a mapping of keys to values")
             content = cases.content_of(content)
-        self._take(Draft(source, about, content))
+        return self._checked(Draft(source, about, content))
 
     def take_case(self, content: Mapping[str, Any], about: str) -> None:
         """Put a case that stands elsewhere into the form."""
-        self._take(Draft("", about, cases.content_of(content)))
+        self.draft = self._checked(Draft("", about, cases.content_of(content)))
 
-    def _take(self, draft: Draft) -> None:
+    def _checked(self, draft: Draft) -> Draft:
         self.folder.check_case(draft.content)
         cases.system(str(draft.content.get("system", "")))
-        self.draft = draft
+        return draft
 
     def submit(self, draft: Draft | None = None, kind: str = "run") -> str:
         """Put a case, that of the form unless given, into the queue; returns the job's key.
@@ -207,7 +220,8 @@ class Studio:
         from evolvent.studio import preview
 
         self.folder.check_case(content)
-        packed = preview.start_of(self._placed(content), note)
+        with self.computing:
+            packed = preview.start_of(self._placed(content), note)
         name = hashlib.sha256(packed).hexdigest()[:24]
         with self._lock:
             self._starts.pop(name, None)

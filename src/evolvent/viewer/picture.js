@@ -112,8 +112,27 @@ export class Picture {
     for (const { run, point } of this.trails) this.track(run, point);
     for (const run of this.motions) this.collect(run);
     this.parts.sort((a, b) => b.depth - a.depth);
-    for (const part of this.parts) this.stroke(part);
+    this.paintParts();
     this.measures();
+  }
+  // All parts in order; plain lines of one colour and width that follow one another are one path.
+  paintParts() {
+    const { pen, parts } = this;
+    let line = null, width = 0;  // of the path that is open
+    const close = () => { if (line !== null) pen.stroke(); line = null; };
+    for (const part of parts) {
+      const { at } = part;
+      if (part.fill || part.round || !part.line || (part.alpha ?? 1) !== 1) { close(); this.stroke(part); continue; }
+      if (part.line !== line || part.width !== width) {
+        close();
+        pen.beginPath();
+        pen.strokeStyle = line = part.line;
+        pen.lineWidth = width = part.width;
+      }
+      pen.moveTo(at[0], at[1]);
+      for (let i = 2; i < at.length; i += 2) pen.lineTo(at[i], at[i + 1]);
+    }
+    close();
   }
   stroke({ at, fill, line, width, round, alpha = 1 }) {
     const { pen } = this;

@@ -58,6 +58,7 @@ export class Viewer extends Picture {
     const { host } = this, frame = header.main;
     host.classList.add("ev3");
     this.numbers = element("table", { class: "ev3-numbers", testid: "numbers" });
+    this.cells = [];  // of its rows, with what they show
     this.barName = element("div", { testid: "color-name" });
     [this.low, this.high] = [element("span", { testid: "color-low" }), element("span", { testid: "color-high" })];
     const scale = element("div", { class: "ev3-scale" });
@@ -244,12 +245,13 @@ export class Viewer extends Picture {
         rows.push([name, x === x ? `${x && Math.abs(x) < 1e-3 ? x.toExponential(3) : x.toPrecision(4)} ${unit}` : "-"]);
       });
     } else this.motions.forEach(({ header: { magnification: m } }, k) => rows.push([this.names[k] ?? `run ${k + 1}`, m === 1 ? "" : `displacements enlarged ${m} times`, css(this.runColor(k))]));
-    while (this.numbers.rows.length < rows.length) { const row = this.numbers.insertRow(); row.insertCell(); row.insertCell(); }
+    while (this.cells.length < rows.length) { const row = this.numbers.insertRow(); this.cells.push({ label: row.insertCell(), value: row.insertCell(), shown: [] }); }
     rows.forEach(([name, value, color], i) => {
-      const { cells } = this.numbers.rows[i];
-      if (cells[0].textContent !== name) cells[0].replaceChildren(...(color ? [element("i")] : []), name);
-      if (color) cells[0].firstChild.style.background = color;
-      cells[1].textContent = value;
+      const { label, value: cell, shown } = this.cells[i];
+      if (shown[0] !== name) label.replaceChildren(...(color ? [element("i")] : []), name);
+      if (color && shown[2] !== color) label.firstChild.style.background = color;
+      if (shown[1] !== value) cell.textContent = value;
+      this.cells[i].shown = [name, value, color];
     });
   }
 }

@@ -75,7 +75,9 @@ export default {
       options.tooltip = { trigger: options.visualMap || this.clickable || this.equal ? "item" : "axis", confine: true, backgroundColor: dark ? "#23272d" : "#fff", borderColor: faint,
         textStyle: { color: ink, fontSize: 11 }, valueFormatter: (v) => (v === null || v === undefined ? "-" : typeof v === "number" ? +v.toPrecision(6) + "" : v), ...(options.tooltip || {}) };
       const maps = options.series.some((s) => s.type === "heatmap");
-      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(",")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(",")[0]} ${options.yAxis.data[p.value[1]]}`, p.value[2] ?? "failed"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
+      const { categories } = options;
+      delete options.categories;
+      if (maps) options.tooltip.formatter = (p) => [`${options.xAxis.name.split(",")[0]} ${options.xAxis.data[p.value[0]]}`, `${options.yAxis.name.split(",")[0]} ${options.yAxis.data[p.value[1]]}`, categories?.length ? categories[p.value[2]] ?? "no value" : p.value[2] ?? "no value"].map((text) => echarts.format.encodeHTML(String(text))).join("<br>");
       if (options.visualMap) options.visualMap = { ...options.visualMap, textStyle: { color: ink, fontSize: 11 } };
       if (!options.visualMap) options.dataZoom = [{ type: "inside", zoomOnMouseWheel: "ctrl", moveOnMouseMove: "shift" }];
       options.animation = false;
