@@ -22,6 +22,7 @@ from evolvent.errors import InputError
 from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results import unfinished, writing
 from evolvent.solids import SECTORS, Solid
+from evolvent.views import views
 
 if TYPE_CHECKING:
     pass
@@ -38,8 +39,6 @@ MOST_POINTS, MOST_POINTS_PACKED = 1200, 4000
 SHOWN = 15.0
 #: The same of a period that repeats, s.
 SHOWN_PERIOD = 2.0
-#: Where a motion is seen from at first, rad.
-AZIMUTH, ELEVATION = -1.1, 0.6
 _HERE = pathlib.Path(__file__).parent
 _TEMPLATE = _HERE / "animation.html"
 #: The parts of the viewer, in the order in which they refer to those before.
@@ -190,7 +189,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         "magnification": factor,
         "up": motion.up,
         "main": None if body is None else body.name,
-        "view": [AZIMUTH, ELEVATION],
+        "views": [view._asdict() for view in views(motion)],
         "speed": default_speed(motion),
         "repeats": motion.repeats,
         "grid": grid_step(motion.reach),

@@ -141,7 +141,7 @@ def show(case: str) -> None:
     if case in studies.built_in():
         click.echo(studies.text(case), nl=False)
     elif case not in cases.built_in() and re.search(r"[./\\]", case):
-        click.echo(cases.to_yaml(cases.load(case)), nl=False)
+        click.echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)
     else:
         click.echo(cases.text(case), nl=False)
 

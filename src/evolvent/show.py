@@ -13,6 +13,7 @@ import xarray as xr
 from evolvent import results, variables
 from evolvent.errors import InputError
 from evolvent.figures import Figure, Line, Number, Panel
+from evolvent.motion import prefixed_unit, quantity
 from evolvent.units import unit_text
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))
 _STORED_SHOWN = 1e-10
 #: Most rows of the table that parts take.
 _ROWS = 14
+#: Share of the largest value below which another is shown as 0.
+_ROUND_OFF = 1e-7
 
 
 def plots_of(run: xr.DataTree, part: str) -> list[str]:
@@ -336,17 +339,19 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     root = variables.root_dataset(run)
     kinds = {"kinetic": root["energy_kinetic"].values}
     kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
-    found = [("energy at the end", ", ".join(f"{kind} {float(y[-1]):.3g}" for kind, y in kinds.items()) + " J")]
+    found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
     if "energy_losses" in root:
         taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
         taken["numerical damping"] = -root["energy_defect"].values[-1]
         largest = max(abs(value) for value in taken.values())
-        causes = [f"{name} {value:.3g}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0]
-        found += [("energy dissipated by", f"{', '.join(causes)} J")] if causes else []
+        causes = [
+            f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
+        ]
+        found += [("energy dissipated by", ", ".join(causes))] if causes else []
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
     work = root["work_loads"].values + root["work_drives"].values + root["work_spools"].values
     most = max(1e-300, *(float(np.nanmax(np.abs(values), initial=0.0)) for values in (root["energy"].values, work)))
-    found.append(("energy balance", f"closes to {worst:.2g} J, {worst / most:.2g} of the largest energy"))
+    found.append(("energy balance", f"closes to {quantity(worst, 'J', 2)}, {worst / most:.2g} of the largest energy"))
     return [Number(label=label, value=value) for label, value in found]
 
 
@@ -373,15 +378,18 @@ def numbers(run: xr.DataTree) -> list[Number]:
 def _reached(found: xr.DataArray) -> str:
     """Last and largest value of a variable, with its unit; of a vector, its components at the end."""
     unit = unit_text(str(found.attrs.get("units", "")))
-    unit = "" if unit == "1" else f" {unit}"
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
     if not finite.size:
         return "none"
+    size = float(np.abs(finite).max())
+    factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
+    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor
+    finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
     if found.ndim == 1:
         largest = float(finite[np.argmax(np.abs(finite))])
         return (
-            f"{columns[-1, 0]:.5g}{unit} at the end, {largest:.5g}{unit} at most"
+            f"{columns[-1, 0]:.5g}{unit} at the end, largest {largest:.5g}{unit}"
             if len(columns) > 1
             else f"{columns[-1, 0]:.5g}{unit}"
         )
@@ -391,7 +399,7 @@ def _reached(found: xr.DataArray) -> str:
     if len(columns) == 1:
         return f"({end}){unit}"
     size = float(np.nanmax(np.linalg.norm(columns, axis=1)))
-    return f"({end}){unit} at the end, size {size:.5g}{unit} at most"
+    return f"({end}){unit} at the end, largest magnitude {size:.5g}{unit}"
 
 
 def motion(run: xr.DataTree) -> Motion | None:

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy.stats
-import yaml
 
-from evolvent import __version__
+from evolvent import __version__, cases
 from evolvent.errors import InputError
 from evolvent.massprops import pictures
 from evolvent.massprops.description import OnSprings
@@ -59,9 +58,10 @@ def _page(found: MassProperties, date: datetime.datetime) -> str:
     title = given.title or f"Mass properties of {given.body.name}"
     several = len(found.evaluations) > 1
     sections = [
-        _head(found, title, date),
+        _head(found, title),
         _result(found),
         _warnings(found),
+        _measurement(found, date),
         _recordings(found) if several else "",
         _budget(found),
         *(_recording(found, e) for e in found.evaluations),
@@ -101,7 +101,21 @@ def _figure(image: str, caption: str) -> str:
     return f"<figure>{image}<figcaption>{_text(caption)}</figcaption></figure>"
 
 
-def _head(found: MassProperties, title: str, date: datetime.datetime) -> str:
+def _head(found: MassProperties, title: str) -> str:
+    """The title and the values with their expanded uncertainties."""
+    values = "".join(
+        f"<dt>{_text(o.key)}</dt><dd>{rounded(found.values[k], found.expanded[k])} ± "
+        f"{rounded(found.expanded[k], found.expanded[k])} {_text(o.unit)}</dd>"
+        for k, o in enumerate(found.outputs)
+    )
+    return (
+        f'<header><p class="kind">Record of a measurement of mass properties</p><h1>{_text(title)}</h1>'
+        f'<dl class="values">{values}</dl></header>'
+    )
+
+
+def _measurement(found: MassProperties, date: datetime.datetime) -> str:
+    """What was measured, when, and the files."""
     given = found.description
     kind = f"springs, {given.stand.support}" if isinstance(given, OnSprings) else f"{given.stand.kind} pendulum"
     rows = [("body", given.body.name), ("stand", kind), ("date", date.isoformat(sep=" ", timespec="minutes"))]
@@ -124,10 +138,7 @@ def _head(found: MassProperties, title: str, date: datetime.datetime) -> str:
         text=2,
     ).replace("<table>", '<table class="files">')
     facts = "".join(f"<dt>{_text(k)}</dt><dd>{_text(v)}</dd>" for k, v in rows)
-    return (
-        f'<header><p class="kind">Record of a measurement of mass properties</p><h1>{_text(title)}</h1><dl>{facts}</dl>'
-        f"{files}</header>"
-    )
+    return f"<section><h2>Measurement</h2><dl>{facts}</dl>{files}</section>"
 
 
 def _result(found: MassProperties) -> str:
@@ -173,10 +184,15 @@ def _result(found: MassProperties) -> str:
 
 
 def _warnings(found: MassProperties) -> str:
-    if not found.warnings:
-        return '<section class="good"><p>No warning: nothing in the data speaks against the model.</p></section>'
-    listed = "".join(f"<li>{_text(w)}</li>" for w in found.warnings)
-    return f'<section class="warning"><h2>Notes and warnings</h2><ul>{listed}</ul></section>'
+    parts = []
+    if not found.cautions:
+        parts.append('<section class="good"><p>No warning: nothing in the data speaks against the model.</p></section>')
+    for kind, title, sentences in (
+        ("warning", "Warnings", found.cautions), ("note", "Notes on the recordings", found.notes),
+    ):  # fmt: skip
+        listed = "".join(f"<li>{_text(sentence)}</li>" for sentence in sentences)
+        parts += [f'<section class="{kind}"><h2>{title}</h2><ul>{listed}</ul></section>'] if sentences else []
+    return "\n".join(parts)
 
 
 def _recordings(found: MassProperties) -> str:
@@ -345,7 +361,7 @@ def _assumptions(e: Evaluation) -> str:
 
 def _description(found: MassProperties) -> str:
     content = found.description.model_dump(mode="json", exclude_none=True)
-    source = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)
+    source = cases.dump(content)
     numbers = {
         "outputs": [o.key for o in found.outputs],
         "units": [o.unit for o in found.outputs],

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import yaml
 
 from evolvent import cases, schema
 from evolvent.errors import InputError, nearest
@@ -317,7 +316,7 @@ def _seed_key(module: Any, given: set[str]) -> tuple[str, int]:
 def _text(content: Mapping[str, Any], case: Mapping[str, Any]) -> str:
     everything = {key: content[key] for key in _KEYS if key in content} | {"case": case}
     ordered = {key: everything[key] for key in _KEYS if key in everything}
-    return yaml.safe_dump(ordered, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    return cases.dump(ordered)
 
 
 # ------------------------------------------------------------------------------------------------ checking

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import pathlib
 from collections.abc import Callable
@@ -10,13 +11,13 @@ from typing import Any
 from nicegui import events, ui
 
 from evolvent import cases
-from evolvent.errors import EvolventError
+from evolvent.errors import EvolventError, InputError
 from evolvent.schema import Section
 from evolvent.studio import parts
 from evolvent.studio.context import Context
 from evolvent.studio.elements import upload
 from evolvent.studio.folder import LARGEST
-from evolvent.studio.formview import FormView
+from evolvent.studio.formview import FormView, errors_text
 from evolvent.studio.jobs import COMPUTED
 from evolvent.studio.partsview import PartsView
 from evolvent.studio.startview import StartView
@@ -134,6 +135,11 @@ class CasePanel:
         """What is wrong with the case: dotted key -> sentence."""
         return self._wrong | (self._parts.problems() if self._parts is not None else {})
 
+    def shown_wrong(self) -> dict[str, str]:
+        """Those of the errors that are shown: not of fields that are empty and were not touched."""
+        shown = self._form.shown if self._form is not None else self._wrong
+        return shown | (self._parts.shown_problems() if self._parts is not None else {})
+
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
         if self._parts is not None:
@@ -151,22 +157,34 @@ class CasePanel:
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
         self.draft.content, self._wrong = content, wrong
         self.studio.draft = self.draft
-        count = len(self.wrong())
+        count = len(self.shown_wrong())
         self._run.set_enabled(not count)
         self._analyses.set_visibility(self.has_parts)
         for button in self._analyses:
             if isinstance(button, ui.button):
                 button.set_enabled(not count)
         self.start.soon()
-        self._state.set_text("" if not count else "1 field to mend" if count == 1 else f"{count} fields to mend")
+        self._state.set_text(errors_text(count))
 
     def _submit(self, kind: str = "run") -> None:
         def add() -> None:
             self._flush()
+            if wrong := self.wrong():
+                self._show_all()
+                key, sentence = next(iter(wrong.items()))
+                raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
             key = self.studio.submit(self.draft, kind)
             self.page.show(view_of(self.studio.jobs.get(key)), tab="runs")
 
         self.page.attempt(add)
+
+    def _show_all(self) -> None:
+        """Show all errors, also of fields that were not touched."""
+        if self._form is not None:
+            self._form.show_all()
+        if self._parts is not None:
+            self._parts.show_all()
+        self._changed(self.draft.content, self._wrong)
 
     def _flush(self) -> None:
         """Check now what was typed a moment ago."""
@@ -179,11 +197,9 @@ class CasePanel:
         """The case as YAML, in full where it is right."""
         self._flush()
         try:
-            return cases.to_yaml(cases.load(self.draft.content))
+            return cases.to_yaml(cases.load(self.draft.content), self.draft.content)
         except EvolventError:
-            import yaml
-
-            return str(yaml.safe_dump(self.draft.content, sort_keys=False, allow_unicode=True))
+            return cases.dump(self.draft.content)
 
     def _text(self) -> None:
         text = self._written()
@@ -198,7 +214,8 @@ class CasePanel:
         def keep(name: str) -> str:
             path = self.studio.folder.new(name, ".yaml")
             path.write_text(self._written(), encoding="utf-8")
-            self.studio.draft = Draft(f"file:{self.studio.folder.name(path)}", path.name, self.draft.content)
+            source, content = f"file:{self.studio.folder.name(path)}", self.draft.content
+            self.studio.draft = Draft(source, path.name, content, copy.deepcopy(content), source)
             self.draw()
             return self.studio.folder.name(path)
 

@@ -35,6 +35,12 @@ class ChartElement(Element, component=_STATIC / "chart.js"):
         if on_point is not None:
             self.on("point", lambda event: on_point(int(event.args["series"]), int(event.args["index"])))
 
+    def show(self, chart: Chart) -> None:
+        """Show another chart in its place."""
+        if chart.options != self._props["options"]:
+            self._props["options"] = chart.options
+            self.update()
+
 
 class MotionElement(Element, component=_STATIC / "motion.js"):
     """The motion of runs.

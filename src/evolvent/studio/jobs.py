@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import datetime
 import json
 import os
 import pathlib
@@ -26,6 +27,8 @@ from evolvent.studio.worker import CASE, CERTIFICATE, JOB, MODES, RUN, STUDY
 GRACE = 8.0
 #: Seconds over which the speed is taken that the time left follows from.
 _WINDOW = 15.0
+#: Letters of a job's name, at most.
+_LONGEST_TITLE = 80
 #: States of a job that is still to end.
 OPEN = ("waiting", "running")
 #: Kinds of jobs that compute a case, and what they are called.
@@ -48,7 +51,8 @@ class Job:
     note : str, what it does before it can tell how far it is
     reached, end : float, s or cases
     elapsed : float, s, that it took or takes
-    extra : what a job of its kind has more: signals, head and rows of a table, warnings, modes
+    extra : when it was added ("date"), and what a job of its kind has: the case that it is a change of and what
+        differs, signals, head and rows of a table, warnings, modes
     """
 
     key: str
@@ -155,7 +159,8 @@ class Jobs:
         with self._lock:
             last = max((int(key[:4]) for key in self.jobs), default=0)
             word = re.sub(r"[^\w-]", "-", title)[:40].strip("-") or kind
-            job = Job(key=f"{last + 1:04d}-{word}", kind=kind, title=title, extra=dict(extra or {}))
+            date = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+            job = Job(key=f"{last + 1:04d}-{word}", kind=kind, title=title, extra={"date": date, **(extra or {})})
             place = self.place(job.key)
             shutil.rmtree(place, ignore_errors=True)
             place.mkdir()
@@ -189,6 +194,21 @@ class Jobs:
             job.marks.clear()
             self._changed()
             self._wake.notify_all()
+
+    def rename(self, key: str, title: str) -> None:
+        """Give a job another name.
+
+        Raises
+        ------
+        InputError
+            If the name is empty or too long.
+        """
+        title = " ".join(title.split())
+        if not 0 < len(title) <= _LONGEST_TITLE:
+            raise InputError(f"the name has {len(title)} letters; it must have 1 to {_LONGEST_TITLE}")
+        with self._lock:
+            self.get(key).title = title
+            self._changed()
 
     def remove(self, key: str) -> None:
         """Forget a job that has ended, with its files."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pathlib
 
-from nicegui import ui
+from nicegui import app, ui
 
 from evolvent.studio.casepanel import CasePanel
 from evolvent.studio.context import Context
@@ -32,7 +32,7 @@ class Page(Context):
         self.studio = studio
         self.view = studio.view
         self._seen, self._looked, self._drawn = -1, False, False
-        self._states: dict[str, str] = {}
+        self._states: dict[str, tuple[str, str]] = {}  # of jobs: status and name
         self._before_start = View()
         self._top()
         with ui.element("div").classes("ev-shell ev-beside-shown").props('data-testid="shell"') as self.shell:
@@ -186,15 +186,16 @@ class Page(Context):
         self.runs.keep(ref)
 
     def look(self) -> None:
-        """Follow the queue."""
+        """Follow the queue, and keep what the tab shows."""
         self.case.start.follow()
+        self.studio.save()
         jobs = self.studio.jobs
         if jobs.version == self._seen:
             return
         self._seen = jobs.version
-        states = {job.key: job.status for job in jobs.listed()}
+        states = {job.key: (job.status, job.title) for job in jobs.listed()}
         changed = states != self._states
-        turned = [key for key, status in states.items() if status != self._states.get(key)] if self._looked else []
+        turned = [key for key, state in states.items() if state != self._states.get(key)] if self._looked else []
         self._states, self._looked = states, True
         self.runs.follow(changed)
         if any(f"job:{key}" in self.view.refs for key in turned):
@@ -205,8 +206,14 @@ def install(studio: Studio) -> None:
     """Make the page known to the server."""
     style = pathlib.Path(__file__).with_name("static").joinpath("style.css").read_text(encoding="utf-8")
 
+    app.on_shutdown(studio.exports.stop)
+
     @ui.page("/")
-    def studio_page() -> None:
+    async def studio_page() -> None:
         ui.add_css(style)
         ui.colors(primary="#0b63a5")
-        Page(studio)
+        client = ui.context.client
+        await client.connected()  # only then the tab of the browser has a name
+        if client.tab_id is not None:
+            page = Page(studio.of_tab(client.tab_id))
+            client.on_disconnect(page.studio.save)

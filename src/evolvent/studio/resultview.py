@@ -12,14 +12,21 @@ from nicegui import ui
 
 from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
-from evolvent.studio import charts
+from evolvent.studio import charts, exports, exportview
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, MotionElement
-from evolvent.studio.jobview import STATUS, draw_job
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
 from evolvent.studio.state import Loaded
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
+
+#: Downloads that are there at once, and those that are written first: kind -> what it is called.
+_FILES = {"run": "Results (NetCDF)", "case": "Case (YAML)"}
+_EXPORTS = {
+    "report": "Report (HTML)", "figures": "Figures and animation (ZIP)", "csv": "Tables (CSV, ZIP)",
+    "vtk": "ParaView files (VTK, ZIP)", "mp4": "Film (MP4)", "gif": "Film (GIF)",
+}  # fmt: skip
 
 
 class ResultView:
@@ -67,12 +74,21 @@ class ResultView:
         attrs = loaded.run.attrs
         with ui.element("div").classes("ev-titlebar").props('data-testid="result"'):
             ui.label(f"Equilibrium {loaded.name}" if attrs["solver"] == "static" else loaded.name).classes("ev-h1")
+            if loaded.ref.startswith("job:"):
+                key = loaded.ref.partition(":")[2]
+                pencil = ui.button(icon="edit", on_click=lambda: ask_title(self.page, key))
+                pencil.props('flat dense round size=sm color=primary data-testid="rename"').tooltip("rename this run")
             status = attrs["status"]
             ui.label(STATUS.get(status, status)).classes(f"ev-status {status.split()[0]}")
             ui.label(f"{attrs['system']}, version {attrs['version']}").classes("ev-status")
             ui.element("div").style("flex:1")
             ui.button("Open its case", on_click=lambda: self._open(loaded)).props("flat dense color=primary")
             self._downloads(loaded)
+        if loaded.ref.startswith("job:"):
+            job = self.studio.jobs.get(loaded.ref.partition(":")[2])
+            about = " · ".join(text for text in (date_text(job), changes_text(job)) if text)
+            if about:
+                ui.label(about).classes("ev-changes").props('data-testid="changes"')
         _messages(attrs)
         with ui.element("div").classes("ev-pair"):
             still = " ev-still" if loaded.still else ""
@@ -86,6 +102,10 @@ class ResultView:
             self._tabs([(figure.title, [("", figure)]) for figure in loaded.figures], [loaded])
 
     def _open(self, loaded: Loaded) -> None:
+        if loaded.ref.startswith("job:"):
+            self.page.open_job_case(loaded.ref.partition(":")[2])
+            return
+
         def take() -> None:
             content = cases.parse_yaml(loaded.run.attrs["case"], "the run's case")
             self.studio.take_case(content, f"case of {loaded.name}")
@@ -97,11 +117,22 @@ class ResultView:
         ref = urllib.parse.quote(loaded.ref)
         button = ui.button("Download").props('outline dense color=primary data-testid="download"')
         with button.style("padding:0 10px"), ui.menu():
-            for what, label in (("run", "run (NetCDF)"), ("case", "case (YAML)"), ("figures", "figures (ZIP)")):
+            for what, label in _FILES.items():
                 item = ui.menu_item(label, lambda w=what: ui.download(f"/studio/{w}?ref={ref}"))
                 item.props(f'data-testid="download-{what}"')
+            ui.separator()
+            for what, label in _EXPORTS.items():
+                if loaded.still and what in ("mp4", "gif"):
+                    continue
+                reason = exports.missing(what)
+                item = ui.menu_item(label, lambda w=what: exportview.write(self.page, loaded.ref, w, _EXPORTS[w]))
+                item.props(f'data-testid="download-{what}"')
+                if reason:
+                    item.disable()
+                    ui.label(reason).classes("ev-what ev-missing")
             if loaded.ref.startswith("job:"):
-                ui.menu_item("keep the run in the folder", lambda: self.page.keep(loaded.ref))
+                ui.separator()
+                ui.menu_item("Keep the run in the folder", lambda: self.page.keep(loaded.ref))
 
     def _tabs(self, figures: Sequence[tuple[str, Sequence[tuple[str, Figure]]]], loaded: Sequence[Loaded]) -> None:
         """Charts, one tab for each figure, and last the variables that one chooses."""

@@ -9,10 +9,12 @@ from nicegui import ui
 from evolvent.errors import EvolventError
 from evolvent.studio.context import Context
 from evolvent.studio.jobs import COMPUTED, Job
-from evolvent.studio.jobview import STATUS, progress_text
+from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text
 from evolvent.studio.state import View, view_of
 
 _KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "sweep": "study", "identify": "measurement"}
+#: Changed keys of a run that its row shows.
+_CHANGES = 4
 
 
 class RunsPanel:
@@ -122,7 +124,14 @@ class RunsPanel:
             if job.status in ("running", "cancelling"):
                 with ui.element("div").classes("ev-track"):
                     bar = ui.element("div").style(f"width:{100.0 * job.share:.1f}%")
-            label = ui.label(progress_text(job)).classes("ev-sub")
+            changed = changes_text(job, _CHANGES)
+            if changed:
+                ui.label(changed).classes("ev-changes").tooltip(changes_text(job))
+            date = date_text(job)
+            with ui.element("div").classes("ev-sub"):
+                if date:
+                    ui.label(f"{date}, ").classes("ev-date")
+                label = ui.label(progress_text(job))
             if job.open:
                 self._bars[job.key] = bar, label
 
@@ -134,13 +143,15 @@ class RunsPanel:
                     ui.menu_item("Keep it in the folder", lambda: self.keep(f"job:{job.key}"))
             if job.kind == "sweep" and job.status != "success":
                 ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.go_on(job.key)))
+            ui.menu_item("Rename", lambda: ask_title(self.page, job.key))
             ui.menu_item("Remove", lambda: self._remove(job.key))
 
     def open_case(self, key: str) -> None:
         """Put the case of a job into the form."""
 
         def take() -> None:
-            self.studio.take_case(self.studio.job_case(key), f"case of run {int(key[:4])}")
+            origin = str(self.studio.jobs.get(key).extra.get("origin", ""))
+            self.studio.take_case(self.studio.job_case(key), f"case of run {int(key[:4])}", origin)
             self.page.open_case()
 
         self.page.attempt(take)

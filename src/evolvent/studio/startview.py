@@ -25,6 +25,9 @@ class Written(Protocol):
     def wrong(self) -> dict[str, str]:
         """What is wrong with it: dotted key -> sentence."""
 
+    def shown_wrong(self) -> dict[str, str]:
+        """What of it is shown as an error."""
+
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
 
@@ -81,7 +84,8 @@ class StartView:
                 return
             wrong = case.wrong()
             if wrong:
-                self._tell(_first(wrong))
+                shown = case.shown_wrong()
+                self._tell(_first(shown or wrong), missing=not shown)
                 return
             content = copy.deepcopy(case.draft.content)
             self._doing = "assembling"
@@ -104,10 +108,16 @@ class StartView:
     def _say(self, text: str) -> None:
         self._doing = text
 
-    def _tell(self, sentence: str) -> None:
-        """Show why the start cannot be drawn; '' takes it away."""
+    def _tell(self, sentence: str, *, missing: bool = False) -> None:
+        """Show why the start cannot be drawn; '' takes it away.
+
+        Parameters
+        ----------
+        missing : bool, whether values are not given yet, which is no error
+        """
         if self._body is None or self._body.is_deleted:
             return
+        self._error.classes(add="note" if missing else "bad", remove="bad" if missing else "note")
         self._error.set_text(sentence)
         self._error.set_visibility(bool(sentence))
         self._body.set_visibility(not sentence)
@@ -117,7 +127,7 @@ def _first(wrong: dict[str, str]) -> str:
     """What is wrong with a form, in one sentence."""
     key, sentence = next(iter(wrong.items()))
     text = f"{key}: {sentence}" if key and key not in sentence else sentence
-    return text if len(wrong) == 1 else f"{text} ({len(wrong) - 1} more to mend)"
+    return text if len(wrong) == 1 else f"{text} ({len(wrong) - 1} more)"
 
 
 def _counted(content: dict[str, Any]) -> str:

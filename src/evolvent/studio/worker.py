@@ -15,6 +15,8 @@ from typing import Any
 
 #: Files of a job.
 JOB, CASE, RUN, STUDY, CERTIFICATE = "job.json", "case.yaml", "run.nc", "study", "certificate.html"
+#: Kinds of jobs that keep nothing when they are cancelled.
+AT_ONCE = ("equilibrium", "modes", "identify")
 #: Modes, and the packed motion of one of them.
 MODES, MODE = "modes.nc", "mode-{}.motion"
 
@@ -25,9 +27,9 @@ def main(folder: str) -> int:
         os.environ.setdefault(name, "1")
     from evolvent.errors import EvolventError
 
-    report = _Report()
     place = pathlib.Path(folder)
     job = json.loads((place / JOB).read_text(encoding="utf-8"))
+    report = _Report(at_once=job["kind"] in AT_ONCE)
     try:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
@@ -41,9 +43,15 @@ def main(folder: str) -> int:
 
 
 class _Report:
-    """What goes back and forth between the studio and this process."""
+    """What goes back and forth between the studio and this process.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    at_once : bool, whether the process ends as soon as it is asked to
+    """
+
+    def __init__(self, *, at_once: bool = False) -> None:
+        self._at_once = at_once
         self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
         os.dup2(2, 1)  # whatever else prints does not come between
         self._stop = threading.Event()
@@ -52,6 +60,9 @@ class _Report:
     def _listen(self) -> None:
         sys.stdin.readline()
         self._stop.set()
+        if self._at_once:
+            self.send(status="interrupted", message="cancelled")
+            os._exit(0)
 
     def send(self, **what: Any) -> None:
         """Send one message."""
@@ -65,6 +76,11 @@ class _Report:
         """Report how many functions are compiled, of `evolvent.jit.Progress`."""
         self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
+    def stage(self, stage: Any) -> None:
+        """Report a stage, of `evolvent.progress.Stage`."""
+        counted = f": {stage.done:.0f} of {stage.total:.0f}" if stage.total > 1.0 else ""
+        self.send(note=f"{stage.what}{counted}")
+
     def reached(self, reached: float, end: float) -> None:
         """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
         self.send(reached=float(reached), end=float(end))
@@ -72,15 +88,25 @@ class _Report:
             raise KeyboardInterrupt
 
 
+def _case(place: pathlib.Path) -> tuple[Any, str]:
+    """The case of a job, and its text with values as the user wrote them."""
+    from evolvent import cases
+
+    content = cases.content_of(os.fspath(place / CASE))
+    case = cases.load(content)
+    return case, cases.to_yaml(case, content)
+
+
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case = cases.load(os.fspath(place / CASE))
+    case, text = _case(place)
     plan = cases.system(case.system).plan(case)
     report.reached(0.0, plan.duration)
 
     with jit.reporting(report.compiling):
         found = plan.run(lambda reached: report.reached(reached, plan.duration))
+    found.attrs["case"] = text
     results.save(found, place / RUN)
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
@@ -88,10 +114,11 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case = cases.load(os.fspath(place / CASE))
+    case, text = _case(place)
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
+    found.attrs["case"] = text
     results.save(found, place / RUN)
     report.send(status=found.attrs["status"], message=found.attrs["message"])
 
@@ -99,7 +126,7 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import animation, cases, jit
 
-    case = cases.load(os.fspath(place / CASE))
+    case = _case(place)[0]
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).modes(case)
@@ -131,12 +158,14 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     import numpy as np
 
+    from evolvent import progress
     from evolvent.massprops import certificate, description
     from evolvent.massprops.measurement import mass_properties
     from evolvent.massprops.rounding import rounded
 
     report.reached(0.0, 1.0)
-    found = mass_properties(job["signals"], description.load(os.fspath(place / CASE)))
+    with progress.shown_by(report.stage):
+        found = mass_properties(job["signals"], description.load(os.fspath(place / CASE)))
     rows = []
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
@@ -146,10 +175,13 @@ def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
     modes = found.evaluations[0].modal.modes
     report.send(
         rows=rows,
-        warnings=list(found.warnings),
+        warnings=found.cautions,
+        notes=found.notes,
         modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
     )
-    certificate.write(found, place / CERTIFICATE)
+    with progress.shown_by(report.stage):
+        progress.report("drawing the certificate")
+        certificate.write(found, place / CERTIFICATE)
     report.send(status="success", message="")
 
 

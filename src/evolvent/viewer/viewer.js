@@ -57,6 +57,7 @@ export class Viewer extends Picture {
     if (!document.getElementById("ev3-style")) document.head.append(element("style", { id: "ev3-style", textContent: STYLE }));
     const { host } = this, frame = header.main;
     host.classList.add("ev3");
+    host.tabIndex = -1;
     this.numbers = element("table", { class: "ev3-numbers", testid: "numbers" });
     this.cells = [];  // of its rows, with what they show
     this.barName = element("div", { testid: "color-name" });
@@ -65,9 +66,7 @@ export class Viewer extends Picture {
     scale.style.background = `linear-gradient(to right,${VIRIDIS.map((c) => css(c)).join(",")})`;
     this.bar = element("div", { class: "ev3-bar" }, this.barName, scale, element("div", { class: "ev3-ends" }, this.low, this.high));
     const button = (text, testid, title, act) => element("button", { type: "button", textContent: text, title, testid, onclick: (e) => { act(); e.currentTarget.blur(); } });
-    const views = element("div", { class: "ev3-views" },
-      button("3-D", "view-free", "from the side and above", () => this.look(...header.view, null)), button("top", "view-top", "from above", () => this.look(-Math.PI / 2, Math.PI / 2, null)),
-      button("side", "view-side", "from the side", () => this.look(0, 0, null)), button("near", "view-near", "the bodies alone", () => this.look(...header.view, "bodies")));
+    const views = element("div", { class: "ev3-views" }, ...header.views.map((view) => button(view.name, `view-${view.name}`, view.about, () => this.view(view))));
     this.panel = element("div", { class: "ev3-panel", hidden: true, testid: "panel" });
     const view = element("div", { class: "ev3-view" }, this.canvas, this.numbers, this.bar, views, this.panel);
     this.playButton = button("", "play", "space", () => this.toggle());
@@ -157,12 +156,13 @@ export class Viewer extends Picture {
   }
   key(e) {
     const box = e.target;
-    if (e.ctrlKey || e.metaKey || e.altKey || (box !== document.body && !this.host.contains(box))) return;
+    const onTab = e.key === " " && box.getAttribute?.("role") === "tab";  // the space bar does nothing else there
+    if (e.ctrlKey || e.metaKey || e.altKey || !(box === document.body || this.host.contains(box) || onTab)) return;
     if (box.tagName === "SELECT" || box.tagName === "TEXTAREA" || (box.tagName === "INPUT" && !["range", "checkbox"].includes(box.type))) return;
     const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
       End: () => { this.play(false); this.go(this.end); }, f: () => this.full(), b: () => this.axes(!this.inertial), t: () => this.allTrails(),
       a: () => this.arrowBox.click(), m: () => this.symbolBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
-      r: () => this.look(...this.motions[0].header.view, null), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
+      r: () => this.view(this.motions[0].header.views[0]), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
       "?": () => this.open(this.keys()), Escape: () => { this.panel.hidden = true; } }[e.key.length === 1 ? e.key.toLowerCase() : e.key];
     if (!act) return;
     e.preventDefault();
