@@ -308,11 +308,14 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
     header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
     # "<" cannot close the script then
     data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
-    text = _TEMPLATE.read_text(encoding="utf-8").replace("@TITLE@", html.escape(header["title"]))
     script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
     # in one script nothing is imported or exported
-    text = text.replace("@VIEWER@", re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
-    return text.replace("@DATA@", data).encode()
+    script = re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE)
+    filled = {"TITLE": html.escape(header["title"]), "VIEWER": script, "DATA": data}
+    # all at once: a title may hold the name of another place
+    return re.sub(
+        "@(TITLE|VIEWER|DATA)@", lambda found: filled[found[1]], _TEMPLATE.read_text(encoding="utf-8")
+    ).encode()
 
 
 def _encoded(name: str, values: np.ndarray) -> dict[str, Any]:

@@ -148,7 +148,7 @@ def test_folder_opens_nothing_outside(tmp_path):
     with pytest.raises(InputError, match="outside"):
         folder.check_case({"start": "../secret.nc"})
     with pytest.raises(InputError, match="outside"):
-        folder.check_case({"case": "../other.yaml"}, root)
+        folder.check_case({"case": "../other.yaml"})
     folder.check_case({"start": "sub/a.nc", "rate": "3 rad/s"})
 
 

@@ -278,19 +278,25 @@ def locked(place: pathlib.Path) -> Iterator[None]:
         file = (place / _LOCK).open("a+b")
     except OSError as error:
         raise InputError(f"cannot write {str(place / _LOCK)!r}: {_why(error)}") from None
-    with file:
-        try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
+    with file, held(file, place):
         yield
+
+
+@contextlib.contextmanager
+def held(file: Any, place: pathlib.Path) -> Iterator[None]:
+    """Lock a file that is open; `place` is the folder that a message names."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise InputError(f"another process works in {str(place)!r}; wait for it, or give another folder") from None
+    yield
 
 
 def _why(error: OSError) -> str:

@@ -47,8 +47,8 @@ class CasePanel:
         with ui.element("div").classes("ev-scroll"):
             with ui.element("div").classes("ev-drop w-full"):  # it stays: a file may still be on its way through it
                 upload(
-                    label="drop a case (YAML) here, or choose", max_file_size=LARGEST, on_upload=self._dropped,
-                    on_rejected=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
+                    label="drop a case (YAML) here, or choose", most=LARGEST, handle=self._dropped,
+                    refused=lambda: self.page.tell("a case is a YAML file of at most 500 kB"),
                 ).props('flat dense accept=".yaml,.yml" data-testid="case-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):

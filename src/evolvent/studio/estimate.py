@@ -48,7 +48,7 @@ def estimated(text: str) -> dict[str, Any]:
     """
     from evolvent import cases, studies
     from evolvent.errors import InputError
-    from evolvent.studies import record
+    from evolvent.studies import record, tasks
     from evolvent.studies.study import corners
 
     study = studies.read(cases.parse_yaml(text, "the study"))
@@ -56,7 +56,7 @@ def estimated(text: str) -> dict[str, Any]:
 
     def timed(index: int, folder: str) -> float:
         began = time.perf_counter()
-        result = work.compute(work.task(study, [index], folder))
+        result = tasks.compute(tasks.task(study, [index], folder))
         taken = time.perf_counter() - began
         if result.refused:
             raise InputError(result.refused)

@@ -83,7 +83,15 @@ class Exports:
             self._exports[key] = export
             for old in list(self._exports)[:-_KEPT]:
                 self._remove(old)
-            command = [sys.executable, "-m", "evolvent.studio.exporter", kind, os.fspath(run), os.fspath(export.path)]
+            command = [
+                sys.executable,
+                "-P",
+                "-m",
+                "evolvent.studio.exporter",
+                kind,
+                os.fspath(run),
+                os.fspath(export.path),
+            ]
             export.process = subprocess.Popen(
                 command, cwd=place, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                 encoding="utf-8", errors="replace", start_new_session=os.name != "nt",

@@ -21,14 +21,14 @@ from evolvent.massprops import description, signals
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, upload
-from evolvent.studio.folder import LARGEST, SIGNALS
+from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS, SIGNALS
 from evolvent.studio.formview import FormView, errors_text
 from evolvent.studio.jobs import Job
 from evolvent.studio.jobview import STATUS, draw_progress
 from evolvent.studio.state import MEASURED, View
 
-#: Largest file that may be dropped on the page, bytes, and number of signal columns that are drawn.
-_LARGEST, _DRAWN = 200_000_000, 6
+#: Number of signal columns that are drawn.
+_DRAWN = 6
 _SKIP = ("signals.sensors", "signals.time", "recordings", "stand.kind")
 _USES = {"sensor": "sensor", "time": "time", "": "left out"}
 #: What is asked of each sensor's column; the rest of the form's keys a description file may give.
@@ -62,8 +62,7 @@ class MeasurePanel:
             with ui.element("div").classes("ev-drop w-full"):  # it stays: files may still be on their way through it
                 upload(
                     label="Drop signal files here, or choose", multiple=True,
-                    max_file_size=_LARGEST, on_multi_upload=self._dropped,
-                    on_rejected=lambda: self.page.tell("the file is too large; keep it in the working folder instead"),
+                    most=LARGEST_SIGNALS, handle=self._dropped, refused=self._refused,
                 ).props('flat dense data-testid="signals"')  # fmt: skip
             self._known = ui.select([], label="or a file of the folder")
             self._known.props('outlined dense options-dense data-testid="signal-file"').classes("w-full")
@@ -75,8 +74,8 @@ class MeasurePanel:
             self._stand.on_value_change(lambda e: self._choose(str(e.value)) if e.value != self._source_of() else None)
             with ui.element("div").classes("ev-drop w-full"):
                 upload(
-                    label="or drop a description (YAML)", max_file_size=LARGEST, on_upload=self._described,
-                    on_rejected=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
+                    label="or drop a description (YAML)", most=LARGEST, handle=self._described,
+                    refused=lambda: self.page.tell("a description is a YAML file of at most 500 kB"),
                 ).props('flat dense data-testid="stand-upload"')  # fmt: skip
             self._body = ui.element("div").classes("ev-part")
         with ui.element("div").classes("ev-foot"):
@@ -167,14 +166,24 @@ class MeasurePanel:
 
         for file in event.files:
             self.page.attempt(functools.partial(keep, file.name, await file.read()))
+        for name in kept:
+            shown = pathlib.PurePosixPath(name).name
+            if shown not in [file.name for file in event.files]:
+                ui.notify(f"Kept as {shown}: another upload has the name of the file.", position="bottom")
         await self._add(kept)
+
+    def _refused(self) -> None:
+        most = LARGEST_SIGNALS // 1_000_000
+        self.page.tell(
+            f"the upload was not taken: {most} MB are taken at once; keep larger files in the working folder"
+        )
 
     async def _add(self, names: Sequence[str]) -> None:
         """Take files as signals; what is wrong with one of them does not keep the others out."""
         good = []
         for name in names:
             try:
-                await asyncio.to_thread(_recording, self.studio.folder.inside(name))
+                await asyncio.to_thread(_recording, self.studio.folder.file(name, LARGEST_RECORDING))
             except EvolventError as error:
                 self.page.tell(str(error))
             else:
@@ -196,7 +205,7 @@ class MeasurePanel:
         self._source = None
         while self.state["files"] and self._source is None:
             try:
-                self._source = _recording(self.studio.folder.inside(self.state["files"][0]))
+                self._source = _recording(self.studio.folder.file(self.state["files"][0], LARGEST_RECORDING))
             except InputError:
                 del self.state["files"][0]
         self._map()
@@ -341,7 +350,7 @@ class MeasurePanel:
                     self._changed(self.content, self._wrong)
                     key, sentence = next(iter(self._wrong.items()))
                     raise InputError(sentence if not key or sentence.startswith(key) else f"{key}: {sentence}")
-            files = [str(self.studio.folder.inside(name)) for name in self.state["files"]]
+            files = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in self.state["files"]]
             given = description.load(self.content)
             title = given.title or given.body.name
             text = yaml.safe_dump(self.content, sort_keys=False, allow_unicode=True)
@@ -441,7 +450,7 @@ def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: flo
     elif rate:
         time, x_label = np.arange(len(source.data)) / rate, "time, s"
     else:
-        time, x_label = np.arange(len(source.data)), "sample (no sampling rate is given)"
+        time, x_label = np.arange(float(len(source.data))), "sample (no sampling rate is given)"
     drawn = [k for k in range(len(source.names)) if k not in times][:_DRAWN]
     found = [columns.get(source.names[k], {}).get("unit") or source.units[k] for k in drawn]
     common = found[0] if len(set(found)) == 1 else ""

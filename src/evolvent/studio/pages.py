@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import pathlib
 import re
 from collections.abc import Mapping
 from typing import Any
 
 from evolvent.errors import InputError
-from evolvent.studio.folder import Folder
+from evolvent.studio.folder import OWN, Folder
 
 #: Folder of the files, one for each tab; so many of them are kept.
 _PLACE, _KEPT = "pages", 40
@@ -28,14 +26,12 @@ def is_name(name: object) -> bool:
 
 def load(folder: Folder, name: str) -> dict[str, Any]:
     """What a tab had open; of a new one, what was open last in any tab; empty where nothing can be read."""
-    files = _files(folder)
-    own = [path for path in files if path.stem == name]
-    for path in own or files[:1]:
-        with contextlib.suppress(OSError, ValueError):
-            if path.stat().st_size <= _LARGEST:
-                found = json.loads(path.read_text(encoding="utf-8"))
-                if isinstance(found, dict):
-                    return found
+    names = _names(folder)
+    for one in [name] if name in names else names[:1]:
+        with contextlib.suppress(InputError, ValueError, RecursionError):
+            found = json.loads(folder.read(OWN, _PLACE, f"{one}.json", most=_LARGEST))
+            if isinstance(found, dict):
+                return found
     return {}
 
 
@@ -49,31 +45,21 @@ def save(folder: Folder, name: str, content: Mapping[str, Any]) -> None:
     OSError
         If the file cannot be written.
     """
-    place = _place(folder)
-    place.mkdir(exist_ok=True)
-    path = place / f"{name}.json"
-    temporary = place / f"{name}.part"
-    temporary.unlink(missing_ok=True)
-    with temporary.open("x", encoding="utf-8") as file:  # a new file: no link is followed
-        json.dump(content, file)
-    os.replace(temporary, path)
-    for old in _files(folder)[_KEPT:]:
-        old.unlink(missing_ok=True)
+    if folder.existing(OWN, _PLACE) is None:
+        folder.make(OWN, _PLACE)
+    folder.write(OWN, _PLACE, f"{name}.json", content=json.dumps(content).encode())
+    for old in _names(folder)[_KEPT:]:
+        (folder.own / _PLACE / f"{old}.json").unlink(missing_ok=True)
 
 
-def _place(folder: Folder) -> pathlib.Path:
-    place = folder.own / _PLACE
-    if place.is_symlink():
-        raise InputError(f"{folder.name(place)!r} is a link; it must be a folder")
-    return place
-
-
-def _files(folder: Folder) -> list[pathlib.Path]:
-    """Files of tabs, the one written last first; links are left out."""
-    place = _place(folder)
-    found: list[tuple[float, pathlib.Path]] = []
+def _names(folder: Folder) -> list[str]:
+    """Names of tabs with a file, the one written last first; links are left out."""
+    place = folder.existing(OWN, _PLACE)
+    if place is None:
+        return []
+    found: list[tuple[float, str]] = []
     with contextlib.suppress(OSError):
         for path in place.glob("*.json"):
             if is_name(path.stem) and path.is_file() and not path.is_symlink():
-                found.append((path.stat().st_mtime, path))
-    return [path for _, path in sorted(found, reverse=True)]
+                found.append((path.stat().st_mtime, path.stem))
+    return [name for _, name in sorted(found, reverse=True)]

@@ -10,6 +10,7 @@ from fastapi.responses import FileResponse, Response
 from evolvent.animation import VIEWER
 from evolvent.errors import EvolventError
 from evolvent.studio.state import Studio, plain
+from evolvent.studio.worker import CERTIFICATE, MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,6 +42,8 @@ def install(app: FastAPI, studio: Studio) -> None:
 
     def modes(ref: str) -> Response:
         path = studio.path(ref)
+        if not ref.startswith("job:") or path.name != MODES:
+            return Response("these are no modes", status_code=404, media_type="text/plain")
         return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
 
     def start(ref: str) -> Response:
@@ -64,7 +67,7 @@ def install(app: FastAPI, studio: Studio) -> None:
 
     def certificate(ref: str) -> Response:
         path = studio.path(ref)
-        if path.name != "certificate.html":
+        if not ref.startswith("job:") or path.name != CERTIFICATE:
             return Response("this is no certificate", status_code=404, media_type="text/plain")
         # a page without a script of its own; nothing in it may run one
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}

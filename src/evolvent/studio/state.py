@@ -18,16 +18,18 @@ from evolvent.errors import EvolventError, InputError
 from evolvent.studio import pages, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
-from evolvent.studio.folder import Folder
+from evolvent.studio.folder import OWN, Folder
 from evolvent.studio.jobs import Job, Jobs
 from evolvent.studio.studydraft import StudyDraft
-from evolvent.studio.worker import CASE, MODE
+from evolvent.studio.worker import MODE
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure, Number
 
 #: Runs that are kept in memory.
 _KEPT = 8
+#: Largest file of a mode's motion, bytes.
+_LARGEST_MODE = 100_000_000
 #: The case that the form holds at first.
 FIRST = "case:boom-slew"
 #: What is kept of a measurement, as it is at first.
@@ -264,8 +266,7 @@ class Studio:
             If it cannot be run.
         """
         draft = draft or self.draft
-        self.folder.check_case(draft.content)
-        content = self._placed(draft.content)
+        content = self.folder.placed(draft.content)
         case = cases.load(content)
         definition = cases.system(case.system)
         if kind == "run":
@@ -277,14 +278,6 @@ class Studio:
         extra = {"origin": draft.origin, "of": name if draft.origin else draft.about, "changes": changed}
         return self.jobs.add(kind, name, case=cases.to_yaml(case, content), extra=extra).key
 
-    def _placed(self, content: Any) -> Any:
-        """A case whose files are named from the root of the disk on, for the process that runs it."""
-        if isinstance(content, Mapping):
-            return {key: self._placed(value) for key, value in content.items()}
-        if isinstance(content, str) and content.endswith(".nc"):
-            return str(self.folder.inside(content))
-        return content
-
     def start(self, content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> str:
         """The start of a case, ready for the viewer; returns its name for `start_of`.
 
@@ -295,9 +288,8 @@ class Studio:
         """
         from evolvent.studio import preview
 
-        self.folder.check_case(content)
         with self.computing:
-            packed = preview.start_of(self._placed(content), note)
+            packed = preview.start_of(self.folder.placed(content), note)
         name = hashlib.sha256(packed).hexdigest()[:24]
         with self._lock:
             self._starts.pop(name, None)
@@ -325,10 +317,14 @@ class Studio:
             path = self.jobs.result(name)
             if path is None:
                 raise InputError(f"{name} has no results")
+        elif kind == "file":
+            path = self.folder.inside(name)
+        else:
+            raise InputError(f"{ref!r:.200} is no run")
+        if path.is_dir():  # of a study
+            self.folder.check_plain(path)
             return path
-        if kind != "file":
-            raise InputError(f"{ref!r} is no run")
-        return self.folder.inside(name)
+        return self.folder.file(self.folder.name(path))
 
     def name(self, ref: str) -> str:
         """How a run is called on the page."""
@@ -361,8 +357,13 @@ class Studio:
     def mode(self, ref: str) -> bytes | None:
         """The packed motion of a mode, "job:KEY:NUMBER"; None where there is none."""
         key, _, number = ref.removeprefix("job:").rpartition(":")
-        path = self.jobs.place(self.jobs.get(key).key) / MODE.format(number)
-        return path.read_bytes() if number.isdecimal() and path.is_file() else None
+        place = self.jobs.place(self.jobs.get(key).key)
+        if not re.fullmatch(r"[0-9]{1,4}", number):
+            return None
+        try:
+            return self.folder.read(OWN, place.name, MODE.format(number), most=_LARGEST_MODE)
+        except InputError:
+            return None
 
     def export(self, ref: str, kind: str) -> Export:
         """Begin to write a download of a run.
@@ -380,8 +381,7 @@ class Studio:
 
     def job_case(self, key: str) -> dict[str, Any]:
         """The case of a job, whether it has run or not."""
-        self.jobs.get(key)
-        return cases.content_of(self.jobs.place(key) / CASE)
+        return cases.content_of(self.jobs.case(key))
 
 
 def plain(name: str) -> str:

@@ -77,7 +77,7 @@ def opened(folder: Folder, source: str) -> StudyDraft:
     if kind == "case":
         return StudyDraft(source, studies.built_in()[name], dict(cases.parse_yaml(studies.text(name), name)))
     content = cases.parse_yaml(folder.text(name), name)
-    folder.check_case(content, folder.inside(name).parent)
+    folder.study(name)  # refuses files outside
     found = of_content(content, name)
     case = found.content.get("case")
     if isinstance(case, str) and _is_file(case):
@@ -132,8 +132,8 @@ def whole(folder: Folder, draft: StudyDraft) -> dict[str, Any]:
     content, case = dict(draft.content), draft.content.get("case")
     if isinstance(case, str) and _is_file(case):
         content["case"] = cases.parse_yaml(folder.text(case), case)
-    folder.check_case(content)
-    return content
+    placed: dict[str, Any] = folder.placed(content)
+    return placed
 
 
 def text(draft: StudyDraft, parent: pathlib.PurePosixPath | None = None) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import os
 import pathlib
 import sys
+import tempfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -445,7 +445,7 @@ class StudyPanel:
         try:
             asked = await asyncio.to_thread(self._asked_study)
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "evolvent.studio.estimate", cwd=os.fspath(self.studio.folder.root),
+                sys.executable, "-P", "-m", "evolvent.studio.estimate", cwd=tempfile.gettempdir(),
                 stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
         except EvolventError as error:

@@ -19,7 +19,6 @@ from evolvent.studio.charts import Chart
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement
 from evolvent.studio.jobview import draw_job
-from evolvent.studio.worker import CASE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +69,7 @@ class StudyView:
         """The button that puts the study of a job without results into the form."""
 
         def take() -> None:
-            text = (self.studio.jobs.place(key) / CASE).read_text(encoding="utf-8")
+            text = self.studio.jobs.case_text(key)
             self._edit(text, f"study {self.studio.jobs.get(key).title}")
 
         button = ui.button("Edit the study", on_click=lambda: self.page.attempt(take))

@@ -1,7 +1,8 @@
 """The process that computes one job: ``python -m evolvent.studio.worker FOLDER``.
 
-It reads ``job.json`` and what belongs to it in FOLDER, writes results there, and tells on stdout, one JSON object a
-line, how far it is. A line on stdin, or its end, stops the work; what was computed is kept.
+The first line of stdin is the job, one JSON object: its kind, its case as YAML, and the files of its signals. Results
+are written to FOLDER, and its progress to stdout, one JSON object a line. Another line on stdin, or its end, stops the
+work; what was computed is kept.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import threading
 from typing import Any
 
 #: Files of a job.
-JOB, CASE, RUN, STUDY, CERTIFICATE = "job.json", "case.yaml", "run.nc", "study", "certificate.html"
+CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
 #: Kinds of jobs that keep nothing when they are cancelled.
 AT_ONCE = ("equilibrium", "modes", "identify")
 #: Modes, and the packed motion of one of them.
@@ -27,9 +28,9 @@ def main(folder: str) -> int:
         os.environ.setdefault(name, "1")
     from evolvent.errors import EvolventError
 
-    place = pathlib.Path(folder)
-    job = json.loads((place / JOB).read_text(encoding="utf-8"))
+    job = json.loads(sys.stdin.readline())
     report = _Report(at_once=job["kind"] in AT_ONCE)
+    place = pathlib.Path(folder)
     try:
         compute = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "sweep": _sweep, "identify": _identify,
@@ -40,6 +41,23 @@ def main(folder: str) -> int:
     except KeyboardInterrupt:
         report.send(status="interrupted", message="cancelled")
     return 0
+
+
+def parsed(text: str, name: str) -> dict[str, Any]:
+    """Content of a case, study or description of a job.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping.
+    """
+    from evolvent import cases
+    from evolvent.errors import InputError
+
+    content = cases.parse_yaml(text, name)
+    if not isinstance(content, dict):
+        raise InputError(f"{name} holds no mapping of keys to values")
+    return content
 
 
 class _Report:
@@ -88,11 +106,11 @@ class _Report:
             raise KeyboardInterrupt
 
 
-def _case(place: pathlib.Path) -> tuple[Any, str]:
+def _case(job: dict[str, Any]) -> tuple[Any, str]:
     """The case of a job, and its text with values as the user wrote them."""
     from evolvent import cases
 
-    content = cases.content_of(os.fspath(place / CASE))
+    content = parsed(job["case"], CASE)
     case = cases.load(content)
     return case, cases.to_yaml(case, content)
 
@@ -100,7 +118,7 @@ def _case(place: pathlib.Path) -> tuple[Any, str]:
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case, text = _case(place)
+    case, text = _case(job)
     plan = cases.system(case.system).plan(case)
     report.reached(0.0, plan.duration)
 
@@ -114,7 +132,7 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, jit, results
 
-    case, text = _case(place)
+    case, text = _case(job)
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
@@ -126,7 +144,7 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import animation, cases, jit
 
-    case = _case(place)[0]
+    case = _case(job)[0]
     report.reached(0.0, 1.0)
     with jit.reporting(report.compiling):
         found = cases.system(case.system).modes(case)
@@ -144,7 +162,7 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import studies
 
     found = studies.sweep(
-        os.fspath(place / CASE),
+        parsed(job["case"], CASE),
         output=place / STUDY,
         workers=1,
         progress=lambda done, count: report.reached(done, count),
@@ -165,7 +183,7 @@ def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
 
     report.reached(0.0, 1.0)
     with progress.shown_by(report.stage):
-        found = mass_properties(job["signals"], description.load(os.fspath(place / CASE)))
+        found = mass_properties(job["signals"], description.load(parsed(job["case"], CASE)))
     rows = []
     for k, output in enumerate(found.outputs):
         u, U = found.std[k], found.expanded[k]
