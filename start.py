@@ -5,6 +5,7 @@
     python3 start.py test              lint, types, layers, tests, documentation
     python3 start.py docs              documentation as HTML in docs/_build/html/
     python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
+    python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
 Needs Python 3.11 or later with its venv module, and a way to download packages the first time.
@@ -30,6 +31,7 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 USAGE = (
     "usage: python3 start.py run CASE [options of evolvent run] | test [options of pytest] | docs | wheel | "
+    "lowest [EXTRA ...] [-- options of pytest] | "
     "bench [NAME [options]]"
 )
 #: Pages, with everything in them run anew; a warning is an error.
@@ -188,9 +190,14 @@ def bench(arguments: list[str]) -> int:
     return max(codes)
 
 
+def lowest(arguments: list[str]) -> int:
+    """Tests with every dependency at its lower bound, in an environment of their own in build/lowest/."""
+    return call([sys.executable, str(ROOT / "tools" / "lowest.py"), *arguments])
+
+
 def main() -> int:
     """Choose by the first word."""
-    commands = {"run": run, "test": test, "docs": docs, "wheel": wheel, "bench": bench}
+    commands = {"run": run, "test": test, "docs": docs, "wheel": wheel, "lowest": lowest, "bench": bench}
     if len(sys.argv) < 2 or sys.argv[1] not in commands:
         say(USAGE)
         return 2

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-import html
+import functools
 import json
 import os
 import pathlib
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, pages
 from evolvent.errors import InputError
 from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results import unfinished, writing
@@ -25,7 +25,7 @@ from evolvent.solids import SECTORS, Solid
 from evolvent.views import views
 
 if TYPE_CHECKING:
-    pass
+    from markupsafe import Markup
 
 #: Size that a page may reach, bytes; frames are left out until it fits.
 LARGEST = 2_000_000
@@ -40,7 +40,6 @@ SHOWN = 15.0
 #: The same of a period that repeats, s.
 SHOWN_PERIOD = 2.0
 _HERE = pathlib.Path(__file__).parent
-_TEMPLATE = _HERE / "animation.html"
 #: The parts of the viewer, in the order in which they refer to those before.
 VIEWER = tuple(_HERE / "viewer" / f"{name}.js" for name in ("motion", "picture", "viewer"))
 #: Share of the reach below which a solid has fewer sectors, and number of solids above which it has still fewer.
@@ -306,16 +305,16 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
     header, blocks = described(motion, frames, points=MOST_POINTS)
     header |= {"speed": speed or header["speed"], "playing": playing}
     header["blocks"] = [_encoded(name, values) for name, values in blocks.items()]
-    # "<" cannot close the script then
-    data = json.dumps(header, separators=(",", ":")).replace("<", "\\u003c")
+    return pages.render("animation.html", title=header["title"], data=header, viewer=_viewer()).encode()
+
+
+@functools.cache
+def _viewer() -> Markup:
+    """The viewer as one script, in which nothing is imported or exported."""
+    from markupsafe import Markup
+
     script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
-    # in one script nothing is imported or exported
-    script = re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE)
-    filled = {"TITLE": html.escape(header["title"]), "VIEWER": script, "DATA": data}
-    # all at once: a title may hold the name of another place
-    return re.sub(
-        "@(TITLE|VIEWER|DATA)@", lambda found: filled[found[1]], _TEMPLATE.read_text(encoding="utf-8")
-    ).encode()
+    return Markup(re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
 
 
 def _encoded(name: str, values: np.ndarray) -> dict[str, Any]:

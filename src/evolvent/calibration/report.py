@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases
+from evolvent import cases, pages
 from evolvent.calibration.fit import Calibration
 from evolvent.figures import Figure, Line, Panel
 
@@ -135,25 +135,23 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
 
 def page(found: Calibration) -> str:
     """The report as one HTML page that needs nothing else."""
-    from evolvent.exports import report as parts
+    from evolvent.exports.report import figure_picture
 
     names = [p.key for p in found.parameters]
-    correlations = [
-        (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
-    ]
-    values = [
-        (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
-        for one, modelled in zip(found.series, found.modelled, strict=True)
-        for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
-    ]
-    sections = {
-        "Parameters": parts.table(rows(found), ("key", "fitted", "standard error", "start")),
-        "Residuals": "".join(f"<p>{parts.escaped(line)}</p>" for line in summary(found))
-        + parts.figure_html(figure(found)),
-        "Correlation": parts.table(correlations, ("", *names)),
-        "Values": parts.table(values, ("", "measured", "model", "difference")),
-        "Case with the fitted values": f"<pre>{parts.escaped(cases.to_yaml(cases.load(dict(found.case))))}</pre>",
-    }
-    title = f"Calibration: {found.case['system'].replace('-', ' ')}"
-    body = "".join(f"<section><h2>{name}</h2>{content}</section>\n" for name, content in sections.items())
-    return parts.plain_page(title, f"<h1>{parts.escaped(title)}</h1>\n{body}")
+    return pages.render(
+        "calibration.html",
+        title=f"Calibration: {found.case['system'].replace('-', ' ')}",
+        parameters=rows(found),
+        summary=summary(found),
+        residuals=figure_picture(figure(found)),
+        names=names,
+        correlation=[
+            (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
+        ],
+        values=[
+            (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
+            for one, modelled in zip(found.series, found.modelled, strict=True)
+            for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
+        ],
+        case=cases.to_yaml(cases.load(dict(found.case))),
+    )

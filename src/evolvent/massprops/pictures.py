@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import html
 import io
 import os
 from typing import Any
 
 import numpy as np
 
+from evolvent import pages
 from evolvent.massprops.estimates import Evaluation, MassProperties
 from evolvent.massprops.identification.signals import power
 from evolvent.massprops.modal import Modal
@@ -34,7 +33,7 @@ _MOST_SHARES = 7
 
 
 class Sheet:
-    """A figure with its axes; `image` gives the HTML."""
+    """A figure with its axes; `image` gives the image in the page."""
 
     def __init__(self, rows: int, columns: int, height: float, width: float = 7.2, **options: Any) -> None:
         import matplotlib as mpl
@@ -47,8 +46,8 @@ class Sheet:
         FigureCanvasAgg(self.figure)
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **options)
 
-    def image(self, alt: str, *, raster: bool = False) -> str:
-        """An <img> with the figure inside; PNG where SVG would hold very many points."""
+    def image(self, alt: str, *, raster: bool = False) -> pages.Picture:
+        """The figure as an image in the page; PNG where SVG would hold very many points."""
         file = io.BytesIO()
         if raster:
             self.figure.savefig(file, format="png", dpi=140)
@@ -56,11 +55,10 @@ class Sheet:
             self.figure.savefig(file, format="svg", metadata={"Date": None})
         self._context.__exit__(None, None, None)
         kind = "png" if raster else "svg+xml"
-        data = base64.b64encode(file.getvalue()).decode()
-        return f'<img alt="{html.escape(alt)}" src="data:image/{kind};base64,{data}">'
+        return pages.picture(file.getvalue(), kind, alt)
 
 
-def signals(modal: Modal) -> str:
+def signals(modal: Modal) -> pages.Picture:
     """Each sensor with the fit, and its residual."""
     modes = modal.modes
     c = len(modes.names)
@@ -83,7 +81,7 @@ def signals(modal: Modal) -> str:
     return sheet.image(f"signals of {c} sensors with fit and residual", raster=True)
 
 
-def spectrum(modal: Modal) -> str:
+def spectrum(modal: Modal) -> pages.Picture:
     """Spectra of the signals and of the residual, over the level of white noise."""
     modes = modal.modes
     counts = np.sum(~np.isnan(modes.data), axis=0)
@@ -105,7 +103,7 @@ def spectrum(modal: Modal) -> str:
     return sheet.image("spectra of signals and residual")
 
 
-def poles(e: Evaluation) -> str:
+def poles(e: Evaluation) -> pages.Picture:
     """Each mode's pole with its ellipse of 95 %."""
     modal, modes = e.modal, e.modal.modes
     m = modes.order
@@ -131,7 +129,7 @@ def poles(e: Evaluation) -> str:
     return sheet.image("poles with their ellipses of 95 %")
 
 
-def shapes(e: Evaluation) -> str:
+def shapes(e: Evaluation) -> pages.Picture:
     """Measured amplitudes at the sensors with twice their deviations, beside the model's."""
     rows = list(e.used)
     measured, c = e.modal.shapes[rows], e.modal.shapes.shape[1]
@@ -159,7 +157,7 @@ def shapes(e: Evaluation) -> str:
     return sheet.image("mode shapes at the sensors")
 
 
-def budget(found: MassProperties) -> str:
+def budget(found: MassProperties) -> pages.Picture:
     """Shares of the variance of each quantity, one bar each."""
     part = np.array([s.contribution**2 for s in found.shares])
     part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
@@ -183,7 +181,7 @@ def budget(found: MassProperties) -> str:
     return sheet.image("shares of the variance")
 
 
-def recordings(found: MassProperties) -> str:
+def recordings(found: MassProperties) -> pages.Picture:
     """Values of all recordings with their own deviations, the mean and its expanded uncertainty."""
     p, n = len(found.outputs), len(found.evaluations)
     sheet = Sheet(p, 1, 0.3 + 2.1 * p, sharex=True)
@@ -212,7 +210,7 @@ def recordings(found: MassProperties) -> str:
     return sheet.image("values of the recordings")
 
 
-def draws(e: Evaluation, found: MassProperties) -> str:
+def draws(e: Evaluation, found: MassProperties) -> pages.Picture:
     """Histograms of the Monte Carlo with the coverage interval."""
     assert e.draws is not None
     p = len(found.outputs)

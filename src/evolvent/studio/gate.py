@@ -12,6 +12,7 @@ import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
 
+from evolvent import pages
 from evolvent.errors import InputError
 from evolvent.studio.folder import LARGEST_SIGNALS
 
@@ -35,12 +36,6 @@ Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
-
-_ASK = """<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>evolvent studio</title></head>
-<body style="font:16px/1.5 system-ui,sans-serif;max-width:30em;margin:15vh auto;padding:0 1em">
-<h1 style="font-size:1.2em">evolvent studio</h1><p>This studio needs its token.</p>
-<form><input name="token" type="password" autofocus aria-label="token" style="font:inherit">
-<button style="font:inherit">Enter</button></form></body></html>"""
 
 
 def is_loopback(host: str) -> bool:
@@ -144,7 +139,7 @@ class Gate:
             await send({"type": "http.response.start", "status": 303, "headers": headers})
             await send({"type": "http.response.body", "body": b""})
             return
-        await _refuse(scope, receive, send, 401, _ASK)
+        await _refuse(scope, receive, send, 401, pages.render("token.html", title="evolvent studio"))
 
 
 class _TooLarge(Exception):
