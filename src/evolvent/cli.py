@@ -25,6 +25,7 @@ from evolvent.calibration.command import calibrate
 from evolvent.console import note, once, watch
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
+from evolvent.exports.fmu.command import fmu
 from evolvent.massprops.command import identify
 from evolvent.papers.claims_command import claims
 from evolvent.papers.command import figure
@@ -498,4 +499,5 @@ commands.add_command(calibrate)
 commands.add_command(identify)
 commands.add_command(export)
 commands.add_command(report)
+commands.add_command(fmu)
 commands.add_command(studio)
