@@ -71,12 +71,12 @@ def write(motion: Motion, path: str | os.PathLike[str]) -> str:
             f"`evolvent export RUN.NC --to gif` or mp4 writes films"
         )
     with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(motion, playing=motion.time.size > 1)[0])
+        pathlib.Path(temporary).write_bytes(page(motion)[0])
     return os.fspath(path)
 
 
 def page(
-    motion: Motion, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = True
+    motion: Motion, *, frames: int = MOST_FRAMES, speed: float | None = None, playing: bool = False
 ) -> tuple[bytes, int]:
     """The page, and the number of frames that it holds: at most `frames`, and no more than `LARGEST` bytes hold.
 
@@ -86,7 +86,8 @@ def page(
     frames : int
     speed : float, optional
         Time of the run over time of the clock at the start; left out, what shows the run in `SHOWN` seconds.
-    playing : bool, whether it plays when it is opened, once unless it repeats; else it shows the first frame
+    playing : bool, whether it plays when it is opened, once unless it repeats; else it shows the first frame until
+        the button or the space bar starts it
 
     Notes
     -----

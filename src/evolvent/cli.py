@@ -22,7 +22,7 @@ import click
 from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
-from evolvent.console import note, once, watch
+from evolvent.console import figure_format, note, once, watch
 from evolvent.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.exports.command import export, report
 from evolvent.exports.fmu.command import fmu
@@ -251,9 +251,16 @@ def schema(system: str) -> None:
     help="Folder for figures and animation.  [default: RUN-figures, or CASE-run]",
 )
 @click.option("--no-figures", is_flag=True, help="Write the results only: no figures, animation or report.")
+@figure_format
 @click.option("--quiet", is_flag=True, help="Print no table and no progress.")
 def run(
-    case: str, assignments: tuple[str, ...], output: str | None, figures: str | None, no_figures: bool, quiet: bool
+    case: str,
+    assignments: tuple[str, ...],
+    output: str | None,
+    figures: str | None,
+    no_figures: bool,
+    kind: str,
+    quiet: bool,
 ) -> None:
     """Run a built-in CASE or a case FILE, print its results and draw figures.
 
@@ -271,7 +278,7 @@ def run(
         note(plan.note)
     with watch(quiet=quiet or not plan.solver):
         found = plan.run(lambda reached: progress.report("running", reached, plan.duration, "s"))
-    _keep(found, targets, quiet)
+    _keep(found, targets, kind, quiet)
     status, message = found.attrs["status"], found.attrs["message"]
     if status == "failed":
         raise RunFailed(message, found)
@@ -353,7 +360,7 @@ def _with_parents(path: str) -> list[str]:
     return [path] if above == path else [path, *_with_parents(above)]
 
 
-def _keep(found: xr.Dataset, targets: _Targets, quiet: bool) -> None:
+def _keep(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None:
     """Table, results file, figures and report of a run: what is wanted first and is quick comes first."""
     from evolvent import results
 
@@ -364,7 +371,7 @@ def _keep(found: xr.Dataset, targets: _Targets, quiet: bool) -> None:
         if targets.folder is not None:
             results.make_folder(targets.folder)
         results.save(found, targets.results)
-    written = [] if targets.figures is None else _draw(found, targets.figures, quiet)
+    written = [] if targets.figures is None else _draw(found, targets.figures, kind, quiet)
     if targets.report is not None:
         from evolvent.exports import report
 
@@ -390,7 +397,7 @@ def _list(written: Sequence[str], folder: str | None) -> None:
         _say(f"figures: {', '.join(map(os.path.basename, written))} in {folder}")
 
 
-def _draw(found: xr.Dataset, folder: str, quiet: bool) -> list[str]:
+def _draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
     """Figures and animation of a run; returns the files' paths."""
     from evolvent import animation, cases
 
@@ -402,7 +409,7 @@ def _draw(found: xr.Dataset, folder: str, quiet: bool) -> list[str]:
             return []
         from evolvent.exports import drawings  # what draws takes longer to load than most runs take
 
-        return drawings.write(found, figures, motion, folder)
+        return drawings.write(found, figures, motion, folder, kind=kind)
 
 
 def _table(found: xr.Dataset) -> None:
@@ -466,7 +473,8 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
 @click.option(
     "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
 )
-def plot(path: str, figures: str | None, variables: str | None) -> None:
+@figure_format
+def plot(path: str, figures: str | None, variables: str | None, kind: str) -> None:
     """Draw figures and an animation of a results file, or the variables that are named.
 
     \b
@@ -483,11 +491,11 @@ def plot(path: str, figures: str | None, variables: str | None) -> None:
         drawn = show.figure(found, [name.strip() for name in variables.split(",") if name.strip()])
     folder = results.check_writable_folder(_beside(path) if figures is None else figures)
     if drawn is None:
-        _list(_draw(found, folder, quiet=False), folder)
+        _list(_draw(found, folder, kind, quiet=False), folder)
         return
     from evolvent import plots
 
-    _say(f"figures: {os.path.basename(plots.draw([drawn], folder)[0])} in {folder}")
+    _say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")
 
 
 commands.add_command(modes)

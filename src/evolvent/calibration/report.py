@@ -76,11 +76,11 @@ def figure(found: Calibration) -> Figure:
     """Measured and modelled values, and residuals, one panel each for every observed variable."""
     panels = []
     for k, (one, modelled) in enumerate(zip(found.series, found.modelled, strict=True)):
-        unit = f" [{one.unit}]" if one.unit else ""
+        unit = f", {one.unit}" if one.unit else ""
         if one.times is None:
-            x, x_label = np.arange(1.0, one.values.size + 1.0), "run, in the order of the data"
+            x, x_label = np.arange(1.0, one.values.size + 1.0), "number of the run in the data"
         else:
-            x, x_label = np.asarray(one.times(found.case)), "time of the run [s]"
+            x, x_label = np.asarray(one.times(found.case)), "time of the run, s"
         points: Any = {"x": x, "style": ""}
         values = [
             Line(y=one.values, label="measured", color=0, marker="o", **points),
@@ -93,7 +93,7 @@ def figure(found: Calibration) -> Figure:
         residuals.append(Line(x=x[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
         panels.append(Panel(x_label=x_label, y_label=f"{one.name}{unit}", lines=values))
         panels.append(Panel(x_label=x_label, y_label=f"model less measured{unit}", lines=residuals))
-    return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, size=(8.0, 7.0))
+    return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, height=140.0)
 
 
 def write(found: Calibration, folder: pathlib.Path) -> list[str]:

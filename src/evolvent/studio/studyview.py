@@ -86,9 +86,10 @@ def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
 
 def _pictures(study: xr.Dataset) -> dict[str, bytes]:
     """What the system of a study draws of it, as PNG."""
+    from evolvent import plots
     from evolvent.studies import draw
 
-    return {name: draw.picture(figure) for name, figure in draw.of_system(study).items()}
+    return {name: plots.content(figure, "png") for name, figure in draw.of_system(study).items()}
 
 
 class _Results:

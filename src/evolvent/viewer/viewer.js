@@ -5,7 +5,7 @@ import { Picture } from "./picture.js";
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 const KEYS = [["space", "play, pause"], ["← →", "one frame back, one on"], ["Home, End", "first frame, last frame"], ["b", "inertial axes or body axes"],
   ["t", "trails of the tips; click a point for its own"], ["a", "arrows of the forces"], ["m", "symbols of joints, motors and other parts"], ["c", "camera follows the body"], ["g", "floor grid"],
-  ["r", "reset the view"], ["+ −", "nearer, farther"], ["f", "full screen"], ["?", "this list"],
+  ["1 … 9", "the views of the buttons"], ["r", "reset the view"], ["+ −", "faster, slower"], ["i o", "zoom in, out"], ["f", "full screen"], ["?", "this list"],
   ["drag", "turn; with shift or the right button: move"], ["wheel, two fingers", "zoom"]];
 const STYLE = `
 .ev3 { --ink: #1f242a; --dim: #5c6670; --line: #d5dae0; --back: #ffffff; position: relative; display: flex; flex-direction: column; color: var(--ink);
@@ -26,7 +26,7 @@ const STYLE = `
 .ev3-panel { position: absolute; right: 10px; bottom: 40px; max-height: 75%; overflow: auto; background: var(--back); border: 1px solid var(--line); border-radius: 6px; padding: 8px 12px; box-shadow: 0 2px 10px #0003; }
 .ev3-panel label { display: block; cursor: pointer; } .ev3-panel td { padding: 0 12px 0 0; } .ev3-panel td:first-child { color: var(--dim); white-space: nowrap; }
 .ev3 [hidden] { display: none; }
-@media (max-width: 560px) { .ev3-bar { width: 132px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { display: none; } }`;
+@media (max-width: 560px) { .ev3-bar { width: 132px; top: auto; bottom: 10px; } .ev3-numbers { font-size: 11.5px; } .ev3-views { top: 8px; bottom: auto; flex-direction: column; } }`;
 
 const element = (tag, properties = {}, ...children) => {
   const { testid, class: name, ...rest } = properties, made = Object.assign(document.createElement(tag), rest);
@@ -162,11 +162,17 @@ export class Viewer extends Picture {
     const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
       End: () => { this.play(false); this.go(this.end); }, f: () => this.full(), b: () => this.axes(!this.inertial), t: () => this.allTrails(),
       a: () => this.arrowBox.click(), m: () => this.symbolBox.click(), c: () => { this.follow = !this.follow; this.axes(this.inertial); }, g: () => { this.grid = !this.grid; this.redraw(); },
-      r: () => this.view(this.motions[0].header.views[0]), "+": () => this.zoom(1.25), "=": () => this.zoom(1.25), "-": () => this.zoom(0.8),
+      r: () => this.view(this.motions[0].header.views[0]), "+": () => this.faster(1), "=": () => this.faster(1), "-": () => this.faster(-1), i: () => this.zoom(1.25), o: () => this.zoom(0.8),
       "?": () => this.open(this.keys()), Escape: () => { this.panel.hidden = true; } }[e.key.length === 1 ? e.key.toLowerCase() : e.key];
-    if (!act) return;
+    const view = /^[1-9]$/.test(e.key) ? this.host.querySelectorAll(".ev3-views button")[Number(e.key) - 1] : null;
+    if (!act && !view) return;
     e.preventDefault();
-    act();
+    act ? act() : view.click();
+  }
+  faster(by) {  // the next speed of the list, or the one before
+    const { options, selectedIndex: k } = this.speedBox, next = Math.min(Math.max(k + by, 0), options.length - 1);
+    this.speedBox.selectedIndex = next;
+    this.speed = Number(options[next].value);
   }
   pointers(canvas) {  // mouse and fingers
     const held = new Map();

@@ -7,7 +7,7 @@ import os
 import click
 
 from evolvent.errors import InputError
-from evolvent.studies.command import once
+from evolvent.console import once
 
 
 @click.command()
