@@ -20,7 +20,7 @@ import numpy as np
 from evolvent import cases, pages
 from evolvent.errors import InputError
 from evolvent.motion import Frame, Line, Motion, name_and_unit, turns_between
-from evolvent.results import unfinished, writing
+from evolvent.results import unfinished, write_file
 from evolvent.solids import SECTORS, Solid
 from evolvent.views import views
 
@@ -70,8 +70,7 @@ def write(motion: Motion, path: str | os.PathLike[str]) -> str:
             f"cannot write {os.fspath(path)!r}: an animation is a page, whose file ends with .html; "
             f"`evolvent export RUN.NC --to gif` or mp4 writes films"
         )
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page(motion)[0])
+    write_file(path, page(motion)[0])
     return os.fspath(path)
 
 

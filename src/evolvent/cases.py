@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import yaml
 from pydantic import ValidationError
 
+from evolvent import safe_open
 from evolvent.errors import InputError, nearest
 from evolvent.schema import Section, by_name, dotted, keys, locate, sentence, shown
 from evolvent.units import UnitError, shared_unit, unit_of
@@ -557,14 +558,7 @@ def _read(case: Any) -> dict[str, Any]:
     is_word = not re.search(r"[./\\]", name)
     if name in _files() or (is_word and not os.path.exists(name)):
         return dict(copied(_built_in_content(name)))
-    try:
-        source = pathlib.Path(name).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"cannot read {name!r}: it is not a text file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read {name!r}: {reason.lower()}") from None
-    content = parse_yaml(source, name)
+    content = parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "it is empty" if content is None else f"it holds {shown(content)}"
         raise InputError(f"{name}: {what}; a case is a mapping of keys to values, as 'evolvent show' prints one")

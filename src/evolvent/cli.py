@@ -23,7 +23,7 @@ from evolvent import __version__, progress, startup
 from evolvent.analysis_command import equilibrium, modes
 from evolvent.calibration.command import calibrate
 from evolvent.console import figure_format, note, once, watch
-from evolvent.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.errors import EvolventError, InputError, RunFailed, abbreviated, nearest
 from evolvent.exports.command import export, report
 from evolvent.exports.fmu.command import fmu
 from evolvent.massprops.command import identify
@@ -90,7 +90,7 @@ def _complain(error: click.ClickException | EvolventError) -> int:
         message = message[:1].lower() + message[1:]  # click begins with a capital, and names stay as they are
         if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
             message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
-    message = " ".join(message.split()).rstrip(".")
+    message = abbreviated(" ".join(message.split()).rstrip("."))
     click.echo(f"evolvent: {message}", err=True)
     return FAILED if isinstance(error, RunFailed) else BAD_INPUT
 

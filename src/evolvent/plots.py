@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import io
 import os
-import pathlib
 import textwrap
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from evolvent import progress
 from evolvent.errors import InputError
 from evolvent.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, y_limits
-from evolvent.results import make_folder, writing
+from evolvent.results import make_folder, write_file
 
 #: Okabe and Ito's palette, told apart with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -99,8 +98,7 @@ def save(figure: Figure, path: str | os.PathLike[str], *, label: str = "") -> st
     kind = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
     if kind not in FORMATS:
         raise InputError(f"cannot write {os.fspath(path)!r}: a figure's file ends with .png, .svg or .pdf")
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(picture(figure, kind, label=label))
+    write_file(path, picture(figure, kind, label=label))
     return os.fspath(path)
 
 

@@ -127,8 +127,7 @@ def write(found: Calibration, folder: pathlib.Path) -> list[str]:
         "report.html": page(found),
     }
     for name, body in texts.items():
-        with results.writing(str(folder / name)) as temporary:
-            pathlib.Path(temporary).write_text(body, encoding="utf-8")
+        results.write_file(str(folder / name), body)
     plots.save(figure(found), str(folder / "calibration.png"))
     return ["report.html", "calibration.png", "calibration.json", "case.yaml"]
 

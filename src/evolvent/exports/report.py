@@ -6,7 +6,6 @@ import dataclasses
 import datetime
 import io
 import json
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from evolvent import animation, cases, pages, plots
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import counted
-from evolvent.results import WELL, made_with, statistics_of, unfinished, writing
+from evolvent.results import WELL, made_with, statistics_of, unfinished, write_file
 
 if TYPE_CHECKING:
     from evolvent.figures import Figure
@@ -42,8 +41,7 @@ def write(run: Any, path: str, *, date: datetime.datetime | None = None) -> int:
         If the file cannot be written.
     """
     page = _page(run, date or datetime.datetime.now(datetime.UTC)).encode()
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_bytes(page)
+    write_file(path, page)
     return len(page)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import json
 import os
-import pathlib
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from evolvent.massprops import pictures
 from evolvent.massprops.description import OnSprings
 from evolvent.massprops.estimates import Evaluation, MassProperties
 from evolvent.massprops.rounding import rounded, shown
-from evolvent.results import writing
+from evolvent.results import write_file
 
 #: Quantities beside one another in a table of the budget.
 _WIDE = 3
@@ -45,8 +44,7 @@ def write(found: MassProperties, path: str | os.PathLike[str], *, date: datetime
     if not (np.all(np.isfinite(found.values)) and np.all(np.isfinite(found.std)) and np.all(found.std > 0.0)):
         raise InputError("the data give no finite uncertainty; nothing is certified")
     page = _page(found, date or datetime.datetime.now().astimezone())
-    with writing(path) as temporary:
-        pathlib.Path(temporary).write_text(page, encoding="utf-8")
+    write_file(path, page)
     return os.fspath(path)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import pathlib
 
 import click
 
@@ -73,6 +72,5 @@ def _write(made: object, path: str) -> None:
     else:
         from evolvent import results
 
-        with results.writing(path) as temporary:
-            pathlib.Path(temporary).write_text(f"{made.text}\n", encoding="utf-8")
+        results.write_file(path, f"{made.text}\n")
     note(f"written to {path}")

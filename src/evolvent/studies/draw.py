@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import pathlib
 import re
 import textwrap
 from typing import TYPE_CHECKING, Any
@@ -17,7 +16,7 @@ from evolvent import cases, progress
 from evolvent.figures import Figure as Described
 from evolvent.figures import Line, Map, Panel, stacked
 from evolvent.plots import content, sheet
-from evolvent.results import make_folder, writing
+from evolvent.results import make_folder, write_file
 from evolvent.units import unit_text
 
 if TYPE_CHECKING:
@@ -50,8 +49,7 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str], *, kind: str = "p
     paths = []
     for name, figure in progress.track(list(found.items()), "drawing figures"):
         path = os.path.join(os.fspath(folder), f"{name}.{kind}")
-        with writing(path) as temporary:
-            pathlib.Path(temporary).write_bytes(content(figure, kind))
+        write_file(path, content(figure, kind))
         paths.append(path)
     return paths
 

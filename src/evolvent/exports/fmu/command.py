@@ -6,8 +6,8 @@ import os
 
 import click
 
-from evolvent.errors import InputError
 from evolvent.console import once
+from evolvent.errors import InputError
 
 
 @click.command()
