@@ -458,7 +458,7 @@ def test_a_dropped_case_is_opened(page, folder):
     page.wait_for_function("s => document.querySelector(s)?.value === '5 rad/s'", arg=part("field-body.rate"))
     other.write_text("system: [heliogyro")
     page.set_input_files(f"{part('case-upload')} input[type=file]", other)
-    page.locator(".ev-notify", has_text="other.yaml").first.wait_for()
+    page.locator(".ev-notify", has_text="other-2.yaml").first.wait_for()
     assert page.locator(part("field-body.rate")).input_value() == "5 rad/s", "what was there stays"
 
 

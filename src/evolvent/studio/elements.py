@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pathlib
-import re
 import urllib.parse
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
@@ -105,8 +104,3 @@ def upload(
     # it forgets the files once they are here, for it would refuse the same file else
     drop.on("uploaded", lambda: drop.run_method("removeUploadedFiles"), args=[])
     return drop
-
-
-def mark(text: str) -> str:
-    """A text, such as the name of a part, as it can stand between quotes in `Element.props`."""
-    return re.sub(r'["\\]', "'", text)

@@ -282,6 +282,8 @@ class Folder:
             raise InputError(f"{name!r:.200} lies outside the working folder; the studio opens nothing there")
         try:
             path = (self.root / name).resolve()
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+                path.lstat()  # fails where the name is too long
         except (OSError, RuntimeError, ValueError):
             raise InputError(f"{name!r:.200} does not name a file of the working folder") from None
         if path == self.root or not path.is_relative_to(self.root):
@@ -322,13 +324,14 @@ class Folder:
         name = name.strip()
         if name and not name.endswith(ending):
             name += ending
+        size = len(os.fsencode(os.path.basename(name)))
+        if size > 200:
+            raise InputError(f"the name takes {size} bytes; at most 200 are taken")
         path = self.inside(name)
         if path.is_relative_to(self.root / OWN):
             raise InputError(f"{name!r} lies among the studio's own files; give a name of yours")
         if path.name.startswith("."):
             raise InputError(f"{name!r} begins with a dot, and such files are not listed; give another name")
-        if len(os.fsencode(path.name)) > 200:
-            raise InputError(f"the name takes {len(os.fsencode(path.name))} bytes; at most 200 are taken")
         if path.exists():
             raise InputError(f"{name!r} is there already; give another name")
         if not path.parent.is_dir():

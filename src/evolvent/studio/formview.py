@@ -9,7 +9,6 @@ from nicegui import ui
 
 from evolvent.schema import Section
 from evolvent.studio import form
-from evolvent.studio.elements import mark
 from evolvent.studio.form import Field, Group
 
 #: Seconds after the last key before what was typed is checked.
@@ -52,7 +51,6 @@ class FormView:
         middle: Callable[[], None] = lambda: None,
         elsewhere: tuple[str, ...] = (),
     ) -> None:
-        before = mark(before)  # it holds the name of a part, which may be any text
         self.kind, self._complete, self._changed = kind, complete, changed
         self._elsewhere, self._before, self._words = elsewhere, before, words
         self.form = form.describe(kind, skip=skip, flat=flat)
@@ -158,7 +156,7 @@ class FormView:
 
     def _input(self, field: Field) -> None:
         key = f"{self._before}{field.key}"
-        shown_as = f'data-testid="field-{key}" aria-label="{key}"'
+        mark = f'data-testid="field-{key}" aria-label="{key}"'
         text = self.texts.get(field.key, "")
         if field.kind in ("choice", "switch"):
             choices = field.choices if field.kind == "choice" else ("true", "false")
@@ -167,7 +165,7 @@ class FormView:
                 options = {"": f"{field.default} (left out)" if field.default else "left out", **options}
             if text not in options:
                 options[text] = text
-            chosen = ui.select(options, value=text).props(f"outlined dense options-dense {shown_as}").classes("w-full")
+            chosen = ui.select(options, value=text).props(f"outlined dense options-dense {mark}").classes("w-full")
             chosen.on_value_change(lambda e, f=field: self._typed(f, e.value))
             return
         typed: ui.input | ui.textarea
@@ -178,7 +176,7 @@ class FormView:
             typed = ui.input(value=text, placeholder=field.default, autocomplete=known or None)
             if field.refers:
                 self._referring.append(typed)
-        typed.props(f"outlined dense spellcheck=false autocomplete=off {shown_as}").classes("w-full")
+        typed.props(f"outlined dense spellcheck=false autocomplete=off {mark}").classes("w-full")
         typed.on_value_change(lambda e, f=field: self._typed(f, e.value))
 
     # -------------------------------------------------------------------------------------------- typing

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import re
 import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
@@ -30,6 +31,7 @@ _POLICY = (
 _HEADERS = [(b"x-frame-options", b"SAMEORIGIN"), (b"cross-origin-resource-policy", b"same-origin"),
             (b"referrer-policy", b"same-origin"), (b"x-content-type-options", b"nosniff"),
             (b"content-security-policy", _POLICY.encode())]  # fmt: skip
+_HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+)(:[0-9]*)?")
 _LOCAL = ("localhost", "127.0.0.1", "::1")
 
 Scope = MutableMapping[str, Any]
@@ -187,10 +189,8 @@ def _length(headers: dict[str, str]) -> int:
 
 def _name(host: str) -> str:
     """The name in a Host header, without its port."""
-    try:
-        return (urllib.parse.urlsplit(f"//{host}").hostname or "") if not set(host) & set("/?#@") else ""
-    except ValueError:
-        return ""
+    found = _HOST.fullmatch(host)
+    return found[1].strip("[]").lower() if found else ""
 
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, status: int, text: str) -> None:
