@@ -305,8 +305,6 @@ def _check_groups(run: Any) -> None:
     if missing:
         raise InputError(f"the results of its part {missing[0]!r} are missing")
     for name, group in groups.items():
-        if not isinstance(group.attrs.get("kind"), str):
-            raise InputError(f"the attribute 'kind' of its part {name!r} is missing")
         for key in ("drawn", "plots"):
             try:
                 listed = isinstance(json.loads(group.attrs.get(key, "")), list)
@@ -314,6 +312,8 @@ def _check_groups(run: Any) -> None:
                 listed = False
             if not listed:
                 raise InputError(f"the attribute {key!r} of its part {name!r} is not a list in JSON")
+        if not isinstance(group.attrs.get("kind"), str):
+            raise InputError(f"the attribute 'kind' of its part {name!r} is missing")
 
 
 def save(dataset: Any, path: str | os.PathLike[str]) -> None:

@@ -31,8 +31,10 @@ LARGEST_TEXT = 5_000_000
 _MOST_OBJECTS, _DEEPEST = 100_000, 32
 #: Texts of an attribute that are read without a look at their lengths, each of which may be that of the file.
 _FEW_TEXTS = 64
-#: Kind of the compressed elements of a MAT file, and bytes of one number of the other kinds.
-_COMPRESSED, _MAT_WIDTHS = 15, {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
+#: Kind of the compressed elements of a MAT file, classes of arrays that are not plain numbers, and bytes of one number
+#: of the other kinds of elements.
+_COMPRESSED, _MAT_OTHERS = 15, (1, 2, 3, 4, 5, 16, 17, 18)
+_MAT_WIDTHS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 #: Filters of HDF5 that the library has itself: deflate, shuffle, Fletcher, szip, n-bit, scale-offset, LZF.
 _FILTERS = (1, 2, 3, 4, 5, 6, 32000)
 #: Codecs of Zarr arrays that read numbers and texts alone; a pickle is none of them.
@@ -180,7 +182,8 @@ def check_hdf5(file: BinaryIO, name: str) -> None:
     except InputError:
         raise
     except Exception:  # noqa: BLE001  (the library raises many kinds of errors on a damaged file)
-        raise InputError(f"cannot read {_short(name)}: it is not an HDF5 or NetCDF file, or it is damaged") from None
+        kind = "a NetCDF" if name.endswith(".nc") else "an HDF5"
+        raise InputError(f"cannot read {_short(name)}: it is not {kind} file, or it is damaged") from None
     file.seek(0)
 
 
@@ -302,7 +305,7 @@ def plain_mat(raw: bytes, name: str) -> tuple[bytes, list[str]]:
     Raises
     ------
     InputError
-        If its compressed arrays would fill the memory.
+        If an array is damaged, or the compressed ones would fill the memory.
     """
     if len(raw) < 128 or raw[126:128] not in (b"IM", b"MI"):
         return raw, []
@@ -323,10 +326,12 @@ def plain_mat(raw: bytes, name: str) -> tuple[bytes, list[str]]:
                 check_declared(declared, len(raw), name)
             element = b"".join(pieces)
         title, is_whole = _mat_array(element, order)
-        if is_whole:
+        if is_whole is None:
+            others.append(title)
+        elif is_whole:
             found.append(element)
         else:
-            others.append(title)
+            raise InputError(f"cannot read {_short(name)}: its array {title!r} is damaged")
         place = last
     return b"".join(found), others
 
@@ -339,19 +344,21 @@ def _mat_tag(raw: bytes, place: int, order: Literal["little", "big"]) -> tuple[i
     return kind, place + 8, place + 8 + size, place + 8 + size + -size % 8
 
 
-def _mat_array(element: bytes, order: Literal["little", "big"]) -> tuple[str, bool]:
-    """Name of an array, and whether it is one of numbers with as many of them as its dimensions say."""
+def _mat_array(element: bytes, order: Literal["little", "big"]) -> tuple[str, bool | None]:
+    """Name of an array, and whether its numbers are as many as its dimensions say; None of structs, cells and texts."""
     kind, place, end, _ = _mat_tag(element, 0, order)
-    parts = []
+    parts: list[tuple[int, bytes, bool]] = []
     while place + 8 <= min(end, len(element)) and len(parts) < 5:
         own, first, last, place = _mat_tag(element, place, order)
         parts.append((own, element[first:last], last <= len(element)))
     title = parts[2][1][:80].decode("latin-1") if len(parts) > 2 else "?"
-    if kind != 14 or end != len(element) or len(parts) < 4 or [own for own, _, _ in parts[:3]] != [6, 5, 1]:
+    if kind != 14 or end != len(element) or len(parts) < 3 or [own for own, _, _ in parts[:3]] != [6, 5, 1]:
         return title, False
     flags, sizes = int.from_bytes(parts[0][1][:4], order), parts[1][1]
     shape = [int.from_bytes(sizes[k : k + 4], order, signed=True) for k in range(0, len(sizes), 4)]
     count = math.prod(shape)
+    if flags & 0xFF in _MAT_OTHERS:
+        return title, None
     is_numeric = 6 <= flags & 0xFF <= 15 and len(parts[0][1]) == 8 and len(sizes) % 4 == 0
     wanted = 5 if flags & 0x800 else 4
     if not is_numeric or not 2 <= len(shape) <= 8 or min(shape) < 0 or len(parts) != wanted or place != end:

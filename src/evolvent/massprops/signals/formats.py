@@ -106,6 +106,9 @@ def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
     if len(lengths) > 1:
         listed = ", ".join(f"{key}: {value.size}" for key, value in list(columns.items())[:8])
         raise InputError(f"cannot read {name!r}: its columns have unequal numbers of samples ({listed})")
+    for key, value in columns.items():
+        if np.isinf(value).any():
+            raise InputError(f"cannot read {name!r}: sample {np.argmax(np.isinf(value)) + 1} of {key!r} is infinite")
     return Signals(
         names=tuple(columns),
         data=np.column_stack(list(columns.values())),
@@ -213,8 +216,8 @@ def _mat(name: str, raw: bytes) -> Content:
     content = _arrays(found, {}, name)
     if others and not content.columns:
         raise InputError(
-            f"cannot read {name!r}: it holds no whole array of numbers; {others[0]!r} is another kind, such as a "
-            "struct or cell, or damaged; save its fields as arrays of their own"
+            f"cannot read {name!r}: it holds no array of numbers, and {others[0]!r} is a struct or cell, which is not "
+            "read; save its fields as arrays of their own"
         )
     return content
 
