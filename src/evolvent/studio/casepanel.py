@@ -166,6 +166,10 @@ class CasePanel:
         self.start.soon()
         self._state.set_text(errors_text(count))
 
+    def submit(self) -> None:
+        """Run the case."""
+        self._submit()
+
     def _submit(self, kind: str = "run") -> None:
         def add() -> None:
             self._flush()

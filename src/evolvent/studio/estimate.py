@@ -69,6 +69,7 @@ def estimated(text: str) -> dict[str, Any]:
         middle = study.count // 2
         taken = [timed(middle, folder)]
         if taken[0] < _LONG and not study.stages:  # its time has the loading and compilation of functions in it
+            reasons.clear()
             others = [index for index in corners(study) if index != middle][:3]
             taken = [timed(index, folder) for index in (middle, *others)]
     return {"seconds": sum(taken) / len(taken), "computed": len(taken), "reasons": reasons}

@@ -110,11 +110,14 @@ def draw_without(page: Context, job: Job) -> None:
         ui.label(_title(job)).classes("ev-h1")
         ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
     kind = "bad" if job.status == "failed" else "warn"
-    ui.label(job.message or "nothing was computed").classes(f"ev-banner {kind}").props('data-testid="message"')
+    message = job.message or "nothing was computed"
+    if job.kind == "sweep" and job.end > 0.0:
+        message += f"; {job.reached:.0f} of {job.end:.0f} cases are done"
+    ui.label(message).classes(f"ev-banner {kind}").props('data-testid="message"')
     if job.kind == "sweep":
         button = ui.button("Continue the study", on_click=lambda: page.attempt(lambda: page.studio.jobs.go_on(job.key)))
         button.props('unelevated color=primary data-testid="continue"').style("align-self:flex-start")
-        ui.label("Cases that are done are kept and not computed again.").classes("ev-what")
+        ui.label("Cases that are done are not computed again.").classes("ev-what")
     if job.kind in COMPUTED:
         ui.button("Open its case", on_click=lambda: page.open_job_case(job.key)).props("outline color=primary")
 

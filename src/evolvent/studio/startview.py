@@ -28,6 +28,9 @@ class Written(Protocol):
     def shown_wrong(self) -> dict[str, str]:
         """What of it is shown as an error."""
 
+    def submit(self) -> None:
+        """Run it."""
+
     def note(self, sentence: str) -> None:
         """Show what the assembly of the parts found beside the key that it names; '' for nothing."""
 
@@ -56,6 +59,8 @@ class StartView:
             self._about = ui.label("").classes("ev-status")
             ui.element("div").style("flex:1")
             self._note = ui.label("").classes("ev-status").props('data-testid="start-note"')
+            run = ui.button("Run", on_click=self.case.submit).classes("ev-narrow")
+            run.props('unelevated dense color=primary data-testid="run-start"').style("padding:0 14px")
         self._error = ui.label("").classes("ev-banner bad").props('data-testid="start-error" role=alert')
         self._error.set_visibility(False)
         with ui.element("div").classes("ev-card ev-start").props('data-testid="start"') as self._body:

@@ -44,13 +44,14 @@ def _words(variable: xr.DataArray) -> np.ndarray:
 
 
 def is_category(variable: xr.DataArray) -> bool:
-    """Whether values are categories: words, switches, or a few small whole numbers without a unit."""
+    """Whether values are categories: words, switches, or a few small whole numbers without a unit that recur."""
     if variable.dtype.kind not in "iuf":
         return True
     values = variable.values[np.isfinite(variable.values)]
     if variable.attrs.get("units", "1") not in ("1", "") or not values.size or np.abs(values).max() > _LARGEST:
         return False
-    return bool(np.all(values == np.round(values))) and np.unique(values).size <= _CATEGORIES
+    count = np.unique(values).size
+    return bool(np.all(values == np.round(values))) and count <= min(_CATEGORIES, values.size // 2)
 
 
 def categories(variable: xr.DataArray) -> tuple[list[str], np.ndarray]:
@@ -78,14 +79,15 @@ def information(study: xr.Dataset, name: str, dims: Sequence[str]) -> float:
     variable = study[name]
     if variable.dtype.kind not in "iuf":
         return 0.01
-    values = most_varying(variable, dims).transpose(*dims).values.astype(float)
+    drawn = most_varying(variable, dims).transpose(*dims)
+    values = drawn.values.astype(float)
     finite = values[np.isfinite(values)]
     size = float(np.abs(finite).max()) if finite.size else 0.0
     if finite.size < 2 or float(np.ptp(finite)) <= 1e-9 * size:
         return 0.0
     keys = [study[key].values for key in study.coords if study[key].dims == ("case",) and study[key].dtype.kind in "if"]
     found = min(float(np.ptp(finite)) / size, 1.0) * _in_common(values, keys if dims == ["case"] else [])
-    return found * (1e-3 if _CHECKS.search(name) else 0.1 if is_category(variable) else 1.0)
+    return found * (1e-3 if _CHECKS.search(name) else 0.1 if is_category(drawn) else 1.0)
 
 
 def most_varying(variable: xr.DataArray, dims: Sequence[str]) -> xr.DataArray:

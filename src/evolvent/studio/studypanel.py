@@ -117,7 +117,7 @@ class StudyPanel:
             chosen = ui.select(self._listed, value=self.draft.source, label="study or YAML file of the folder")
             chosen.props('outlined dense options-dense data-testid="study"').classes("w-full")
             chosen.on_value_change(lambda e: self._choose(str(e.value)))
-            if self.draft.about and not self.draft.source.startswith(("file:", "new:")):
+            if self.draft.source.startswith("case:"):
                 ui.label(self.draft.about).classes("ev-what")
 
     def _draw_done(self) -> None:
@@ -360,6 +360,8 @@ class StudyPanel:
     def _changed(self) -> None:
         """Show the number of cases now, and check the study after a pause."""
         self._error = ""
+        if "" in (self.draft.content.get("over") or {}):
+            self._wrong["over."] = "choose a key"
         self._show()
         self._soon()
 
@@ -398,7 +400,7 @@ class StudyPanel:
         """Show what is wrong, or the number of cases."""
         loose, count = self._error, studydraft.count(self.draft.content)
         beside = dict(self._wrong)
-        own = max((row for row in self._errors if f"{row} " in f"{loose} " or f"{row}." in loose), key=len, default="")
+        own = max((row for row in self._errors if _names(loose, row)), key=len, default="")
         if loose and own:
             beside[own], loose = loose, ""
         for row, shown in self._errors.items():
@@ -497,6 +499,12 @@ class StudyPanel:
 
         name = own or f"{self.draft.content.get('study', 'study')}.yaml"
         self.page.ask_name("Save the study in the working folder", name, keep)
+
+
+def _names(sentence: str, row: str) -> bool:
+    """Whether a sentence names a row of the form: a key of the study, or one that varies."""
+    key = row.removeprefix("over.")
+    return any(text in f"{sentence} " for text in (f"{row} ", f"{row}.", f"'{key}'", f" {key} is "))
 
 
 def _sentence(text: str) -> str:
