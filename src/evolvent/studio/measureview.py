@@ -450,7 +450,7 @@ def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: flo
     elif rate:
         time, x_label = np.arange(len(source.data)) / rate, "time, s"
     else:
-        time, x_label = np.arange(float(len(source.data))), "sample (no sampling rate is given)"
+        time, x_label = np.arange(len(source.data), dtype=float), "sample (no sampling rate is given)"
     drawn = [k for k in range(len(source.names)) if k not in times][:_DRAWN]
     found = [columns.get(source.names[k], {}).get("unit") or source.units[k] for k in drawn]
     common = found[0] if len(set(found)) == 1 else ""

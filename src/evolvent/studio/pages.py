@@ -1,15 +1,21 @@
-"""What each tab of a browser has open, kept in the working folder: the case in its form, the measurement, the view."""
+"""What each tab of a browser has open, kept in the working folder: the case in its form, the measurement, the view.
+
+The working folder may come from elsewhere: files are signed with the secret of the user, and others are left out.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import json
+import os
 import re
+import stat
 from collections.abc import Mapping
 from typing import Any
 
 from evolvent.errors import InputError
 from evolvent.studio.folder import OWN, Folder
+from evolvent.studio.signing import Signer
 
 #: Folder of the files, one for each tab; so many of them are kept.
 _PLACE, _KEPT = "pages", 40
@@ -24,18 +30,19 @@ def is_name(name: object) -> bool:
     return isinstance(name, str) and _NAME.fullmatch(name) is not None
 
 
-def load(folder: Folder, name: str) -> dict[str, Any]:
+def load(folder: Folder, signer: Signer, name: str) -> dict[str, Any]:
     """What a tab had open; of a new one, what was open last in any tab; empty where nothing can be read."""
-    names = _names(folder)
-    for one in [name] if name in names else names[:1]:
+    files = _files(folder)
+    for file in [name] if name in files else files[:1]:
         with contextlib.suppress(InputError, ValueError, RecursionError):
-            found = json.loads(folder.read(OWN, _PLACE, f"{one}.json", most=_LARGEST))
-            if isinstance(found, dict):
-                return found
+            kept = json.loads(folder.read(OWN, _PLACE, f"{file}.json", most=_LARGEST))
+            if isinstance(kept, dict) and signer.is_signed(kept.get("content"), kept.get("signature")):
+                found = kept["content"]
+                return found if isinstance(found, dict) else {}
     return {}
 
 
-def save(folder: Folder, name: str, content: Mapping[str, Any]) -> None:
+def save(folder: Folder, signer: Signer, name: str, content: Mapping[str, Any]) -> None:
     """Keep what a tab has open; files of tabs that were used longest ago are removed.
 
     Raises
@@ -45,21 +52,24 @@ def save(folder: Folder, name: str, content: Mapping[str, Any]) -> None:
     OSError
         If the file cannot be written.
     """
-    if folder.existing(OWN, _PLACE) is None:
+    plain = json.loads(json.dumps(content))
+    text = json.dumps({"content": plain, "signature": signer.sign(plain)})
+    with contextlib.suppress(InputError, FileExistsError):
         folder.make(OWN, _PLACE)
-    folder.write(OWN, _PLACE, f"{name}.json", content=json.dumps(content).encode())
-    for old in _names(folder)[_KEPT:]:
-        (folder.own / _PLACE / f"{old}.json").unlink(missing_ok=True)
+    folder.write(OWN, _PLACE, f"{name}.json", content=text.encode())
+    for old in _files(folder)[_KEPT:]:
+        with contextlib.suppress(OSError):
+            os.unlink(folder.own / _PLACE / f"{old}.json")
 
 
-def _names(folder: Folder) -> list[str]:
+def _files(folder: Folder) -> list[str]:
     """Names of tabs with a file, the one written last first; links are left out."""
-    place = folder.existing(OWN, _PLACE)
-    if place is None:
-        return []
     found: list[tuple[float, str]] = []
-    with contextlib.suppress(OSError):
-        for path in place.glob("*.json"):
-            if is_name(path.stem) and path.is_file() and not path.is_symlink():
-                found.append((path.stat().st_mtime, path.stem))
+    with contextlib.suppress(OSError), os.scandir(folder.root / OWN / _PLACE) as entries:
+        for entry in entries:
+            name, ending = os.path.splitext(entry.name)
+            if ending == ".json" and is_name(name):
+                status = entry.stat(follow_symlinks=False)
+                if stat.S_ISREG(status.st_mode):
+                    found.append((status.st_mtime, name))
     return [name for _, name in sorted(found, reverse=True)]

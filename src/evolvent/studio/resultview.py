@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import urllib.parse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,10 @@ from nicegui import ui
 from evolvent import cases, show, variables
 from evolvent.errors import EvolventError
 from evolvent.studio import charts, exports, exportview
+from evolvent.studio.changes import flat, full, written
 from evolvent.studio.context import Context
 from evolvent.studio.elements import ChartElement, MotionElement
+from evolvent.studio.form import text_of
 from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job
 from evolvent.studio.state import Loaded
 
@@ -138,7 +139,7 @@ class ResultView:
         """Charts, one tab for each figure, and last the variables that one chooses."""
         if not figures:
             several = len(loaded) > 1
-            ui.label("They have no figure in common." if several else "The run has no figure of its own.").classes(
+            ui.label("The runs have no figure in common." if several else "The run has no figure of its own.").classes(
                 "ev-dim"
             )
         with (
@@ -202,7 +203,7 @@ class ResultView:
     def _several(self, loaded: Sequence[Loaded]) -> None:
         names = [item.name for item in loaded]
         with ui.element("div").classes("ev-titlebar").props('data-testid="comparison"'):
-            ui.label(f"{len(loaded)} runs over one another").classes("ev-h1")
+            ui.label(f"{len(loaded)} runs compared").classes("ev-h1")
         for item in loaded:
             _messages(item.run.attrs, name=item.name)
         same = len({item.run.attrs["system"] for item in loaded}) == 1
@@ -260,20 +261,20 @@ def _table(rows: Sequence[Sequence[str]], *, bare: bool = False) -> None:
 
 
 def _differences(loaded: Sequence[Loaded]) -> list[list[str]]:
-    """Keys of the cases that are not the same."""
-    flat = [_flat(cases.parse_yaml(item.run.attrs["case"], "the run's case")) for item in loaded]
-    keys = list(dict.fromkeys(key for one in flat for key in one))
-    rows = [[key, *(one.get(key, "-") for one in flat)] for key in keys if len({one.get(key) for one in flat}) > 1]
-    return rows or [["nothing", *("" for _ in loaded)]]
-
-
-def _flat(content: Any, before: str = "") -> dict[str, str]:
-    if isinstance(content, dict):
-        found: dict[str, str] = {}
-        for key, value in content.items():
-            found |= _flat(value, f"{before}.{key}" if before else key)
-        return found
-    return {before: content if isinstance(content, str) else json.dumps(content)}
+    """Keys of the cases whose values are not the same, each as it was written."""
+    contents = [cases.parse_yaml(item.run.attrs["case"], "the run's case") for item in loaded]
+    values = [flat(full(content)) for content in contents]
+    rows: dict[str, list[str]] = {}
+    for key in dict.fromkeys(key for one in values for key in one):
+        if all(key in one and one[key] == values[0].get(key) for one in values):
+            continue
+        found = [
+            written(content, key, one[key]) if key in one else (key, "-")
+            for content, one in zip(contents, values, strict=True)
+        ]
+        place = min((at for at, _ in found), key=len)
+        rows[place] = [text_of(value) for _, value in found]
+    return [[key, *texts] for key, texts in rows.items()] or [["nothing", *("" for _ in loaded)]]
 
 
 def _numbers(loaded: Sequence[Loaded]) -> list[list[str]]:

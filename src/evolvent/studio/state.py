@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases, families
 from evolvent.errors import EvolventError, InputError
-from evolvent.studio import pages, studydraft
+from evolvent.studio import pages, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
 from evolvent.studio.folder import OWN, Folder
@@ -115,6 +115,7 @@ class Studio:
         self.folder = folder
         self.jobs = Jobs(folder)
         self.exports = Exports()
+        self._signer = signing.of_user()
         self._lock = threading.Lock()
         self.computing = threading.Lock()  # held by a thread that assembles or compiles: functions are loaded by one
         self._starts: dict[str, bytes] = {}
@@ -141,7 +142,7 @@ class Studio:
         found = copy.copy(self)
         found._begin(name if pages.is_name(name) else "")
         with contextlib.suppress(EvolventError, OSError, ValueError, TypeError, KeyError, AttributeError):
-            found._restore(pages.load(self.folder, name))
+            found._restore(pages.load(self.folder, self._signer, name))
         return found
 
     def _restore(self, content: Mapping[str, Any]) -> None:
@@ -172,7 +173,7 @@ class Studio:
         if self._name and text != self._saved:
             self._saved = text
             with contextlib.suppress(EvolventError, OSError, ValueError, TypeError):
-                pages.save(self.folder, self._name, content)
+                pages.save(self.folder, self._signer, self._name, content)
 
     # -------------------------------------------------------------------------------------------- cases
 

@@ -156,7 +156,7 @@ export class Viewer extends Picture {
   }
   key(e) {
     const box = e.target;
-    const onTab = e.key === " " && box.getAttribute?.("role") === "tab";  // the space bar does nothing else there
+    const onTab = e.key === " " && box.closest?.('[role="tab"]');  // the space bar does nothing else there
     if (e.ctrlKey || e.metaKey || e.altKey || !(box === document.body || this.host.contains(box) || onTab)) return;
     if (box.tagName === "SELECT" || box.tagName === "TEXTAREA" || (box.tagName === "INPUT" && !["range", "checkbox"].includes(box.type))) return;
     const act = { " ": () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1), Home: () => { this.play(false); this.go(this.begin); },
