@@ -328,8 +328,9 @@ class Stepper:
         one, two = self._first, self._sample()
         kept = None
         if one.kept is not None and two.kept is not None:
-            pairs = zip(one.kept, two.kept, strict=True)
-            kept = Sampled(*(None if a is None else np.concatenate([a, b]) for a, b in pairs))
+            pairs: Any = zip(one.kept, two.kept, strict=True)
+            both: list[Any] = [None if a is None else np.concatenate([a, b]) for a, b in pairs]
+            kept = Sampled(*both)
             kept = kept._replace(balance=kept.balance.view(np.recarray))
         if self.method == IMPLICIT:
             times, kinds = self._run._events()

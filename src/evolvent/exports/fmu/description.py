@@ -47,10 +47,10 @@ def model_description(contents: Contents, identifier: str) -> bytes:
         _add_variable(variables, reference, variable)
     structure = ET.SubElement(root, "ModelStructure")
     outputs = [str(k) for k, v in enumerate(contents.variables) if v.causality == "output"]
-    for reference in outputs:  # results are those of the last step: an input does not change them before the next
-        ET.SubElement(structure, "Output", valueReference=reference, dependencies="")
-    for reference in outputs:
-        ET.SubElement(structure, "InitialUnknown", valueReference=reference)
+    for output in outputs:  # results are those of the last step: an input does not change them before the next
+        ET.SubElement(structure, "Output", valueReference=output, dependencies="")
+    for output in outputs:
+        ET.SubElement(structure, "InitialUnknown", valueReference=output)
     return _text(root)
 
 

@@ -77,7 +77,7 @@ class Instance:
     def reset(self) -> None:
         """Return to the state after instantiation."""
         self.mode = Mode.INSTANTIATED
-        self._start, self._stop = 0.0, None
+        self._start, self._stop = 0.0, math.nan
         self._values: dict[int, float] = {
             k: v["start"] for k, v in enumerate(self._variables) if v["start"] is not None
         }
@@ -86,7 +86,7 @@ class Instance:
     def initialize(self, tolerance: float, start: float, stop: float) -> None:
         """Enter the initialization mode; the tolerance is that of the case."""
         self._require(Mode.INSTANTIATED)
-        self._start, self._stop = start, None if math.isnan(stop) else stop
+        self._start, self._stop = start, stop
         self._stepper, self.mode = None, Mode.INITIALIZATION
 
     def begin(self) -> None:
@@ -144,9 +144,8 @@ class Instance:
                 for k, v in enumerate(self._variables)
                 if v["causality"] == "parameter" and self._values[k] != v["start"]
             }
-            self._stepper = Stepper.of_case(
-                self._case, changed, inputs=self._inputs, start=self._start, until=self._stop
-            )
+            until = None if math.isnan(self._stop) else self._stop
+            self._stepper = Stepper.of_case(self._case, changed, inputs=self._inputs, start=self._start, until=until)
         return self._stepper
 
     def _value(self, reference: int) -> float:
@@ -291,12 +290,12 @@ def serve(folder: str) -> NoReturn:
             _end()
         if os.fork() == 0:
             control.close()
-            _be_worker(*descriptors, prepared)
+            _be_worker(prepared, *descriptors)
         for descriptor in descriptors:
             os.close(descriptor)
 
 
-def _be_worker(connection: int, output: int, prepared: Instance | None) -> NoReturn:
+def _be_worker(prepared: Instance | None, connection: int, output: int) -> NoReturn:
     """Serve an instance, in a process of its own."""
     code = 1
     try:
