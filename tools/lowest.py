@@ -18,7 +18,7 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "build" / "lowest"
 #: What the tests themselves need, in any version.
-TOOLS = ("hypothesis", "imageio", "psutil", "pytest")
+TOOLS = ("hypothesis", "imageio", "npTDMS", "psutil", "pytest", "pyuff")
 #: What runs unless pytest's options name something: input, units, kernels, solvers, files, command.
 TESTS = (
     "tests/analytic/test_reel_closed_forms.py",
@@ -81,7 +81,18 @@ def main(words: list[str]) -> int:
     steps = [
         [sys.executable, "-m", "venv", "--clear", str(FOLDER / "venv")],
         [*pip, "-c", str(constraints), "-e", target, *TOOLS],
-        [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *(options or TESTS)],
+        # an old release may warn of what a newer library below it deprecates
+        [
+            python,
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "-W",
+            "ignore::DeprecationWarning",
+            *(options or TESTS),
+        ],
     ]
     for step in steps:
         if code := subprocess.run(step, cwd=ROOT, check=False).returncode:
