@@ -64,6 +64,8 @@ STYLE: Any = {
     "ytick.labelsize": 7.5,
     "ytick.major.width": 0.6,
 }
+#: Least distance of the ticks of an x axis, mm.
+_TICK = 14.0
 #: Width of a line in points of what `Line.width` asks for.
 _THIN = 0.75
 
@@ -229,6 +231,8 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool) 
         axis.set_yscale("log")
     if panel.log_x:
         axis.set_xscale("log")
+    if not panel.log_x and panel.x_names is None and panel.axes:
+        axis.locator_params(axis="x", nbins=int(np.clip(width / _TICK, 3, 10)))
     if (ends := y_limits(panel)) is not None:
         axis.set_ylim(*ends)
     if not panel.axes:

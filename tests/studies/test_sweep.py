@@ -407,16 +407,16 @@ def test_figures(study, reference, tmp_path, monkeypatch):
     assert set(found) == {"body_rate_last", "blade_1_lag_max", "steps"}
     assert found["blade_1_lag_max"].axes[0].get_title(loc="left") == "at blade_1_node = 0"
     axes = found["body_rate_last"].axes
-    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate, rad/s", "blade.nodes")
-    assert axes[1].get_ylabel() == "body_rate_last, rad/s"
+    assert (axes[0].get_xlabel(), axes[0].get_ylabel()) == ("spool.rate [rad/s]", "blade.nodes")
+    assert axes[1].get_ylabel() == "body_rate_last [rad/s]"
     line = draw.figures(reference.isel({"blade.nodes": [0]}))["steps"].axes[0]
-    assert line.get_xlabel() == "spool.rate, rad/s"
+    assert line.get_xlabel() == "spool.rate [rad/s]"
     np.testing.assert_array_equal(line.lines[0].get_ydata(), reference.steps.values[:, 0])
     study["over"] = {"solver.method": ["dopri5"], "blade.velocity_turn": [True, False], **study["over"]}
     assert "steps" in draw.figures(studies.sweep(study))
     study["over"] = {"spool.rate": {"from": 3, "to": 4}, "blade.nodes": {"from": 3, "to": 5}}
     marks = draw.figures(studies.sweep(study | {"sample": "monte-carlo", "samples": 5}))["steps"]
-    assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate, rad/s", "blade.nodes"]
+    assert [axis.get_xlabel() for axis in marks.axes] == ["spool.rate [rad/s]", "blade.nodes"]
     from matplotlib.figure import Figure
 
     monkeypatch.setattr(heliogyro.SYSTEM, "study_figures", lambda dataset: {"own": Figure()}, raising=False)

@@ -26,7 +26,7 @@ SHORT = {
     "wire-boom-satellite": {"simulate.until": 2.0},
     "wrapped-rib": {"solver.duration": 10.0},
     "wrapped-rib-deploy": {"solver.duration": 100.0},
-    "wrapped-rib-hold": {"solver.duration": 20.0},
+    "wrapped-rib-hold": {"hold.time": 20.0},
     "yo-yo-despin": {"simulate.until": 0.2},
 }
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
@@ -43,7 +43,6 @@ def boxes(sheet):
             drawn.append(self)
         return original(self, renderer, *args, **kwargs)
 
-    sheet.draw_without_rendering()
     with mock.patch.object(Text, "draw", record):
         sheet.draw(sheet.canvas.get_renderer())
     return [(text.get_text(), Text.get_window_extent(text)) for text in dict.fromkeys(drawn)]
@@ -148,7 +147,8 @@ def test_formats_of_files(kind, head, tmp_path):
         assert b"/MediaBox [ 0 0 493.2" in content  # 174 mm in points
 
 
-def test_faults_of_a_layout_are_found():
+def test_faults_of_a_layout_are_found(monkeypatch):
+    monkeypatch.setattr(plots, "_wrapped", lambda text, size, width: text)
     line = Line(x=np.arange(2.0), y=np.arange(2.0))
     notes = [Note(at=(0.5, 0.5), text="one"), Note(at=(0.5, 0.5), text="another")]
     panel = Panel(x_label="x, m", y_label="y" * 80, lines=[line], notes=notes)

@@ -64,7 +64,7 @@ def test_a_map_is_drawn_with_its_contours_and_lines():
     assert mesh.get_clim() == (0.1, 10.0)
     assert len(axis.collections) == 2
     assert [label.get_text() for label in axis.get_yticklabels()] == ["near", "far"]
-    assert bar.get_ylabel() == "energy, J"
+    assert bar.get_ylabel() == "energy [J]"
     assert len(axis.lines) == 1
 
 

@@ -100,7 +100,7 @@ def _elevation(stand: Stand, centre: np.ndarray, view: _View, title: str) -> Pan
     lines += [view.line(np.zeros((1, 3)), style="", marker="s", color=0)]
     lines += [view.line(centre[None], style="", marker="o", color=2)]
     letter, half = ("x", "a") if view.right == 0 else ("z", "b")
-    shift = view.of(centre)[0]
+    shift = float(view.of(centre)[0])
     lines += _arrow(np.zeros(2), np.array([0.0, 0.62 * radius + 0.5]))
     lines += _arrow(np.array([0.0, -radius - 0.35]), np.array([0.62, -radius - 0.35]))
     notes = [
@@ -108,7 +108,7 @@ def _elevation(stand: Stand, centre: np.ndarray, view: _View, title: str) -> Pan
         Note(at=(0.74, -radius - 0.35), text=f"${letter}$"),
         Note(at=(0.5 * reach, LONGER + 0.42), text=f"${half}$ = {reach:g} m"),
         Note(at=(-0.55, -0.55 * radius), text="stiffness\ncentre", points_to=(0.0, 0.0)),
-        Note(at=(shift + 0.4, -0.55 * radius), text="centre\nof mass", points_to=(float(shift), 0.0)),
+        Note(at=(shift + 0.4, -0.55 * radius), text="centre\nof mass", points_to=(shift, 0.0)),
         Note(at=(-reach - 0.3, 0.7 * LONGER), text="$k$"),
         Note(at=(reach + 0.22, -0.45), text="$F$"),
     ]
