@@ -87,6 +87,7 @@ def test_page_and_pack_hold_the_motion(tmp_path):
     assert len(animation.pack(wanted, most=3)) < len(animation.pack(wanted))
 
 
+@pytest.mark.slow
 def test_one_scale_of_colours_for_page_pack_and_pictures(monkeypatch):
     """Of all samples, also those that a page leaves out."""
     motion = many_bodies(1001)
@@ -103,6 +104,7 @@ def test_one_scale_of_colours_for_page_pack_and_pictures(monkeypatch):
     assert used == [("moment [N m]", wanted[0])]
 
 
+@pytest.mark.slow
 def test_leaves_out_frames_to_stay_small(tmp_path):
     path = tmp_path / "page.html"
     animation.write(long_line(2000, 2000), path)
@@ -163,6 +165,7 @@ def test_all_of_a_motion_is_in_the_picture(drift):
             assert (at < [400, 300]).all()
 
 
+@pytest.mark.slow
 def test_films_show_bodies_strips_springs_forces_and_marks():
     motion = many_bodies()
     (picture,) = films.pictures(motion, [6.0], size=(800, 600), inertial=True)

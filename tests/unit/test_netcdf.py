@@ -50,6 +50,7 @@ def content(path) -> dict:
     return found
 
 
+@pytest.mark.slow
 def test_file_is_that_of_h5netcdf(sample, tmp_path):
     assert netcdf.is_plain(sample)
     netcdf.write(sample, str(tmp_path / "ours.nc"))

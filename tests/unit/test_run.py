@@ -157,6 +157,7 @@ def test_accounts_close(quick):
     np.testing.assert_allclose(quick.hub_tension[-1, 0], np.nanmax(quick["blade-1"].tension[-1]), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_whole_paper_case():
     """The built-in case's numbers against the reference results of the paper's model."""
     run = evolvent.run("heliogyro")
@@ -411,6 +412,7 @@ def test_what_is_no_progress_is_refused():
         evolvent.run("heliogyro", QUICK, progress=3)
 
 
+@pytest.mark.slow
 def test_progress_is_told():
     told = []
     evolvent.run("heliogyro", {"blade.stiffness": "1e6 N/m", "solver.duration": "9 s"}, progress=told.append)
@@ -500,6 +502,7 @@ def test_a_file_that_may_not_be_written_is_refused(tmp_path, monkeypatch):
         results.check_writable(tmp_path / "run.nc")
 
 
+@pytest.mark.slow
 def test_links_are_followed(quick, tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "link.nc").symlink_to(tmp_path / "folder" / "run.nc")
@@ -529,6 +532,7 @@ def _root(run, change):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [
