@@ -40,7 +40,7 @@ def numbers(run: Any) -> list[Number]:
     found = [_mode(run, int(k)) for k in np.flatnonzero(np.isfinite(run.mode_frequency.values))]
     if np.any(np.isfinite(energies := run.mode_energy.values)):
         found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(energies)):.5g} J"))
-    found += [_moment(run, int(k)) for k in np.flatnonzero(np.isfinite(run.inertia_mode_figures.values))]
+    found += [_moment(run, int(k)) for k in np.flatnonzero(np.isfinite(run.inertia_identified.values))]
     for name, unit in (("mass", "kg"), ("offset_x", "m"), ("offset_z", "m"), ("height", "m")):
         value = float(run[f"{name}_identified"])
         if np.isfinite(value):
