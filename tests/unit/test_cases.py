@@ -208,7 +208,7 @@ def test_files_that_are_no_cases(tmp_path, name, content, words):
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         cases.load(tmp_path / "none.yaml")
-    with pytest.raises(InputError, match="is a directory"):
+    with pytest.raises(InputError, match="it is a folder"):
         cases.load(tmp_path)
     with pytest.raises(InputError, match="no case is called 'heliogiro'; did you mean 'heliogyro'"):
         cases.load("heliogiro")
