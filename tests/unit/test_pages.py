@@ -147,6 +147,8 @@ def test_a_record_of_measurement_escapes_names_files_and_remarks(picture):
         facts=[(HOSTILE, HOSTILE)],
         files=rows,
         result={"rows": rows, "probability": "95", "interval": HOSTILE, "names": [HOSTILE], "correlation": rows},
+        values=[(HOSTILE,) * 4],
+        notes=[HOSTILE],
         warnings=[HOSTILE],
         several=True,
         comparison={"rows": rows, "head": [HOSTILE], "picture": picture},
