@@ -1,4 +1,4 @@
-"""Measurements: signal files, what their columns are, the stand, and the certificate that comes of them."""
+"""Measurements: signal files, what their columns are, the stand, and the certificate."""
 
 from __future__ import annotations
 
@@ -57,7 +57,8 @@ class MeasurePanel:
         self._rows: dict[str, ui.element] = {}
         with ui.element("div").classes("ev-scroll"):
             ui.label(
-                "Signals of a body that swings freely, and a description of its stand; a certificate comes of them."
+                "Mass properties from recorded free vibration: signal files and a description of the stand give a "
+                "certificate."
             ).classes("ev-what")
             with ui.element("div").classes("ev-drop w-full"):  # it stays: files may still be on their way through it
                 upload(

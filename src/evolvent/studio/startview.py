@@ -90,7 +90,7 @@ class StartView:
             wrong = case.wrong()
             if wrong:
                 shown = case.shown_wrong()
-                self._tell(_first(shown or wrong), missing=not shown)
+                self._tell(_first(shown) if shown else f"Not drawn yet. {_first(wrong)}", missing=not shown)
                 return
             content = copy.deepcopy(case.draft.content)
             self._doing = "assembling"
