@@ -253,7 +253,7 @@ def test_the_preview_of_signals_has_a_time_axis(page):
     choose(page, "signal-file", "untimed.csv")
     page.locator(f"{part('columns')} >> text=b").first.wait_for()
     assert axis_name(page).startswith("sample")
-    page.click(part("more-signals"))
+    page.locator(f"{part('group-signals')} .ev-title").click()
     page.locator(part("field-signals.rate")).fill("50 Hz")
     page.wait_for_timeout(800)
     assert axis_name(page) == "time, s"

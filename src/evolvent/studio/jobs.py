@@ -22,9 +22,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from evolvent.errors import InputError
 from evolvent.studio import signing
@@ -61,6 +61,9 @@ class _Extra(BaseModel, strict=True):
     head: list[str] = []
     rows: list[list[_Cell]] = []
     warnings: list[str] = []
+    notes: list[str] = []
+    of: str = ""
+    changes: list[Annotated[list[str], Field(min_length=2, max_length=2)]] | None = None
     modes: list[list[float]] = []
 
 
